@@ -22,7 +22,7 @@ enum class EquilibriumMethod {
 enum class Stability {
   None,            ///< no equilibrium was found
   Stable,          ///< Z'WZ is positive definite: a strict minimum of the energy, except for motions of the whole
-  Marginal,        ///< some move costs no energy to second order, and none gains energy
+  Marginal,        ///< some move costs no energy to second order, and none gains energy, or Coriolis forces hold those
   Unstable,        ///< some move gains energy
   NotConservative  ///< some force has no potential, so that energy decides nothing
 };
@@ -51,12 +51,15 @@ struct EquilibriumOptions {
   double force_tolerance = 1e-10;  ///< relative to the largest force, > 0
   int max_iterations = 500;        ///< for one search, > 0; Auto may search several times
   AcceptedEquilibria accept = AcceptedEquilibria::Stable;
-  double at = 0.0;     ///< s; what depends on time is taken at this time
+  double at = 0.0;     ///< s; the time of what depends on time
   int load_steps = 1;  ///< > 0; number of equal steps in which gravity and constant forces grow
   std::vector<Prestress> prestress{};
   std::vector<OneSided> one_sided{};
   bool ignore_friction = false;  ///< if false, Coulomb friction is an InputError, since it allows many equilibria
-  SolverOptions solver{};        ///< ordering and threads
+  /// If true, all that depends on time is taken as it is at `at`. If false, rest is that in a frame that turns with a
+  /// constant spin or accelerates evenly, and what is not steady in such a frame is an InputError.
+  bool freeze_time = false;
+  SolverOptions solver{};  ///< ordering and threads
 };
 
 /// Effect of a small perturbation on a system at rest, in the moves Z that the constraints leave free.
@@ -82,6 +85,8 @@ struct [[nodiscard]] EquilibriumResult {
   StabilityReport stability;
   EquilibriumSearch search;
   std::vector<double> positions;  ///< 3n, m; the best that was found if outcome is not ok
+  /// 3n, m/s: those of the frame in which the points rest, which supports and constraints carry along; 0 without one.
+  std::vector<double> velocities;
   /// [equations] lambda. If it is not unique, it is the minimum-norm one, or one with which the equilibrium is stable
   /// if it is not so with the former. NaN for rows that join supports alone, or points that prestress holds rigid.
   std::vector<double> multipliers;
@@ -93,7 +98,7 @@ struct [[nodiscard]] EquilibriumResult {
   /// Largest |f + K lambda| of a point, N, and the largest force, N, to which tolerances are relative.
   double residual_force = 0.0, largest_force = 0.0;
   double violation = 0.0;  ///< largest |xi|/|gradient|/length
-  double energy = 0.0;     ///< J, sum over all forces that have a potential
+  double energy = 0.0;     ///< J, sum over all forces that have a potential, and over the inertia of the frame
   double buckling_load_factor = std::numeric_limits<double>::quiet_NaN();  ///< NaN if not wanted
   /// [equations] True for one-sided equations that are open and carry nothing; empty if there are no one-sided ones.
   std::vector<bool> open;

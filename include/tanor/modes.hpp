@@ -13,7 +13,7 @@ struct ModesOptions {
   static constexpr std::size_t all = static_cast<std::size_t>(-1);
 
   std::size_t count = 10;  ///< number of modes, the lowest omega^2 first; `all` is allowed up to 300 degrees of freedom
-  double time = 0.0;       ///< s; what depends on time is frozen at this time
+  double time = 0.0;       ///< s; the time of what depends on time
   /// [equations] lambda of the equilibrium. Where it is empty or NaN, the minimum-norm solution of f + K lambda = 0 is
   /// used.
   std::vector<double> multipliers{};
@@ -26,6 +26,7 @@ struct ModesOptions {
   /// degrees of freedom are then an InputError.
   bool damped = false;
   bool ignore_friction = false;  ///< if false, Coulomb friction is an InputError, since it allows many equilibria
+  bool freeze_time = false;      ///< as in EquilibriumOptions
   SolverOptions solver{};
 };
 
@@ -37,7 +38,9 @@ struct ModesOptions {
 ///
 /// (lambda^2 M + lambda D + W) q + K mu = 0,   K'q = 0,   D = -df/dv,   lambda = -decay + i omega
 ///
-/// where W and D need not be symmetric. decay < 0 is an oscillation that grows (flutter), or divergence if omega = 0.
+/// where W and D need not be symmetric. decay < 0 is an oscillation that grows (flutter), or divergence if omega = 0. If
+/// the points rest in a frame that turns (EquilibriumOptions::freeze_time), and Coriolis forces couple their motions, the
+/// modes are of this second kind in any case, with D = 2 m Omega x.
 struct [[nodiscard]] Modes {
   /// Not ok if some modes were not found, if forces have no potential (undamped), or if self-stress makes W ambiguous.
   /// The other members are then empty.
@@ -76,6 +79,7 @@ struct BucklingOptions {
   double time = 0.0;              ///< s
   double force_tolerance = 1e-6;  ///< as in ModesOptions
   bool ignore_friction = false;
+  bool freeze_time = false;  ///< as in EquilibriumOptions
   SolverOptions solver{};
 };
 

@@ -142,7 +142,8 @@ struct Description<EquilibriumOptions> {
                                      FieldOf("load_steps", &EquilibriumOptions::load_steps),
                                      FieldOf("prestress", &EquilibriumOptions::prestress),
                                      FieldOf("one_sided", &EquilibriumOptions::one_sided),
-                                     FieldOf("ignore_friction", &EquilibriumOptions::ignore_friction)};
+                                     FieldOf("ignore_friction", &EquilibriumOptions::ignore_friction),
+                                     FieldOf("freeze_time", &EquilibriumOptions::freeze_time)};
 };
 template <>
 struct Description<ModesOptions> {
@@ -150,14 +151,15 @@ struct Description<ModesOptions> {
       FieldOf("count", &ModesOptions::count),         FieldOf("time", &ModesOptions::time),
       FieldOf("prestress", &ModesOptions::prestress), FieldOf("force_tolerance", &ModesOptions::force_tolerance),
       FieldOf("tolerance", &ModesOptions::tolerance), FieldOf("ignore_friction", &ModesOptions::ignore_friction),
-      FieldOf("damped", &ModesOptions::damped)};
+      FieldOf("damped", &ModesOptions::damped),       FieldOf("freeze_time", &ModesOptions::freeze_time)};
 };
 template <>
 struct Description<BucklingOptions> {
   static constexpr std::tuple fields{FieldOf("loads", &BucklingOptions::loads, {.is_required = true}),
                                      FieldOf("time", &BucklingOptions::time),
                                      FieldOf("force_tolerance", &BucklingOptions::force_tolerance),
-                                     FieldOf("ignore_friction", &BucklingOptions::ignore_friction)};
+                                     FieldOf("ignore_friction", &BucklingOptions::ignore_friction),
+                                     FieldOf("freeze_time", &BucklingOptions::freeze_time)};
 };
 
 template <class Struct, class Visit>

@@ -107,6 +107,7 @@ void bind_records(py::module_& module) {
       .field("factorizations", "EquilibriumSearch.factorizations", &EquilibriumResult::search,
              &EquilibriumSearch::factorizations)
       .field("positions", &EquilibriumResult::positions, 3)
+      .field("velocities", &EquilibriumResult::velocities, 3)
       .field("multipliers", &EquilibriumResult::multipliers)
       .field("reactions", &EquilibriumResult::reactions, 3)
       .field("support_forces", &EquilibriumResult::support_forces, 3)

@@ -332,7 +332,15 @@ void write_start(double at, Json* json) {
   if (motion.is_null()) json->erase("motion");
 }
 
-/// Writes the scene's own text with the new positions. Supports keep the positions from which their motion is measured.
+/// Returns the numbers of each point, [3n], as a list.
+Json list_rows(const std::vector<double>& numbers) {
+  Json rows = Json::array();
+  for (std::size_t i = 0; i < numbers.size(); i += 3) rows.push_back({numbers[i], numbers[i + 1], numbers[i + 2]});
+  return rows;
+}
+
+/// Writes the scene's own text with the new positions, and the velocities of the frame in which they rest. Supports
+/// keep the positions from which their motion is measured.
 void write_scene(const fs::path& path, const scene::Scene& scene, const EquilibriumResult& found) {
   std::ifstream file(scene.file);
   Json json = Json::parse(file);
@@ -352,10 +360,9 @@ void write_scene(const fs::path& path, const scene::Scene& scene, const Equilibr
       std::copy_n(scene.system.positions.begin() + first, 3, positions.begin() + first);
     }
   }
-  Json rows = Json::array();
-  for (std::size_t i = 0; i < positions.size(); i += 3)
-    rows.push_back({positions[i], positions[i + 1], positions[i + 2]});
-  json["points"] = {{"positions", std::move(rows)}, {"masses", scene.system.masses}};
+  json["points"] = {{"positions", list_rows(positions)}, {"masses", scene.system.masses}};
+  if (std::ranges::any_of(found.velocities, [](double each) { return each != 0.0; }))
+    json["points"]["velocities"] = list_rows(found.velocities);
   replace_file(path, [&](OutputFile* out) { out->write(json.dump() + "\n"); });
 }
 

@@ -52,7 +52,7 @@ std::vector<OneSided> read_one_sided(const Cursor& sides, const System& system) 
 
 void read_equilibrium(const Cursor& equilibrium, Scene* scene) {
   equilibrium.object({"method", "force_tolerance", "max_iterations", "accept", "at", "load_steps", "prestress",
-                      "one_sided", "friction"});
+                      "one_sided", "friction", "time"});
   EquilibriumOptions& options = scene->equilibrium;
   options.method = equilibrium["method"].choice<EquilibriumMethod>(options.method);
   options.accept = equilibrium["accept"].choice<AcceptedEquilibria>(options.accept);
@@ -64,6 +64,10 @@ void read_equilibrium(const Cursor& equilibrium, Scene* scene) {
   if (const Cursor friction = equilibrium["friction"]) {
     if (!friction.says("ignore")) friction.fail(R"("ignore")");
     options.ignore_friction = true;
+  }
+  if (const Cursor time = equilibrium["time"]) {
+    if (!time.says("freeze")) time.fail(R"("freeze")");
+    options.freeze_time = true;
   }
   if (const Cursor sides = equilibrium["one_sided"]) options.one_sided = read_one_sided(sides, scene->system);
   if (const Cursor prestress = equilibrium["prestress"]) options.prestress = read_prestress(prestress, scene->system);

@@ -47,6 +47,7 @@ ModesOptions modes_options(const Scene& scene) {
   options.time = scene.equilibrium.at;
   options.prestress = scene.equilibrium.prestress;
   options.ignore_friction = scene.equilibrium.ignore_friction;
+  options.freeze_time = scene.equilibrium.freeze_time;
   options.solver = scene.solver;
   return options;
 }
@@ -56,6 +57,7 @@ BucklingOptions buckling_options(const Scene& scene) {
   options.loads = scene.buckling_loads;
   options.time = scene.equilibrium.at;
   options.ignore_friction = scene.equilibrium.ignore_friction;
+  options.freeze_time = scene.equilibrium.freeze_time;
   options.solver = scene.solver;
   return options;
 }

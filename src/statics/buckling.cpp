@@ -36,6 +36,7 @@ EquilibriumOptions describe_system(const BucklingOptions& options) {
   EquilibriumOptions result;
   result.at = options.time;
   result.ignore_friction = options.ignore_friction;
+  result.freeze_time = options.freeze_time;
   result.solver = options.solver;
   return result;
 }

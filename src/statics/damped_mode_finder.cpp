@@ -8,11 +8,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "base/dense.hpp"
 #include "base/numbers.hpp"
 #include "base/text.hpp"
-#include "statics/damping_matrix.hpp"
 
 namespace tanor {
 
@@ -48,9 +48,10 @@ class DampedModeFinder::Deflated {
   DampedModeFinder& finder_;
 };
 
-DampedModeFinder::DampedModeFinder(EquilibriumEquations& equations, const double* r, double rate, double zero)
+DampedModeFinder::DampedModeFinder(EquilibriumEquations& equations, Eigen::SparseMatrix<double> damping, double rate,
+                                   double zero)
     : equations_(equations),
-      damping_(find_damping(equations.work(), equations.time(), r)),
+      damping_(std::move(damping)),
       kkt_(equations),
       root_mass_(static_cast<Columns>(equations.size())),
       rate_(rate),

@@ -18,9 +18,9 @@ namespace tanor {
 /// multiplicity.
 class DampedModeFinder {
  public:
-  /// The equations must have been linearised last at r. `rate` is that of the fastest vibration, 1/s; |lambda| up to
-  /// `zero` count as 0.
-  DampedModeFinder(EquilibriumEquations& equations, const double* r, double rate, double zero);
+  /// The equations must have been linearised last at the equilibrium, whose D [size(), size()] is given. `rate` is that
+  /// of the fastest vibration, 1/s; |lambda| up to `zero` count as 0.
+  DampedModeFinder(EquilibriumEquations& equations, Eigen::SparseMatrix<double> damping, double rate, double zero);
 
   struct Found {
     Outcome outcome;

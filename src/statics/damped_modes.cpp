@@ -11,7 +11,6 @@
 
 #include "base/dense.hpp"
 #include "base/numbers.hpp"
-#include "statics/damping_matrix.hpp"
 
 namespace tanor {
 
@@ -60,13 +59,13 @@ std::pair<MatrixXd, MatrixXd> split(const MatrixXd& A) {
 
 }  // namespace
 
-DampedModeSet find_damped_modes(const EquilibriumEquations& equations, const double* r, const MatrixXd& Z,
-                                double zero) {
+DampedModeSet find_damped_modes(const EquilibriumEquations& equations,
+                                const Eigen::SparseMatrix<double>& damping_matrix, const MatrixXd& Z, double zero) {
   const Rows s = Z.cols();
   MatrixXd WZ(Z.rows(), s);
   for (Rows j = 0; j < s; ++j) equations.stiffness().multiply(Z.col(j).data(), WZ.col(j).data());
   const MatrixXd stiffness = Z.transpose() * WZ;
-  const MatrixXd damping = Z.transpose() * (find_damping(equations.work(), equations.time(), r) * Z);
+  const MatrixXd damping = Z.transpose() * (damping_matrix * Z);
   // With times in units of the fastest vibration both lower blocks of the companion matrix have similar size. If
   // nothing is stiff, the damping sets the unit.
   constexpr double little = 1e-8;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/SparseCore>
 
 #include "statics/equilibrium_equations.hpp"
 
@@ -16,10 +17,10 @@ struct DampedModeSet {
 };
 
 /// Finds all damped modes from the dense eigenvalue problem of [0, I; -Z'WZ, -Z'DZ]. Z holds M-orthonormal moves that
-/// break no constraint, for the configuration r [3 points] at which the equations were linearised last. W and D need
-/// not be symmetric. Values of |lambda| up to `zero` count as 0, which is listed with its multiplicity: twice for a
-/// motion that nothing holds or slows.
-DampedModeSet find_damped_modes(const EquilibriumEquations& equations, const double* r, const Eigen::MatrixXd& Z,
-                                double zero);
+/// break no constraint where the equations were linearised last. W and D [size(), size()] need not be symmetric. Values
+/// of |lambda| up to `zero` count as 0, which is listed with its multiplicity: twice for a motion that nothing holds or
+/// slows.
+DampedModeSet find_damped_modes(const EquilibriumEquations& equations, const Eigen::SparseMatrix<double>& D,
+                                const Eigen::MatrixXd& Z, double zero);
 
 }  // namespace tanor

@@ -41,4 +41,23 @@ Eigen::SparseMatrix<double> find_damping(Workspace& work, double t, const double
   return result;
 }
 
+Eigen::SparseMatrix<double> find_coriolis(const EquilibriumEquations& equations) {
+  const Vec3 spin = equations.spin();
+  const auto size = static_cast<Eigen::Index>(equations.size());
+  std::vector<Eigen::Triplet<double>> entries;
+  for (Eigen::Index i = 0; i < size; i += 3) {
+    const double twice = 2.0 * equations.model().mass[static_cast<std::size_t>(i / 3)];
+    const auto add = [&](Eigen::Index row, Eigen::Index column, double value) {
+      entries.emplace_back(i + row, i + column, twice * value);
+      entries.emplace_back(i + column, i + row, -twice * value);
+    };
+    add(2, 1, spin.x);
+    add(0, 2, spin.y);
+    add(1, 0, spin.z);
+  }
+  Eigen::SparseMatrix<double> result(size, size);
+  result.setFromTriplets(entries.begin(), entries.end());
+  return result;
+}
+
 }  // namespace tanor

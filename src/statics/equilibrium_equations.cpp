@@ -13,11 +13,12 @@ constexpr double step_of_irregular = 2.3;
 
 }  // namespace
 
-EquilibriumEquations::EquilibriumEquations(Workspace& work, double t)
+EquilibriumEquations::EquilibriumEquations(Workspace& work, double t, Vec3 spin)
     : work_(work),
       model_(work.model()),
       t_(t),
       extent_(model_.scene_size),
+      spin_(spin),
       stiffness_(work),
       rounding_(model_.num_moving(), 0.0),
       blur_(model_.num_moving(), 0.0),

@@ -14,17 +14,19 @@ namespace tanor {
 ///
 /// The unknowns are the n moving points, which come first in the inner order; supports stay where they are at t. The
 /// rows are the d equations that join moving points, `num_rows()`, which come before the idle ones. Friction takes no
-/// part.
+/// part. In a frame that moves (see SteadyFrame) rest is that in the frame.
 class EquilibriumEquations {
  public:
-  /// `work` must belong to a system without friction.
-  EquilibriumEquations(Workspace& work, double t);
+  /// `work` must belong to a system without friction, and with the energy of the frame's inertia if that moves; `spin`
+  /// is that of the frame, rad/s.
+  EquilibriumEquations(Workspace& work, double t, Vec3 spin = {});
 
   std::size_t size() const { return 3 * model_.num_moving(); }
   std::size_t num_rows() const { return model_.numbering.first_idle_row(); }
   const Model& model() const { return model_; }
   Workspace& work() const { return work_; }
   double time() const { return t_; }
+  Vec3 spin() const { return spin_; }
 
   /// Evaluates g [size()] and xi [model().num_rows()] at r [3 points] and lambda [model().num_rows()], and K there.
   /// Returns the scale of g, N: the largest force at a moving point that a single row, spring, tuple or other law
@@ -66,6 +68,7 @@ class EquilibriumEquations {
   Workspace& work_;
   const Model& model_;
   double t_, violation_ = 0.0, extent_;
+  Vec3 spin_;
   StiffnessMatrix stiffness_;
   std::vector<double> rounding_;  // [moving point] N
   std::vector<double> blur_;      // [moving point] N/m

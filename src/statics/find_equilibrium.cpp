@@ -9,6 +9,8 @@
 #include "base/quiet_traps.hpp"
 #include "base/text.hpp"
 #include "dynamics/prestress_rigidity.hpp"
+#include "statics/damped_modes.hpp"
+#include "statics/damping_matrix.hpp"
 #include "statics/dot.hpp"
 #include "statics/forces_without_potential.hpp"
 #include "statics/mode_finder.hpp"
@@ -29,8 +31,8 @@ namespace {
 /// The search for one system from one start; arrays are in the inner order.
 class Search {
  public:
-  Search(System system, const EquilibriumOptions& options, const std::vector<double>& prestress,
-         EquilibriumResult* result);
+  Search(System system, const SteadyFrame& frame, const EquilibriumOptions& options,
+         const std::vector<double>& prestress, EquilibriumResult* result);
 
   /// Returns the points that K alone would let move, but that rods under tension hold.
   std::vector<Index> find_rigid_points();
@@ -57,12 +59,14 @@ class Search {
   void move_along_lowest_shape();
   void leave_unstable();
   Outcome classify();
+  std::optional<std::size_t> count_growing();
   ReducedInertia find_inertia_with(const std::vector<double>& lambda);
   void forget_idle_rows();
   void choose_start_multipliers();
   std::string name_points_that_move() const;
 
   const EquilibriumOptions& options_;
+  const SteadyFrame& frame_;
   EquilibriumResult& result_;
   Workspace work_;
   const Model& model_;
@@ -79,13 +83,14 @@ class Search {
   double position_error_ = 0.0;    // m, a step of Newton's method at the end
 };
 
-Search::Search(System system, const EquilibriumOptions& options, const std::vector<double>& prestress,
-               EquilibriumResult* result)
+Search::Search(System system, const SteadyFrame& frame, const EquilibriumOptions& options,
+               const std::vector<double>& prestress, EquilibriumResult* result)
     : options_(options),
+      frame_(frame),
       result_(*result),
       work_(std::move(system), options.solver, 0.0),
       model_(work_.model()),
-      equations_(work_, options.at),
+      equations_(work_, options.at, frame.spin),
       multipliers_(equations_, options.solver),
       newton_(equations_, options.solver.ordering),
       prestress_(model_.num_rows(), 0.0) {
@@ -255,14 +260,44 @@ Outcome Search::classify() {
     stability.status = Stability::None;
     return {Status::NotConverged, "it rests there, but pivots vanish on both sides of zero: stability is not known"};
   }
-  stability.unstable_directions = inertia_.negative;
+  const std::optional<std::size_t> growing = count_growing();
+  if (!growing) {
+    stability.status = Stability::None;
+    return {Status::NotConverged, "it rests there, but its energy falls in " +
+                                      text_of_count(inertia_.negative, "direction") +
+                                      ", in which Coriolis forces may hold it: that is decided up to " +
+                                      std::to_string(most_dense_unknowns) + " unknowns"};
+  }
+  stability.unstable_directions = *growing;
   stability.zero_modes = inertia_.zero;
   stability.rigid_zero_modes = inertia_.rigid_zero;
   stability.lowest_omega2 = inertia_.lowest;
-  stability.status = inertia_.negative > 0                 ? Stability::Unstable
-                     : inertia_.zero > inertia_.rigid_zero ? Stability::Marginal
-                                                           : Stability::Stable;
+  const bool is_held = inertia_.negative > 0 && *growing == 0;
+  if (is_held)
+    result_.left_out.push_back("stability: the energy falls in " + text_of_count(inertia_.negative, "direction") +
+                               ", in which Coriolis forces hold small motions as long as nothing slows them");
+  stability.status = *growing > 0                                     ? Stability::Unstable
+                     : is_held || inertia_.zero > inertia_.rigid_zero ? Stability::Marginal
+                                                                      : Stability::Stable;
   return {};
+}
+
+/// Returns the number of motions that grow. At rest, and where nothing couples motions across the axis, these are all
+/// in which the energy falls. In a frame that turns Coriolis forces may hold an even number of them (Thomson and Tait
+/// 1879): with an odd one the roots lambda have a negative product. Returns nothing if that is not known.
+std::optional<std::size_t> Search::count_growing() {
+  if (!frame_.turns() || inertia_.negative == 0) return inertia_.negative;
+  if (equations_.size() > most_dense_unknowns)
+    return inertia_.negative % 2 == 1 ? std::optional(inertia_.negative) : std::nullopt;
+  constexpr double none = 1e-12, of_double_roots = 1e-7;  // relative to the fastest motion
+  equations_.linearise(state_.r.data(), state_.lambda.data());
+  ModeFinder finder(equations_, newton_.solver(), rank_.degrees_of_freedom, list_dependent_rows(model_, rank_));
+  const std::optional<Eigen::MatrixXd> basis = finder.find_basis();
+  if (!basis) return std::nullopt;
+  const DampedModeSet modes =
+      find_damped_modes(equations_, find_coriolis(equations_), *basis, std::sqrt(none * finder.scale()));
+  const double fastest = modes.lambda.size() > 0 ? modes.lambda.cwiseAbs().maxCoeff() : 0.0;
+  return static_cast<std::size_t>((modes.lambda.real().array() > of_double_roots * fastest).count());
 }
 
 /// Moves the points along the mode that lowers the energy most.
@@ -334,10 +369,13 @@ Outcome Search::run(bool assesses_stability) {
   const bool is_marginal = status == Stability::Marginal;
   return {Status::NoSolution,
           std::string("the equilibrium is not accepted: it is ") +
-              (is_marginal ? "marginal, with " + text_of_count(inertia_.zero - inertia_.rigid_zero, "zero mode") +
-                                 " beyond those of islands as a whole"
-                           : "unstable in " + text_of_count(inertia_.negative, "direction") + ", lowest omega^2 = " +
-                                 text(inertia_.lowest) + " 1/s^2; most move the points " + name_points_that_move())};
+              (is_marginal && inertia_.negative > 0
+                   ? "marginal: the energy falls in " + text_of_count(inertia_.negative, "direction") +
+                         ", and Coriolis forces alone hold it"
+               : is_marginal ? "marginal, with " + text_of_count(inertia_.zero - inertia_.rigid_zero, "zero mode") +
+                                   " beyond those of islands as a whole"
+                             : "unstable in " + text_of_count(inertia_.negative, "direction") + ", lowest omega^2 = " +
+                                   text(inertia_.lowest) + " 1/s^2; most move the points " + name_points_that_move())};
 }
 
 void Search::describe() {
@@ -373,6 +411,9 @@ void Search::write() {
     model_.numbering.scatter_points(all, *user);
   };
   scatter(state_.r, &result_.positions);
+  result_.velocities.assign(size, 0.0);
+  for (std::size_t i = 0; i < model_.num_points(); ++i)
+    store(result_.velocities.data(), i, frame_.velocity_at(load(result_.positions.data(), i)));
   std::vector<double> reactions(size), loads(size, 0.0);
   model_.gather.reactions(model_.parallel, equations_.gradients().data(), state_.lambda.data(), reactions.data());
   scatter(reactions, &result_.reactions);
@@ -399,11 +440,11 @@ void Search::forget_idle_rows() {
 }
 
 /// Starts a search in which points held rigid by prestress become supports, as in a Simulation.
-std::unique_ptr<Search> start_search(const System& system, const EquilibriumOptions& options,
+std::unique_ptr<Search> start_search(const System& system, const SteadyFrame& frame, const EquilibriumOptions& options,
                                      const std::vector<double>& prestress, const std::vector<double>& positions,
                                      EquilibriumResult* result) {
   const auto make = [&](const System& held) {
-    auto search = std::make_unique<Search>(held, options, prestress, result);
+    auto search = std::make_unique<Search>(held, frame, options, prestress, result);
     search->start_at(positions, nullptr);
     return search;
   };
@@ -418,7 +459,7 @@ std::unique_ptr<Search> start_search(const System& system, const EquilibriumOpti
 
 }  // namespace
 
-EquilibriumResult rest_from(const System& system, const EquilibriumOptions& options,
+EquilibriumResult rest_from(const System& system, const SteadyFrame& frame, const EquilibriumOptions& options,
                             const std::vector<double>& prestress, const std::vector<double>& start,
                             bool assesses_stability) {
   EquilibriumResult result;
@@ -427,12 +468,12 @@ EquilibriumResult rest_from(const System& system, const EquilibriumOptions& opti
     const double factor = static_cast<double>(step) / static_cast<double>(options.load_steps);
     System loaded = options.load_steps > 1 ? with_load(system, factor, options.at) : system;
     if (!search) {
-      search = start_search(loaded, options, prestress, start, &result);
+      search = start_search(loaded, frame, options, prestress, start, &result);
     } else {
       const StaticState before = search->state();
       const std::vector<double> positions = search->positions();
       loaded.supports = search->system().supports;
-      search = std::make_unique<Search>(std::move(loaded), options, prestress, &result);
+      search = std::make_unique<Search>(std::move(loaded), frame, options, prestress, &result);
       search->start_at(positions, &before.lambda);
     }
     result.outcome = search->run(assesses_stability);
@@ -451,9 +492,9 @@ EquilibriumResult find_equilibrium(const System& system, const EquilibriumOption
     if (std::holds_alternative<Drag>(system.forces[k]))
       left_out.push_back(force_name(system, k) + ": drag acts on what moves");
   }
-  EquilibriumResult result = options.one_sided.empty()
-                                 ? rest_from(input.system, options, input.prestress, input.system.positions, true)
-                                 : OneSidedSearch(input, options).run();
+  EquilibriumResult result = options.one_sided.empty() ? rest_from(input.system, input.frame, options, input.prestress,
+                                                                   input.system.positions, true)
+                                                       : OneSidedSearch(input, options).run();
   result.left_out.insert(result.left_out.begin(), left_out.begin(), left_out.end());
   return result;
 }

@@ -68,7 +68,7 @@ GivenEquilibrium::GivenEquilibrium(const System& system, const EquilibriumClaim&
                                    const EquilibriumOptions& options)
     : input_(system, options),
       work_(input_.system, options.solver, 0.0),
-      equations_(work_, options.at),
+      equations_(work_, options.at, input_.frame.spin),
       smallest_(equations_, options.solver),
       r_(3 * model().num_points()),
       lambda_(model().num_rows(), 0.0) {
@@ -220,6 +220,20 @@ std::vector<std::vector<double>> GivenEquilibrium::random_moves(std::size_t coun
     for (double& value : x) value /= length;
   }
   return moves;
+}
+
+bool GivenEquilibrium::feels_coriolis() {
+  if (!input_.frame.turns() || degrees_of_freedom() == 0) return false;
+  const std::vector<std::vector<double>> moves = random_moves(2);
+  const double twice_spin = 2.0 * norm(input_.frame.spin);
+  // y'Gz, and a bound of its terms
+  double sum = 0.0, terms = 0.0;
+  for (std::size_t i = 0; i < model().num_moving(); ++i) {
+    const Vec3 y = load(moves[0].data(), i), z = load(moves[1].data(), i);
+    sum += 2.0 * model().mass[i] * dot(y, cross(input_.frame.spin, z));
+    terms += twice_spin * model().mass[i] * norm(y) * norm(z);
+  }
+  return std::abs(sum) > allowed_change * terms;
 }
 
 std::string GivenEquilibrium::find_ambiguous_stiffness() {

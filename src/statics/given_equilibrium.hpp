@@ -43,6 +43,8 @@ class GivenEquilibrium {
 
   /// Evaluates K and W for other multipliers.
   void linearise(const std::vector<double>& lambda) { equations_.linearise(r_.data(), lambda.data()); }
+  /// Returns true if Coriolis forces couple motions that the constraints allow.
+  bool feels_coriolis();
   /// Names the rows whose multipliers forces do not determine and that change Z'WZ; empty if there are none.
   std::string find_ambiguous_stiffness();
 

@@ -14,6 +14,7 @@
 #include "base/text.hpp"
 #include "statics/damped_mode_finder.hpp"
 #include "statics/damped_modes.hpp"
+#include "statics/damping_matrix.hpp"
 #include "statics/forces_without_potential.hpp"
 #include "statics/given_equilibrium.hpp"
 #include "statics/mode_finder.hpp"
@@ -35,6 +36,7 @@ EquilibriumOptions describe_system(const ModesOptions& options) {
   result.at = options.time;
   result.prestress = options.prestress;
   result.ignore_friction = options.ignore_friction;
+  result.freeze_time = options.freeze_time;
   result.solver = options.solver;
   return result;
 }
@@ -139,9 +141,10 @@ struct DampedModes {
 };
 
 /// Finds damped modes of a system with many freedoms. This needs Spectra.
-DampedModes find_lowest_damped_modes(GivenEquilibrium& state, std::size_t count, double rate, double zero) {
+DampedModes find_lowest_damped_modes(GivenEquilibrium& state, Eigen::SparseMatrix<double> damping, std::size_t count,
+                                     double rate, double zero) {
 #if __has_include(<Spectra/GenEigsSolver.h>)
-  DampedModeFinder finder(state.equations(), state.positions().data(), rate, zero);
+  DampedModeFinder finder(state.equations(), std::move(damping), rate, zero);
   auto [outcome, modes] = finder.find_lowest(count, state.degrees_of_freedom());
   return {std::move(outcome), std::move(modes)};
 #else
@@ -207,15 +210,19 @@ Modes modes(const System& system, std::span<const double> positions, const Modes
   const double lightest = std::ranges::min(std::span(model.mass).first(model.num_moving()));
   const double zero = std::max(rounding * finder.scale(),
                                ZeroModes::share_of_residual * state.residual() / (model.smallest_length * lightest));
-  if (options.damped && !plan.is_dense) {
-    const DampedModes found = find_lowest_damped_modes(state, plan.count, std::sqrt(finder.scale()), std::sqrt(zero));
+  const bool feels_coriolis = state.feels_coriolis(), has_rates = options.damped || feels_coriolis;
+  Eigen::SparseMatrix<double> D = find_coriolis(state.equations());
+  if (options.damped) D += find_damping(state.equations().work(), options.time, state.positions().data());
+  if (has_rates && !plan.is_dense) {
+    const DampedModes found =
+        find_lowest_damped_modes(state, std::move(D), plan.count, std::sqrt(finder.scale()), std::sqrt(zero));
     if (!found.outcome.ok()) return fail(result, found.outcome.status, found.outcome.what);
     write_damped_modes(model, found.modes, plan.count, zero, &result);
     result.residual_max = found.modes.residual;
-  } else if (options.damped) {
+  } else if (has_rates) {
     const std::optional<Eigen::MatrixXd> basis = finder.find_basis();
     if (!basis) return fail(result, Status::Singular, "the stiffness matrix has no factor");
-    const DampedModeSet found = find_damped_modes(state.equations(), state.positions().data(), *basis, std::sqrt(zero));
+    const DampedModeSet found = find_damped_modes(state.equations(), D, *basis, std::sqrt(zero));
     write_damped_modes(model, found, options.count, zero, &result);
     result.residual_max = found.residual;
   } else {

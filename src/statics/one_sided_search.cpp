@@ -22,7 +22,7 @@ EquilibriumResult OneSidedSearch::rest(bool assesses_stability) {
   const System closed = without_open_constraints(input_.system, rows_.open());
   const std::vector<double> prestress = rows_.keep(input_.prestress);
   const auto rest_at = [&](const std::vector<double>& start) {
-    EquilibriumResult found = rest_from(closed, options, prestress, start, assesses_stability);
+    EquilibriumResult found = rest_from(closed, input_.frame, options, prestress, start, assesses_stability);
     search_.iterations += found.search.iterations;
     search_.factorizations += found.search.factorizations;
     search_.residuals.insert(search_.residuals.end(), found.search.residuals.begin(), found.search.residuals.end());

@@ -7,9 +7,10 @@
 
 namespace tanor {
 
-/// Finds the equilibrium of a system whose constraints all act both ways, from `start` [3n]. If `assesses_stability` is
+/// Finds the equilibrium of a system whose constraints all act both ways, in a frame whose inertia is among the forces,
+/// from `start` [3n]. If `assesses_stability` is
 /// false, any equilibrium is accepted and its stability is not computed.
-EquilibriumResult rest_from(const System& system, const EquilibriumOptions& options,
+EquilibriumResult rest_from(const System& system, const SteadyFrame& frame, const EquilibriumOptions& options,
                             const std::vector<double>& prestress, const std::vector<double>& start,
                             bool assesses_stability);
 

@@ -109,6 +109,20 @@ StaticsInput::StaticsInput(const System& given, const EquilibriumOptions& option
   for (std::string& warning : find_warnings(system)) left_out.push_back(std::move(warning));
   require_stiffness(system, options.accept == AcceptedEquilibria::Any, &left_out);
   prestress = read_prestress(system, options.prestress);
+  enter_frame(options);
+}
+
+/// Takes what depends on time as it is, if that is asked for, or finds the frame in which it rests.
+void StaticsInput::enter_frame(const EquilibriumOptions& options) {
+  if (options.freeze_time) {
+    for (const std::string& name : list_what_depends_on_time(system))
+      left_out.push_back(name + ": the motion is frozen at t = " + text(options.at));
+    return;
+  }
+  frame = find_steady_frame(system, options.at);
+  if (!frame.moves()) return;
+  add_inertia(frame, &system);
+  left_out.push_back("rest: in the frame " + frame.describe() + ", with the energy of its inertia");
 }
 
 void note_useless_prestress(const std::vector<double>& prestress, std::size_t self_stress_states,

@@ -5,6 +5,8 @@
 
 #include <tanor/equilibrium.hpp>
 
+#include "statics/steady_frame.hpp"
+
 namespace tanor {
 
 class EquilibriumEquations;
@@ -14,9 +16,13 @@ struct StaticsInput {
   /// Checks the options; throws InputError.
   StaticsInput(const System& given, const EquilibriumOptions& options);
 
-  System system;                      ///< at rest, without friction and coordinates
+  System system;                      ///< at rest, without friction and coordinates, with the inertia of the frame
+  SteadyFrame frame;                  ///< in which it rests
   std::vector<double> prestress;      ///< [equations] requested lambda; 0 elsewhere
   std::vector<std::string> left_out;  ///< by name
+
+ private:
+  void enter_frame(const EquilibriumOptions& options);
 };
 
 /// Notes requested tensions, multipliers that are not 0, in a system without states of self-stress.

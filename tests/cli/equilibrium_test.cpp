@@ -73,7 +73,8 @@ TEST(EquilibriumTest, RunStaysAtAGeneratedSceneToo) {
   EXPECT_NEAR(after[19][2].get<double>(), -0.3, 1e-9);
 }
 
-/// With a rod that grows or supports that move, the scene at rest begins at its own time.
+/// With a rod that grows or supports that move, the scene at rest begins at its own time. A support that moves evenly
+/// carries rest along, and the others are frozen.
 TEST(EquilibriumTest, EquilibriumAtALaterTimeIsWrittenAsASceneThatRunsFromThatTime) {
   for (const char* what : {"rod", "support", "spring"}) {
     const Folder folder;
@@ -86,6 +87,7 @@ TEST(EquilibriumTest, EquilibriumAtALaterTimeIsWrittenAsASceneThatRunsFromThatTi
     if (what == std::string("support")) scene["supports"][0]["motion"] = {{"formula", {"0.1*t", "0", "0.2*t"}}};
     if (what == std::string("spring"))
       scene["forces"].push_back({{"kind", "potential"}, {"points", {{1}}}, {"energy", "(x1-t)^2"}});
+    if (what != std::string("support")) scene["equilibrium"]["time"] = "freeze";
     ASSERT_EQ(find_in(folder, scene).code, 0) << what;
 
     const Ended ended = run_program(folder, {"run", "at_rest/equilibrium.json", "--out", "motion", "--quiet"});
@@ -98,6 +100,27 @@ TEST(EquilibriumTest, EquilibriumAtALaterTimeIsWrittenAsASceneThatRunsFromThatTi
     EXPECT_NEAR(json::parse(read_text(folder / "motion/summary.json"))["t_end"].get<double>(), 3.2, 1e-12);
     EXPECT_EQ(json::parse(read_text(folder / "again/summary.json"))["equilibrium"]["iterations"], 0) << what;
   }
+}
+
+/// A bead that rests on a hoop which turns stays at its height in a motion from there, and one that grows is refused.
+TEST(EquilibriumTest, RestOnATurningHoopIsKeptByAMotion) {
+  const Folder folder;
+  json scene = json::parse(R"json({
+    "tanor_scene": 1, "points": {"positions": [[0.6,0,-0.8]]},
+    "constraints": [{"name": "hoop", "kind": "circle", "points": [0], "center": [0,0,0],
+                     "normal": {"formula": ["-sin(5*t)", "cos(5*t)", "0"]}, "radius": 1}],
+    "forces": [{"kind": "gravity", "acceleration": [0,0,-10]}], "motion": {"t_end": 2}})json");
+  ASSERT_EQ(find_in(folder, scene).code, 0);
+
+  const Ended ended = run_program(folder, {"run", "at_rest/equilibrium.json", "--out", "motion", "--quiet"});
+
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  const json after = json::parse(read_text(folder / "motion/summary.json"))["final"]["positions"];
+  EXPECT_NEAR(after[0][2].get<double>(), -0.4, 1e-6);
+  scene["constraints"][0]["radius"] = {{"formula", "1+0.1*t"}};
+  const Ended refused = find_in(folder, scene);
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_NE(refused.err.find("hoop (normal, radius)"), std::string::npos) << refused.err;
 }
 
 /// Expects that a scene and the scene which it writes have the same equilibrium, and that a run of the latter starts
@@ -134,7 +157,7 @@ TEST(EquilibriumTest, InitialNumbersAreThoseOfTheSceneThatWasGiven) {
     "tanor_scene": 1, "points": {"positions": [[0,0,0], [0.3,0,-1], [0,0,-2]], "masses": 1},
     "supports": [{"points": [0], "motion": {"formula": ["0", "0", "0.5*sin(pi*t/2)"]}}],
     "constraints": [{"kind": "rod", "pairs": [[0,1],[1,2]]}], "forces": [{"kind": "gravity", "acceleration": [0,0,-9.81]}],
-    "equilibrium": {"at": 1, "accept": "marginal"}, "motion": {"t_end": 0.01}})json");
+    "equilibrium": {"at": 1, "accept": "marginal", "time": "freeze"}, "motion": {"t_end": 0.01}})json");
   json angle = base, table = base, sphere = base, pulley = base;
   angle["constraints"].push_back({{"kind", "angle"}, {"triples", {{0, 1, 2}}}});
   table["supports"][0]["motion"] = {{"table", "drive.csv"}};
@@ -299,6 +322,7 @@ TEST(EquilibriumTest, BadInputIsNamedByItsPlace) {
       {R"({"prestress": {"rods": "tight"}})", "/equilibrium/prestress/rods"},
       {R"({"prestress": {"rods": [1, "tight", 2]}})", "/equilibrium/prestress/rods/1"},
       {R"({"at": "noon"})", "/equilibrium/at"},
+      {R"({"time": "stop"})", "/equilibrium/time"},
       {R"({"friction": "keep"})", "/equilibrium/friction"},
       {R"({"prestress": 5})", "/equilibrium/prestress"},
       {R"({"prestress": {"ropes": 5}})", "/equilibrium/prestress/ropes"},

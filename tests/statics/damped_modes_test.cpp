@@ -12,6 +12,7 @@
 #include "errors.hpp"
 #include "scenes.hpp"
 #include "statics/damped_mode_finder.hpp"
+#include "statics/damping_matrix.hpp"
 #include "statics/given_equilibrium.hpp"
 #include "statics/mode_finder.hpp"
 
@@ -174,12 +175,12 @@ TEST(DampedModes, AreTheSameFromDenseAndFromSparseMatrices) {
   KktSolver kkt(state->equations());
   ModeFinder finder(state->equations(), kkt, state->degrees_of_freedom());
   ASSERT_EQ(state->degrees_of_freedom(), 2u * rods);
-  const double* const r = state->positions().data();
+  const Eigen::SparseMatrix<double> damping = find_damping(state->equations().work(), 0.0, state->positions().data());
   const double rate = std::sqrt(finder.scale());
 
-  const DampedModeSet dense = find_damped_modes(state->equations(), r, *finder.find_basis(), 1e-6 * rate);
+  const DampedModeSet dense = find_damped_modes(state->equations(), damping, *finder.find_basis(), 1e-6 * rate);
   const DampedModeFinder::Found sparse =
-      DampedModeFinder(state->equations(), r, rate, 1e-6 * rate).find_lowest(wanted, state->degrees_of_freedom());
+      DampedModeFinder(state->equations(), damping, rate, 1e-6 * rate).find_lowest(wanted, state->degrees_of_freedom());
 
   ASSERT_TRUE(sparse.outcome.ok()) << sparse.outcome.what;
   ASSERT_GE(sparse.modes.lambda.size(), wanted);

@@ -58,7 +58,8 @@ class BucklingOptions:
     time: float
     force_tolerance: float
     ignore_friction: bool
-    def __init__(self, *, loads: str | Sequence[str], time: float = 0.0, force_tolerance: float = 1e-06, ignore_friction: bool = False) -> None: ...
+    freeze_time: bool
+    def __init__(self, *, loads: str | Sequence[str], time: float = 0.0, force_tolerance: float = 1e-06, ignore_friction: bool = False, freeze_time: bool = False) -> None: ...
 
 class Certificate:
     @property
@@ -277,7 +278,8 @@ class EquilibriumOptions:
     prestress: dict[str, ArrayLike]
     one_sided: dict[str, str]
     ignore_friction: bool
-    def __init__(self, *, method: str = 'auto', force_tolerance: float = 1e-10, max_iterations: int = 500, accept: str = 'stable', at: float = 0.0, load_steps: int = 1, prestress: dict[str, ArrayLike] = (), one_sided: dict[str, str] = (), ignore_friction: bool = False) -> None: ...
+    freeze_time: bool
+    def __init__(self, *, method: str = 'auto', force_tolerance: float = 1e-10, max_iterations: int = 500, accept: str = 'stable', at: float = 0.0, load_steps: int = 1, prestress: dict[str, ArrayLike] = (), one_sided: dict[str, str] = (), ignore_friction: bool = False, freeze_time: bool = False) -> None: ...
 
 class EquilibriumResult:
     @property
@@ -294,6 +296,8 @@ class EquilibriumResult:
     def factorizations(self) -> int: ...
     @property
     def positions(self) -> numpy.ndarray: ...
+    @property
+    def velocities(self) -> numpy.ndarray: ...
     @property
     def multipliers(self) -> numpy.ndarray: ...
     @property
@@ -509,7 +513,8 @@ class ModesOptions:
     tolerance: float
     ignore_friction: bool
     damped: bool
-    def __init__(self, *, count: int | str = 10, time: float = 0.0, prestress: dict[str, ArrayLike] = (), force_tolerance: float = 1e-06, tolerance: float = 1e-10, ignore_friction: bool = False, damped: bool = False) -> None: ...
+    freeze_time: bool
+    def __init__(self, *, count: int | str = 10, time: float = 0.0, prestress: dict[str, ArrayLike] = (), force_tolerance: float = 1e-06, tolerance: float = 1e-10, ignore_friction: bool = False, damped: bool = False, freeze_time: bool = False) -> None: ...
 
 class MotionForces:
     @property

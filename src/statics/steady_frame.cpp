@@ -1,0 +1,480 @@
+#include "statics/steady_frame.hpp"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <type_traits>
+#include <utility>
+#include <variant>
+
+#include <tanor/user_kernel.hpp>
+
+#include "base/dense.hpp"
+#include "base/numbers.hpp"
+#include "base/text.hpp"
+#include "dynamics/workspace.hpp"
+#include "system/members.hpp"
+
+namespace tanor {
+
+using Eigen::MatrixXd, Eigen::VectorXd;
+
+namespace {
+
+/// Misfit of velocities and forces, relative to the largest, that counts as rounding.
+constexpr double rounding = 1e-9;
+/// Instants, in units of the time in which things move, and in seconds where nothing is known to move.
+constexpr std::array instants_of_motion{0.0, 0.29, 0.83, 1.7, 3.1};
+constexpr std::array instants_of_search{0.0, 7.4e-4, 7.4e-3, 0.074, 0.74, 7.4, 74.0};
+/// Configurations are disturbed, so that no rate vanishes by accident. Forces of points that lie close to each other,
+/// and formulas that are not defined everywhere, bear little of it.
+struct Disturbance {
+  std::size_t number;  // each is another configuration
+  double part;         // of the scene's size
+};
+constexpr Disturbance much{0, 0.1}, little{1, 1e-3};
+/// So many other ones determine a frame: one bead has one rate in each, and a frame nine numbers.
+constexpr std::size_t num_configurations = 6;
+
+template <class Value>
+bool is_constant(const Value& value) {
+  if constexpr (std::is_same_v<Value, VectorFunction>) return value.is_constant();
+  if constexpr (std::is_same_v<Value, Parameter>)
+    return std::ranges::all_of(value.functions, &ScalarFunction::is_constant);
+  return true;
+}
+
+/// Returns "normal, offset", the fields of a group that depend on time, or "formula".
+template <class Group>
+std::string name_moving_fields(const Group& group) {
+  std::string names;
+  const auto add = [&](const char* name) { names += (names.empty() ? "" : ", ") + std::string(name); };
+  for_each_field<Group>([&](const auto& field) {
+    if (!is_constant(group.*field.value)) add(field.name);
+  });
+  if constexpr (requires { group.kernel.depends_on_time; }) {
+    if (group.kernel.depends_on_time) add("formula");
+  }
+  return names;
+}
+
+/// Calls visit(where, name, fields) for each entry that depends on time.
+template <class Visit>
+void for_each_moving(const System& system, const Visit& visit) {
+  for (std::size_t k = 0; k < system.supports.size(); ++k) {
+    const Support& support = system.supports[k];
+    const std::string number = std::to_string(k);
+    if (!support.displacement.is_constant())
+      visit("/supports/" + number, support.name.empty() ? "support" + number : support.name, "motion");
+  }
+  const auto visit_list = [&](const char* list, const auto& entries, const auto& name_of) {
+    for (std::size_t k = 0; k < entries.size(); ++k) {
+      const std::string fields = std::visit([](const auto& each) { return name_moving_fields(each); }, entries[k]);
+      if (!fields.empty()) visit(list + std::to_string(k), name_of(system, k), fields);
+    }
+  };
+  visit_list("/constraints/", system.constraints, constraint_name);
+  visit_list("/forces/", system.forces, force_name);
+}
+
+/// Returns the coefficients of R(s) = 1 + first Omega x + second Omega x Omega x, a turn for the time tau, and of its
+/// integrals.
+struct RotationTerms {
+  RotationTerms(double spin, double tau) {
+    const double angle = spin * tau;
+    if (!(std::abs(angle) > 1e-3)) {
+      first = tau, second = 0.5 * tau * tau, third = tau * tau * tau / 6.0, fourth = std::pow(tau, 4) / 24.0;
+      return;
+    }
+    const double half = std::sin(0.5 * angle);
+    first = std::sin(angle) / spin;
+    second = 2.0 * half * half / (spin * spin);
+    third = (tau - first) / (spin * spin);
+    fourth = (0.5 * tau * tau - second) / (spin * spin);
+  }
+  double first, second, third, fourth;
+};
+
+Vec3 turn(Vec3 spin, const RotationTerms& by, Vec3 a) {
+  return a + by.first * cross(spin, a) + by.second * cross(spin, cross(spin, a));
+}
+
+}  // namespace
+
+Vec3 SteadyFrame::carry(Vec3 x, double tau) const {
+  const RotationTerms by(norm(spin), tau);
+  const auto twice = [&](Vec3 v) { return cross(spin, cross(spin, v)); };
+  // R(tau) (x - c) + integral of R(tau - s) (w + a s)
+  return centre + turn(spin, by, x - centre) + tau * velocity + by.second * cross(spin, velocity) +
+         by.third * twice(velocity) + 0.5 * tau * tau * acceleration + by.third * cross(spin, acceleration) +
+         by.fourth * twice(acceleration);
+}
+
+std::string SteadyFrame::describe() const {
+  const auto list = [](Vec3 a) {
+    constexpr int digits = 9;
+    const double largest = std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z), 1e-100});
+    const double unit = std::pow(10.0, digits - std::ceil(std::log10(largest)));
+    const auto rounded = [unit](double x) { return std::round(x * unit) / unit + 0.0; };
+    return text(std::array{rounded(a.x), rounded(a.y), rounded(a.z)});
+  };
+  if (!turns()) {
+    return "which moves with " + list(velocity) + " m/s and accelerates by " + list(acceleration) + " m/s^2";
+  }
+  // Omega x (p - c) + w has no part across Omega.
+  const Vec3 axis = centre + (1.0 / squared(spin)) * cross(spin, velocity);
+  const Vec3 along = (dot(velocity, spin) / squared(spin)) * spin;
+  return "which turns with " + list(spin) + " rad/s about " + list(axis) +
+         (squared(along) > 0.0 ? " and moves along that axis with " + list(along) + " m/s" : "");
+}
+
+std::vector<std::string> list_what_depends_on_time(const System& system) {
+  std::vector<std::string> result;
+  for_each_moving(system, [&](const std::string&, const std::string& name, const std::string& fields) {
+    result.push_back(name + " (" + fields + ")");
+  });
+  return result;
+}
+
+namespace {
+
+/// The supports, constraints and given forces of a system, and how they move at an instant.
+class MovingParts {
+ public:
+  MovingParts(const System& system, double t)
+      : system_(system), t_(t), work_(system, {}, 0.0), model_(work_.model()), r_(3 * model_.num_points()) {
+    model_.numbering.gather_points(system.positions, r_);
+    std::vector<double> v(r_.size());
+    work_.prescribe_all(t, r_.data(), v.data());
+    for (std::size_t i = 0; i < model_.num_points(); ++i)
+      centre_ = centre_ + (1.0 / static_cast<double>(model_.num_points())) * load(r_.data(), i);
+    std::vector<int> inner(model_.numbering.num_user_rows, -1);
+    for (std::size_t a = 0; a < model_.num_rows(); ++a) {
+      const auto row = static_cast<std::size_t>(model_.numbering.user_row[a]);
+      if (row < inner.size()) inner[row] = static_cast<int>(a);
+    }
+    std::size_t next = 0;
+    for_each_member(system, [&](std::span<const Index>, int rows) {
+      members_.push_back({next,
+                          {inner.begin() + static_cast<std::ptrdiff_t>(next),
+                           inner.begin() + static_cast<std::ptrdiff_t>(next) + rows}});
+      next += static_cast<std::size_t>(rows);
+    });
+  }
+
+  double size() const { return model_.scene_size; }
+  Vec3 centre() const { return centre_; }
+  double time() const { return t_; }
+
+  /// A configuration at one instant: supports where they are, all other points where the frame has carried them from a
+  /// disturbed start. Arrays are in the inner order, [3 points].
+  struct Configuration {
+    double tau;
+    std::vector<double> r, prescribed;
+  };
+  Configuration place(const SteadyFrame& frame, double tau, const Disturbance& by) {
+    Configuration result{tau, r_, std::vector<double>(r_.size(), 0.0)};
+    for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i)
+      result.r[i] += by.part * size() * irregular(i + by.number * r_.size());
+    for (std::size_t i = 0; i < model_.num_moving(); ++i)
+      store(result.r.data(), i, frame.carry(load(result.r.data(), i), tau));
+    work_.set_time(t_ + tau);
+    work_.prescribe_all(t_ + tau, result.r.data(), result.prescribed.data());
+    return result;
+  }
+
+  /// Returns the rates, m/s, at which points that move with the frame leave what is prescribed: each member of a
+  /// constraint, of which the distance |xi| from all its rows counts, each number of a support, and each number of a
+  /// given force, over the size of the force.
+  VectorXd find_rates(const SteadyFrame& frame, const Configuration& at) {
+    const std::size_t n = model_.num_points();
+    std::vector<double> v(3 * n), xi(model_.num_rows()), rates(model_.num_rows()), squares(model_.num_rows(), 0.0),
+        blocks(3 * work_.constraints.num_blocks());
+    for (std::size_t i = 0; i < n; ++i) store(v.data(), i, frame.velocity_at(load(at.r.data(), i), at.tau));
+    work_.set_time(t_ + at.tau);
+    (void)work_.constraints.evaluate_values(model_.parallel, at.r.data(), xi.data());
+    (void)work_.constraints.evaluate_rates(model_.parallel, at.r.data(), v.data(), rates.data());
+    work_.constraints.evaluate_gradients(model_.parallel, at.r.data(), blocks.data());
+    for (const Incidence& incidence : model_.incidences)
+      squares[static_cast<std::size_t>(incidence.row)] += squared(load(blocks.data(), incidence.block));
+    std::vector<double> result;
+    for (const auto& [first, rows] : members_) {
+      double product = 0.0, distance2 = 0.0;
+      for (const int a : rows) {
+        const auto row = static_cast<std::size_t>(a);
+        product += xi[row] * rates[row] / squares[row];
+        distance2 += xi[row] * xi[row] / squares[row];
+      }
+      result.push_back(distance2 > 0.0 ? product / std::sqrt(distance2) : 0.0);
+    }
+    for (std::size_t i = 3 * model_.num_moving(); i < 3 * n; ++i) result.push_back(v[i] - at.prescribed[i]);
+    add_given_forces(frame, at.tau, &result);
+    for (double& rate : result) rate = std::isfinite(rate) ? rate : 0.0;
+    return Eigen::Map<VectorXd>(result.data(), static_cast<Eigen::Index>(result.size()));
+  }
+
+  /// Returns where the part of number `k` of the rates stands in the scene, and its name.
+  std::pair<std::string, std::string> name(std::size_t k) const {
+    if (k < members_.size()) return {"/constraints", equation_name(system_, members_[k].first_row)};
+    k = (k - members_.size()) / 3;
+    const std::size_t supports = model_.num_points() - model_.num_moving();
+    if (k >= supports) return {"/forces", "a given force"};
+    return {"/supports",
+            "the support at point " + std::to_string(model_.numbering.user_point[model_.num_moving() + k])};
+  }
+
+  /// Returns the forces of one entry on all points [3 points in the user's order] that are at a configuration and move
+  /// with the frame.
+  std::vector<double> find_forces(Workspace* alone, const SteadyFrame& frame, const Configuration& at) const {
+    const Model& own = alone->model();
+    std::vector<double> user(at.r.size()), r(user.size()), v(user.size()), f(user.size());
+    model_.numbering.scatter_points(at.r, user);
+    own.numbering.gather_points(user, r);
+    for (std::size_t i = 0; i < own.num_points(); ++i) store(v.data(), i, frame.velocity_at(load(r.data(), i), at.tau));
+    alone->forces.evaluate(own.parallel, t_ + at.tau, r.data(), v.data(), f.data());
+    own.numbering.scatter_points(f, user);
+    return user;
+  }
+
+ private:
+  /// Adds f' - Omega x f, over |f| and times the scene's size.
+  void add_given_forces(const SteadyFrame& frame, double tau, std::vector<double>* rates) const {
+    for (const Force& force : system_.forces) {
+      const auto* const given = std::get_if<ConstantForce>(&force);
+      if (given == nullptr || given->force.is_constant()) continue;
+      const std::array<Jet<2>, 3> now = given->force(t_ + tau);
+      const Vec3 f{now[0].value(), now[1].value(), now[2].value()},
+          rate{now[0].derivative(1), now[1].derivative(1), now[2].derivative(1)}, rest = rate - cross(frame.spin, f);
+      for (const double each : {rest.x, rest.y, rest.z}) rates->push_back(size() * each / norm(f));
+    }
+  }
+
+  struct Member {
+    std::size_t first_row;  // in the user's order
+    std::vector<int> rows;  // inner
+  };
+  const System& system_;
+  double t_;
+  Workspace work_;
+  const Model& model_;
+  std::vector<double> r_;
+  Vec3 centre_{};
+  std::vector<Member> members_;
+};
+
+/// Finds the frame from the rates, which are linear in Omega, w and a.
+class FrameSearch {
+ public:
+  explicit FrameSearch(MovingParts* parts) : parts_(*parts) { choose_instants(); }
+
+  SteadyFrame find() {
+    SteadyFrame frame{.centre = parts_.centre()};
+    if (fits(frame)) return frame;
+    gather_rates();
+    for (const Eigen::Index unknowns : {6, 9}) {
+      frame = solve(unknowns);
+      if (fits(frame)) return frame;
+    }
+    return frame;
+  }
+  /// Returns the number of the rate that is worst in the frame, or nothing if all vanish to rounding.
+  std::optional<std::size_t> find_worst(const SteadyFrame& frame) {
+    double worst = 0.0;
+    std::optional<std::size_t> result;
+    for (const double tau : instants_) {
+      const double allowed = (rounding + 64.0 * eps * std::abs(parts_.time() + tau) / unit_) * speed_of(frame, tau);
+      for (const Disturbance& by : {much, little}) {
+        const VectorXd rates = parts_.find_rates(frame, parts_.place(frame, tau, by));
+        Eigen::Index row = 0;
+        const double largest = rates.size() > 0 ? rates.cwiseAbs().maxCoeff(&row) : 0.0;
+        if (!(largest > allowed) || !(largest > worst)) continue;
+        worst = largest;
+        result = static_cast<std::size_t>(row);
+      }
+    }
+    return result;
+  }
+  const std::vector<double>& instants() const { return instants_; }
+
+ private:
+  bool fits(const SteadyFrame& frame) { return !find_worst(frame); }
+  double speed_of(const SteadyFrame& frame, double tau) const {
+    return std::max({speed_, norm(frame.velocity + tau * frame.acceleration), parts_.size() * norm(frame.spin)});
+  }
+
+  /// Chooses instants within the time in which things move as fast as their motion changes, or by the scene's size if
+  /// it does not. Tables may end before them.
+  void choose_instants() {
+    const SteadyFrame at_rest{.centre = parts_.centre()};
+    instants_.assign(instants_of_search.begin(), instants_of_search.end());
+    std::vector<VectorXd> rates;
+    std::erase_if(instants_, [this](double tau) { return !is_known_at(tau); });
+    for (const double tau : instants_) {
+      rates.push_back(parts_.find_rates(at_rest, parts_.place(at_rest, tau, much)));
+      speed_ = std::max(speed_, rates.back().size() > 0 ? rates.back().cwiseAbs().maxCoeff() : 0.0);
+    }
+    if (speed_ == 0.0) return;
+    double change = 0.0;  // m/s^2
+    for (std::size_t k = 1; k < rates.size(); ++k)
+      change = std::max(change, (rates[k] - rates[k - 1]).cwiseAbs().maxCoeff() / (instants_[k] - instants_[k - 1]));
+    constexpr double far = 1e3;  // of the scene's size; rounding of the places is small there
+    unit_ = std::min(speed_ / std::max(change, std::numeric_limits<double>::min()), far * parts_.size() / speed_);
+    while (!is_known_at(instants_of_motion.back() * unit_)) unit_ *= 0.25;
+    instants_.clear();
+    for (const double each : instants_of_motion) instants_.push_back(each * unit_);
+  }
+
+  /// Returns false if a table ends before that instant.
+  bool is_known_at(double tau) const try {
+    (void)parts_.place({}, tau, little);
+    return true;
+  } catch (const InputError&) {
+    return false;
+  }
+
+  /// Rows [A b] with A x + b = 0 for x = (w, a unit, Omega size), m/s. Many rows are reduced by reflections.
+  void gather_rates() {
+    constexpr Eigen::Index most = 4096, columns = 10;
+    rows_.resize(0, columns);
+    const SteadyFrame at_rest{.centre = parts_.centre()};
+    for (const double tau : instants_) {
+      for (std::size_t k = 0; k < num_configurations; ++k) {
+        const MovingParts::Configuration at = parts_.place(at_rest, tau, {2 + k, much.part});
+        const VectorXd base = parts_.find_rates(at_rest, at);
+        MatrixXd more(base.size(), columns);
+        more.col(9) = base;
+        for (Eigen::Index axis = 0; axis < 3; ++axis) {
+          SteadyFrame shifts = at_rest, turns = at_rest;
+          const Vec3 unit{axis == 0 ? 1.0 : 0.0, axis == 1 ? 1.0 : 0.0, axis == 2 ? 1.0 : 0.0};
+          shifts.velocity = unit;
+          turns.spin = (1.0 / parts_.size()) * unit;
+          more.col(axis) = parts_.find_rates(shifts, at) - base;
+          more.col(3 + axis) = tau / unit_ * more.col(axis);
+          more.col(6 + axis) = parts_.find_rates(turns, at) - base;
+        }
+        rows_.conservativeResize(rows_.rows() + more.rows(), columns);
+        rows_.bottomRows(more.rows()) = more;
+        if (rows_.rows() > most) rows_ = dense::find_thin_qr(rows_).R;
+      }
+    }
+  }
+
+  SteadyFrame solve(Eigen::Index unknowns) const {
+    constexpr double dependent = 1e-9;
+    VectorXd x = VectorXd::Zero(9);
+    x.head(unknowns) = dense::solve_least_squares(rows_.leftCols(unknowns), -rows_.col(9), dependent);
+    // A part of x that rounding alone has made is none.
+    const double least = dependent * x.cwiseAbs().maxCoeff();
+    for (double& each : x) each = std::abs(each) <= least ? 0.0 : each;
+    const auto part = [&](Eigen::Index first, double scale) {
+      return scale * Vec3{x[first], x[first + 1], x[first + 2]};
+    };
+    return {part(6, 1.0 / parts_.size()), part(0, 1.0), part(3, 1.0 / unit_), parts_.centre()};
+  }
+
+  MovingParts& parts_;
+  std::vector<double> instants_;  // s, after that of the equilibrium
+  double speed_ = 0.0;            // m/s, of what moves
+  double unit_ = 1.0;             // s
+  MatrixXd rows_;
+};
+
+[[noreturn]] void refuse(const System& system, const std::string& where, const std::string& what) {
+  const std::vector<std::string> all = list_what_depends_on_time(system);
+  std::string names;
+  for (std::size_t k = 0; k < std::min<std::size_t>(3, all.size()); ++k) names += (k > 0 ? ", " : "") + all[k];
+  if (all.size() > 3) names += " and " + std::to_string(all.size() - 3) + " more";
+  throw InputError(where, what + (names.empty() ? "" : "; what depends on time: " + names) +
+                              R"(; "time": "freeze" in /equilibrium takes it all as it is at that instant)");
+}
+
+/// Refuses forces that act on what moves with the frame, and those that are not the same in it at all instants.
+void check_forces(const System& system, const SteadyFrame& frame, const std::vector<double>& instants,
+                  MovingParts* parts) {
+  for (std::size_t k = 0; k < system.forces.size(); ++k) {
+    const std::string where = "/forces/" + std::to_string(k), name = force_name(system, k);
+    const auto* const formula = std::get_if<FormulaForce>(&system.forces[k]);
+    const auto* const pairs = std::get_if<PairForces>(&system.forces[k]);
+    if (frame.moves() &&
+        (std::holds_alternative<Drag>(system.forces[k]) || (formula != nullptr && formula->kernel.depends_on_velocity)))
+      refuse(system, where, name + " acts on what moves, as all does that rests in the frame " + frame.describe());
+    if (frame.turns() && pairs != nullptr && pairs->box != Vector3{})
+      refuse(system, where, name + " is periodic and does not turn with the frame " + frame.describe());
+    System alone;
+    alone.positions = system.positions;
+    alone.masses = system.masses;
+    alone.supports = system.supports;
+    alone.forces = {system.forces[k]};
+    const bool may_change =
+        formula != nullptr ||
+        !std::visit([](const auto& each) { return name_moving_fields(each); }, system.forces[k]).empty();
+    if (!frame.moves() && !may_change) continue;
+    Workspace work(std::move(alone), {}, parts->time());
+    const std::vector<double> before = parts->find_forces(&work, frame, parts->place(frame, 0.0, little));
+    for (const double tau : instants) {
+      const std::vector<double> after = parts->find_forces(&work, frame, parts->place(frame, tau, little));
+      const RotationTerms by(norm(frame.spin), tau);
+      double largest = 0.0, change = 0.0;
+      for (std::size_t i = 0; i < system.num_points(); ++i) {
+        const Vec3 old = load(before.data(), i);
+        largest = larger(largest, norm(old));
+        change = larger(change, norm(load(after.data(), i) - turn(frame.spin, by, old)));
+      }
+      if (std::isfinite(largest) && !(change <= rounding * largest))
+        refuse(system, where,
+               name + " changes with time" + (frame.moves() ? " in the frame " + frame.describe() : "") +
+                   ", so that nothing rests");
+    }
+  }
+}
+
+}  // namespace
+
+SteadyFrame find_steady_frame(const System& system, double t) {
+  bool may_move = std::ranges::any_of(system.forces,
+                                      [](const Force& force) { return std::holds_alternative<FormulaForce>(force); });
+  for_each_moving(system, [&](const auto&, const auto&, const auto&) { may_move = true; });
+  if (!may_move) return {};
+  MovingParts parts(system, t);
+  FrameSearch search(&parts);
+  const SteadyFrame frame = search.find();
+  if (const std::optional<std::size_t> worst = search.find_worst(frame)) {
+    const auto [where, name] = parts.name(*worst);
+    refuse(system, where,
+           "nothing rests: no frame that turns with a constant spin or accelerates evenly carries along all that "
+           "supports and constraints prescribe; " +
+               name + " leaves the one that comes nearest");
+  }
+  check_forces(system, frame, search.instants(), &parts);
+  return frame;
+}
+
+void add_inertia(const SteadyFrame& frame, System* system) {
+  // U = m (A.(r - c) - |Omega x (r - c)|^2/2), A = a + Omega x w
+  const Vec3 push = frame.acceleration + cross(frame.spin, frame.velocity);
+  const auto energy = [frame, push]<class T>(const std::array<std::array<T, 3>, 1>& r, const std::array<T, 1>& mass,
+                                             const T&) {
+    const T x = r[0][0] - frame.centre.x, y = r[0][1] - frame.centre.y, z = r[0][2] - frame.centre.z;
+    const T u = frame.spin.y * z - frame.spin.z * y, v = frame.spin.z * x - frame.spin.x * z,
+            w = frame.spin.x * y - frame.spin.y * x;
+    return mass[0] * (push.x * x + push.y * y + push.z * z - 0.5 * (u * u + v * v + w * w));
+  };
+  Potential inertia{.name = "inertia of the frame", .kernel = detail::make_energy_kernel<1, 1>(energy, true)};
+  inertia.kernel.depends_on_time = false;
+  inertia.constants.emplace_back();
+  std::vector<char> moves(system->num_points(), 1);
+  for (const Support& support : system->supports) {
+    for (const Index point : support.points) moves[static_cast<std::size_t>(point)] = 0;
+  }
+  for (std::size_t i = 0; i < moves.size(); ++i) {
+    if (moves[i] == 0) continue;
+    inertia.points.push_back({static_cast<Index>(i)});
+    inertia.constants[0].push_back(system->masses[i]);
+  }
+  if (!inertia.points.empty()) system->forces.push_back(std::move(inertia));
+}
+
+}  // namespace tanor
