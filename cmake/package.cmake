@@ -36,7 +36,7 @@ package(development libtanor-dev libdevel ${same_library} "Headers for C++ and C
 if(TANOR_BUILD_PROGRAM)
   package(program tanor math ${same_library} "The program, which runs scene files.")
 endif()
-if(TANOR_PYTHON)
+if(TANOR_HAS_PYTHON)
   # A module of C++ fits one minor version of Python.
   math(EXPR next_minor "${Python_VERSION_MINOR} + 1")
   set(interpreter "python3 (>= 3.${Python_VERSION_MINOR}~), python3 (<< 3.${next_minor})")

@@ -1,9 +1,7 @@
 # The page report.html of `tanor run --report`: TypeScript with three.js and uPlot, bundled by esbuild into one text that
 # the program holds. It needs node, npm (which fetches the three once, as src/report/page/package-lock.json pins them)
-# and zlib. Where one is missing, and TANOR_REPORT_PAGE is not ON, the program is built without the page; under CI=true that
-# is an error.
-set(TANOR_REPORT_PAGE AUTO CACHE STRING "Build the page of `tanor run --report`: AUTO (where node, npm and zlib are), ON, OFF")
-set_property(CACHE TANOR_REPORT_PAGE PROPERTY STRINGS AUTO ON OFF)
+# and zlib. Where one is missing, and TANOR_REPORT_PAGE is not ON, the program is built without the page.
+declare_part(TANOR_REPORT_PAGE "The page of `tanor run --report`")
 
 set(page_sources ${PROJECT_SOURCE_DIR}/src/report/page)
 set(page_build ${PROJECT_BINARY_DIR}/report_page)
@@ -12,7 +10,7 @@ find_program(NODE_PROGRAM NAMES node nodejs)
 find_program(NPM_PROGRAM npm)
 find_package(ZLIB QUIET)
 if(NOT TANOR_REPORT_PAGE)
-  set(page_obstacle "TANOR_REPORT_PAGE is OFF")
+  # Nothing is looked for.
 elseif(NOT NODE_PROGRAM OR NOT NPM_PROGRAM)
   set(page_obstacle "node or npm is missing")
 elseif(NOT ZLIB_FOUND)
@@ -37,11 +35,4 @@ else()
   endif()
 endif()
 
-if(page_obstacle AND (TANOR_REPORT_PAGE STREQUAL "ON" OR (TANOR_REPORT_PAGE AND DEFINED ENV{CI})))
-  message(FATAL_ERROR "the page of `tanor run --report` cannot be built: ${page_obstacle}")
-elseif(page_obstacle)
-  set(TANOR_HAS_REPORT_PAGE OFF)
-  message(STATUS "without report.html: ${page_obstacle}")
-else()
-  set(TANOR_HAS_REPORT_PAGE ON)
-endif()
+decide_part(TANOR_HAS_REPORT_PAGE TANOR_REPORT_PAGE "${page_obstacle}")
