@@ -6,6 +6,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "scene/parts.hpp"
+#include "scene/suggestion.hpp"
+
 namespace tanor::scene {
 
 double Cursor::number(std::optional<double> otherwise) const {
@@ -62,14 +65,16 @@ std::size_t Cursor::choice_index(const std::vector<std::string_view>& words,
   if (!is_string()) fail(wanted);
   const auto found = std::find(words.begin(), words.end(), string());
   if (found != words.end()) return static_cast<std::size_t>(found - words.begin());
-  if (std::find(planned.begin(), planned.end(), string()) == planned.end()) fail(wanted);
+  if (std::find(planned.begin(), planned.end(), string()) == planned.end())
+    complain(fmt::format("found {}{}, wanted {}", describe(), suggest(string(), {words.begin(), words.end()}), wanted));
   complain(fmt::format("found {}, which this version of tanor does not have yet, wanted {}", describe(), wanted));
 }
 
 const Cursor& Cursor::object(const std::vector<std::string_view>& keys) const {
   for (const auto& [key, value] : members("an object")) {
     if (std::find(keys.begin(), keys.end(), key) == keys.end())
-      value.complain(fmt::format("found the unknown key {}, wanted one of {}", quote(key), fmt::join(keys, ", ")));
+      value.complain(fmt::format("found the unknown key {}{}, wanted one of {}", quote(key), explain_key(key, keys),
+                                 fmt::join(keys, ", ")));
   }
   return *this;
 }

@@ -4,6 +4,8 @@
 
 #include <tanor/statics_names.hpp>
 
+#include "scene/parts.hpp"
+
 namespace tanor::scene {
 
 namespace {
@@ -51,8 +53,7 @@ std::vector<OneSided> read_one_sided(const Cursor& sides, const System& system) 
 }  // namespace
 
 void read_equilibrium(const Cursor& equilibrium, Scene* scene) {
-  equilibrium.object({"method", "force_tolerance", "max_iterations", "accept", "at", "load_steps", "prestress",
-                      "one_sided", "friction", "time"});
+  equilibrium.object(keys_of("equilibrium"));
   EquilibriumOptions& options = scene->equilibrium;
   options.method = equilibrium["method"].choice<EquilibriumMethod>(options.method);
   options.accept = equilibrium["accept"].choice<AcceptedEquilibria>(options.accept);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <string>
 
+#include "scene/parts.hpp"
+
 namespace tanor::scene {
 
 namespace {
@@ -20,7 +22,7 @@ std::string name_of_load(const Cursor& load, const System& system) {
 }  // namespace
 
 void read_modes(const Cursor& modes, Scene* scene) {
-  modes.object({"count", "damped", "buckling"});
+  modes.object(keys_of("modes"));
   if (const Cursor count = modes["count"]; count.says("all")) {
     scene->modes.count = ModesOptions::all;
   } else if (count && !count.is_number()) {

@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "scene/parts.hpp"
+
 namespace tanor::scene {
 namespace {
 
@@ -104,8 +106,7 @@ std::vector<Index> read_output_points(const Cursor& cursor, const Context& conte
 }  // namespace
 
 void read_motion(const Cursor& motion, const Context& context, const Overrides& overrides, Scene* scene) {
-  motion.object({"method", "step", "rtol", "atol", "order", "spectral_radius", "max_step", "t_start", "t_end",
-                 "output_every", "output_points", "stabilisation", "start", "trajectory", "compression"});
+  motion.object(keys_of("motion"));
   MotionOptions& options = scene->motion;
   std::vector<std::pair<std::string_view, Method>> names;
   for (const MethodTraits& each : methods()) names.emplace_back(each.name, each.method);
@@ -132,7 +133,7 @@ void read_motion(const Cursor& motion, const Context& context, const Overrides& 
 }
 
 void read_solver(const Cursor& solver, const Overrides& overrides, Scene* scene) {
-  solver.object({"form", "linear_solver", "ordering", "threads", "certificate", "friction", "reuse", "exact", "way"});
+  solver.object(keys_of("solver"));
   scene->solver.form = solver["form"].choice<Form>(scene->solver.form);
   scene->solver.linear_solver = read_linear_solver(solver, scene);
   scene->solver.ordering = solver["ordering"].choice<Ordering>(scene->solver.ordering);

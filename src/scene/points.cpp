@@ -4,6 +4,7 @@
 
 #include "scene/generate.hpp"
 #include "scene/import.hpp"
+#include "scene/parts.hpp"
 
 namespace tanor::scene {
 namespace {
@@ -65,7 +66,7 @@ PointSet read_point_source(const Cursor& root, const Context& context) {
 }
 
 PointSet read_points(const Cursor& points, const Context& context) {
-  points.object({"positions", "velocities", "masses"});
+  points.object(keys_of("points"));
   PointSet set;
   set.source = "inline";
   set.positions = read_vectors(points["positions"], context);

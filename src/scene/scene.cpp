@@ -9,6 +9,7 @@
 #include "scene/equilibrium.hpp"
 #include "scene/modes.hpp"
 #include "scene/motion.hpp"
+#include "scene/parts.hpp"
 #include "scene/points.hpp"
 #include "scene/text_file.hpp"
 
@@ -155,8 +156,7 @@ Scene load_moving_scene(const std::filesystem::path& file, const Overrides& over
 Scene parse_scene(const std::string& text, const std::filesystem::path& file, const Overrides& overrides) {
   const Document document(text, file.string());
   const Cursor root(document);
-  root.object({"tanor_scene", "name", "parameters", "points", "generate", "import", "supports", "constraints",
-               "coordinates", "forces", "friction", "motion", "solver", "equilibrium", "modes"});
+  root.object(keys_of(""));
   check_version(root["tanor_scene"]);
 
   Scene scene;

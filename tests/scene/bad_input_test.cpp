@@ -71,7 +71,7 @@ const BadInput bad_inputs[] = {
     R"("a/b~c": 2}])"),
      R"(scene.json: /constraints/0/a~1b~0c: found the key "a/b~c" twice, wanted once)"},
     {"KeyIsUnknown", three_points(R"("frictoin": [])"),
-     R"(scene.json: /frictoin: found the unknown key "frictoin", wanted one of tanor_scene, name, parameters, )"
+     R"(scene.json: /frictoin: found the unknown key "frictoin" (did you mean friction?), wanted one of tanor_scene, name, parameters, )"
      R"(points, generate, import, supports, constraints, coordinates, forces, friction, motion, solver, equilibrium, modes)"},
     {"KeyIsUnknownInside", three_points(R"("constraints": [{"kind": "plane", "points": [0], "normal": [0,0,1], )"
     R"("centre": [0,0,0]}])"),
@@ -147,7 +147,7 @@ const BadInput bad_inputs[] = {
      R"(scene.json: /constraints/0/kind: missing, wanted one of rod, plane, sphere, line, circle, angle, pulley, )"
      R"(linear, ellipsoid, helix, formula)"},
     {"ConstraintKindIsUnknown", three_points(R"("constraints": [{"kind": "rods", "pairs": [[0,1]]}])"),
-     R"(scene.json: /constraints/0/kind: found string "rods", wanted one of rod, plane, sphere, line, circle, )"
+     R"(scene.json: /constraints/0/kind: found string "rods" (did you mean rod?), wanted one of rod, plane, sphere, line, circle, )"
      R"(angle, pulley, linear, ellipsoid, helix, formula)"},
     {"EquationHasAnError", three_points(R"json("constraints": [{"kind": "formula", "points": [[0, 1]], )json"
     R"json("equation": "sqrt(x1 +* y2)"}])json"),

@@ -178,7 +178,7 @@ const BadFriction bad_friction[] = {
     {"LawIsEmpty", R"({"kind": "coulomb", "at": "floor", "coefficient": 0.3, "law": {}})",
      R"(/friction/0/law/regularised: missing, wanted a number > 0)"},
     {"LawHasAnUnknownKey", R"({"kind": "coulomb", "at": "floor", "coefficient": 0.3, "law": {"regularized": 1}})",
-     R"(/friction/0/law/regularized: found the unknown key "regularized", wanted one of regularised)"},
+     R"(/friction/0/law/regularized: found the unknown key "regularized" (did you mean regularised?), wanted one of regularised)"},
     {"RegularisationIsZero", R"({"kind": "coulomb", "at": "floor", "coefficient": 0.3, "law": {"regularised": 0}})",
      R"(/friction/0/law/regularised: found number 0, wanted a number > 0)"},
     {"ReactionIsUnknown", R"({"kind": "coulomb", "at": "floor", "coefficient": 0.3, "reaction": "all"})",

@@ -1,0 +1,48 @@
+#include "scene/parts.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+#include "scene/suggestion.hpp"
+
+namespace tanor::scene {
+namespace {
+
+using Part = std::pair<std::string_view, std::vector<std::string_view>>;
+
+const std::vector<Part>& parts() {
+  static const std::vector<Part> all{
+      {"",
+       {"tanor_scene", "name", "parameters", "points", "generate", "import", "supports", "constraints", "coordinates",
+        "forces", "friction", "motion", "solver", "equilibrium", "modes"}},
+      {"motion",
+       {"method", "step", "rtol", "atol", "order", "spectral_radius", "max_step", "t_start", "t_end", "output_every",
+        "output_points", "stabilisation", "start", "trajectory", "compression"}},
+      {"solver", {"form", "linear_solver", "ordering", "threads", "certificate", "friction", "reuse", "exact", "way"}},
+      {"equilibrium",
+       {"method", "force_tolerance", "max_iterations", "accept", "at", "load_steps", "prestress", "one_sided",
+        "friction", "time"}},
+      {"modes", {"count", "damped", "buckling"}},
+      {"import",
+       {"file", "format", "bonds", "types", "angles", "mass", "dihedrals", "bond_style", "angle_style",
+        "dihedral_style", "fene_repulsion", "units", "atom_style"}},
+      {"points", {"positions", "velocities", "masses"}}};
+  return all;
+}
+
+}  // namespace
+
+const std::vector<std::string_view>& keys_of(std::string_view part) {
+  return std::ranges::find(parts(), part, &Part::first)->second;
+}
+
+std::string explain_key(std::string_view key, const std::vector<std::string_view>& known) {
+  if (std::string near = suggest(key, {known.begin(), known.end()}); !near.empty()) return near;
+  for (const auto& [part, keys] : parts())
+    if (std::ranges::find(keys, key) != keys.end())
+      return part.empty() ? " (a key of the scene itself)" : " (a key of /" + std::string(part) + ")";
+  return "";
+}
+
+}  // namespace tanor::scene
