@@ -30,6 +30,8 @@ class GroReader {
     }
     if (!lines_.next()) lines_.complain("missing the line of the box behind the atoms");
     read_box();
+    while (data_.unread.empty() && lines_.next())
+      if (!trim(lines_.line()).empty()) data_.unread.emplace_back("what stands behind the first frame");
     return std::move(data_);
   }
 

@@ -3,18 +3,23 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <optional>
 #include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include "scene/atom_styles.hpp"
 #include "scene/bonds_by_distance.hpp"
 #include "scene/gro.hpp"
 #include "scene/import_energies.hpp"
 #include "scene/lammps_data.hpp"
 #include "scene/obj.hpp"
+#include "scene/parts.hpp"
 #include "scene/pdb.hpp"
 #include "scene/ply.hpp"
+#include "scene/suggestion.hpp"
 #include "scene/text_file.hpp"
 
 namespace tanor::scene {
@@ -27,19 +32,32 @@ constexpr std::pair<std::string_view, Format> formats[] = {{"lammps-data", Forma
                                                            {"gro", Format::Gro},
                                                            {"pdb", Format::Pdb}};
 
-/// Returns the format of the file's ending, or lammps-data, which has no ending of its own.
-Format format_of(const std::filesystem::path& file) {
-  const std::string ending = file.extension().string();
-  for (const auto& [name, format] : formats)
-    if (ending == "." + std::string(name)) return format;
-  return Format::LammpsData;
+/// The endings of files. Those of lammps-data are free: others are such files if they look like one.
+constexpr std::pair<std::string_view, Format> endings[] = {
+    {".data", Format::LammpsData}, {".lmp", Format::LammpsData}, {".obj", Format::Obj}, {".ply", Format::Ply},
+    {".gro", Format::Gro},         {".pdb", Format::Pdb},        {".ent", Format::Pdb}};
+
+/// Returns the format that the scene names, or else that of the file's ending, or nothing if the ending is unknown.
+std::optional<Format> find_format(const Cursor& format, const Cursor& file) {
+  if (format) return format.choice<Format>({std::begin(formats), std::end(formats)});
+  const std::string ending = file.is_string() ? ending_of(file.string()) : "";
+  const auto* const found = std::ranges::find(endings, ending, &std::pair<std::string_view, Format>::first);
+  return found == std::end(endings) ? std::nullopt : std::optional(found->second);
 }
 
-Imported read_file(const std::filesystem::path& path, Format format) {
-  const std::string name = path.filename().string(), text = read_text(path);
+/// Refuses a file of unknown ending that is not even lammps-data.
+void require_lammps_data(const std::string& name, const std::string& text, const Cursor& file, const Cursor& format) {
+  if (file.locate([&] { return is_lammps_data(name, text); })) return;
+  format.complain(
+      fmt::format("missing, and neither the ending of {} nor a line \"… atoms\" of lammps-data tells it, "
+                  "wanted one of lammps-data, obj, ply, gro, pdb",
+                  quote(name)));
+}
+
+Imported read_file(const std::string& name, const std::string& text, Format format, const std::string& atom_style) {
   switch (format) {
     case Format::LammpsData:
-      return read_lammps_data(name, text);
+      return read_lammps_data(name, text, atom_style);
     case Format::Obj:
       return read_obj(name, text);
     case Format::Ply:
@@ -184,7 +202,8 @@ const Units* find_units(const Cursor& key, const Imported& data) {
   const auto* const found = std::ranges::find(unit_sets, name, &Units::name);
   if (found != std::end(unit_sets)) return found;
   if (!key && name != "electron") return nullptr;  // the first line is prose
-  key.complain(fmt::format("found the units \"{}\", wanted one of lj, real, metal, si, cgs, micro, nano", name));
+  key.complain(fmt::format("found the units {}{}, wanted one of lj, real, metal, si, cgs, micro, nano", quote(name),
+                           suggest(name, {"lj", "real", "metal", "si", "cgs", "micro", "nano"})));
 }
 
 /// Converts velocities to the unit of time in which F = m a holds. Returns a remark about it.
@@ -197,6 +216,15 @@ std::string convert_velocities(const Units* units, Imported* data) {
 
 enum class BondRule { Rods, Distance, None, Energies };
 enum class AngleRule { Free, Rigid, Energies };
+
+/// Returns the atom style that the scene names, or an empty text.
+std::string read_atom_style(const Cursor& style) {
+  if (style && find_atom_styles(style.string()).empty())
+    style.complain(fmt::format("found the atom style {}{}, wanted one of {}", quote(style.string()),
+                               suggest(style.string(), names_of_atom_styles()),
+                               fmt::join(names_of_atom_styles(), ", ")));
+  return style.string("");
+}
 
 /// Reads the bonds that become rods, if the scene wants others than those of the file.
 void choose_bonds(const Cursor& bonds, BondRule rule, Imported* data) {
@@ -223,7 +251,8 @@ void check_energies(const Cursor& import, Format format, const ImportChoices& ch
   keep_to(choices.angles_are_energies, "angle_style", R"("angles": "energies")");
   keep_to(choices.dihedrals_are_energies, "dihedral_style", R"("dihedrals": "energies")");
   if (format == Format::LammpsData) return;
-  if (import["units"]) import["units"].complain("found without lammps-data, which reads it");
+  for (const char* const key : {"units", "atom_style"})
+    if (import[key]) import[key].complain("found without lammps-data, which reads it");
   for (const auto& [is_wanted, key] :
        {std::pair(choices.bonds_are_energies, "bonds"), std::pair(choices.angles_are_energies, "angles"),
         std::pair(choices.dihedrals_are_energies, "dihedrals")})
@@ -233,11 +262,10 @@ void check_energies(const Cursor& import, Format format, const ImportChoices& ch
 }  // namespace
 
 PointSet read_import(const Cursor& import, const Context& context) {
-  import.object({"file", "format", "bonds", "types", "angles", "mass", "dihedrals", "bond_style", "angle_style",
-                 "dihedral_style", "fene_repulsion", "units"});
+  import.object(keys_of("import"));
   const Cursor file = import["file"];
-  const auto format = import["format"].choice<Format>({std::begin(formats), std::end(formats)},
-                                                      file.is_string() ? format_of(file.string()) : Format::LammpsData);
+  const std::optional<Format> known_format = find_format(import["format"], file);
+  const Format format = known_format.value_or(Format::LammpsData);
   const auto* const name = std::ranges::find(formats, format, &std::pair<std::string_view, Format>::second);
   const auto rule = import["bonds"].choice<BondRule>({{"rods", BondRule::Rods},
                                                       {"distance", BondRule::Distance},
@@ -254,7 +282,11 @@ PointSet read_import(const Cursor& import, const Context& context) {
       .rod_types = {}};
   check_energies(import, format, choices);
 
-  Imported data = file.locate([&, path = context.file(file)] { return read_file(path, format); });
+  const std::string atom_style = read_atom_style(import["atom_style"]);
+  const std::filesystem::path path = context.file(file);
+  const std::string file_name = path.filename().string(), text = file.locate([&] { return read_text(path); });
+  if (!known_format) require_lammps_data(file_name, text, file, import["format"]);
+  Imported data = file.locate([&] { return read_file(file_name, text, format, atom_style); });
   if (data.positions.empty())
     file.fail(fmt::format("a file of format {} with at least one atom or vertex", name->first));
   for (const Cursor type : import["types"].optional_list("a list of bond types"))
@@ -265,8 +297,8 @@ PointSet read_import(const Cursor& import, const Context& context) {
   set.source = fmt::format("import: {} ({}{}{})", file.string(), name->first,
                            rule == BondRule::Distance ? ", bonds by distance" : "",
                            convert_velocities(find_units(import["units"], data), &data));
-  for (const std::string& section : data.unread)
-    set.left_out.push_back(fmt::format("import: the section {} of {} is not read", section, file.string()));
+  for (const std::string& what : data.unread)
+    set.left_out.push_back(fmt::format("import: {} of {} is not read", what, file.string()));
   set.masses = find_masses(data, import["mass"], file);
   if (choices.bonds_are_energies) join_bonds(&data);
   const bool all_are_rods = !choices.bonds_are_energies && choices.rod_types.empty();

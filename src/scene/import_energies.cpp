@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "scene/suggestion.hpp"
+
 namespace tanor::scene {
 namespace {
 
@@ -25,12 +27,14 @@ class Styled {
       : key_(key), what_(what), coefficients_(coefficients) {
     std::string list;
     for (const std::string_view name : known) list += (list.empty() ? "" : ", ") + std::string(name);
+    if (!coefficients.error.empty()) key_.complain(coefficients.error);
     style_ = key_ ? key_.string() : coefficients.style;
     if (style_.empty())
       key_.complain(fmt::format("missing, and no comment behind \"{} Coeffs\" names the style; wanted one of {}",
                                 capitalised(), list));
     if (std::ranges::find(known, style_) == known.end())
-      key_.complain(fmt::format("found the {} style \"{}\", wanted one of {}", what, style_, list));
+      key_.complain(fmt::format("found the {} style {}{}, wanted one of {}", what, quote(style_),
+                                suggest(style_, {known.begin(), known.end()}), list));
   }
 
   bool is(std::string_view style) const { return style_ == style; }

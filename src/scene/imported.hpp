@@ -29,10 +29,11 @@ struct Imported {
     std::array<std::int32_t, 4> atoms;
   };
   /// A section of coefficients: the style named by the comment after its title, or an empty one, and the numbers of
-  /// each type.
+  /// each type. What else stands there is an error only where energies are asked for.
   struct Coefficients {
     std::string style{};
     std::map<std::int64_t, std::vector<double>> of_type{};
+    std::string error{};  ///< about the first line that cannot be used: "a.data, line 9: found …"
   };
 
   Cell cell;
@@ -48,7 +49,7 @@ struct Imported {
   std::vector<Dihedral> dihedrals;
   Coefficients bond_coefficients, angle_coefficients, dihedral_coefficients;
   std::string units;                ///< of a LAMMPS file, from its first line: "real"; empty if not given
-  std::vector<std::string> unread;  ///< titles of sections that are not read
+  std::vector<std::string> unread;  ///< what the file has and the import leaves out: "the section Impropers"
 };
 
 }  // namespace tanor::scene

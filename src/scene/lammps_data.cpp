@@ -8,9 +8,12 @@
 #include <string_view>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <tanor/error.hpp>
 
+#include "scene/lammps_atoms.hpp"
+#include "scene/name_list.hpp"
 #include "scene/text_file.hpp"
 
 namespace tanor::scene {
@@ -19,66 +22,38 @@ namespace {
 
 using Words = std::vector<std::string_view>;
 
-/// The columns of an Atoms section; x, y, z follow the last one that is named here.
-struct AtomStyle {
-  std::string_view name;
-  std::size_t type_column, x_column;
-};
-constexpr AtomStyle atom_styles[] = {
-    {"atomic", 1, 2},     // id type x y z
-    {"molecular", 2, 3},  // id molecule type x y z
-    {"full", 2, 4},       // id molecule type charge x y z
-    {"bond", 2, 3},       // like molecular
-    {"angle", 2, 3},      // like molecular
-    {"charge", 1, 3},     // id type charge x y z
-};
-
 /// Reads one file; the driver is `read`.
-class LammpsReader {
+class LammpsReader : LammpsLines {
  public:
-  LammpsReader(const std::string& name, std::string_view text) : name_(name), lines_(name, text) {}
+  LammpsReader(const std::string& name, std::string_view text, const std::string& atom_style)
+      : LammpsLines(name, text), atoms_section_{.title = lines_, .style = atom_style} {}
 
   Imported read() {
     lines_.next();  // the first line is a comment
     find_units(split_words(lines_.line()));
     std::string section;
     while (lines_.next()) {
-      const std::size_t hash = lines_.line().find('#');
-      const std::string_view content = trim(lines_.line().substr(0, hash));
+      const std::string_view content = this->content();
       if (content.empty()) continue;
+      if (section == "Atoms" && !is_letter(content[0])) {
+        ++atoms_section_.num_lines;  // they are read at the end, when all types have their labels
+        continue;
+      }
       const Words words = split_words(content);
-      if (is_letter(content[0])) {
+      if (is_title(section, words)) {
         section = content;
-        if (!is_read(section)) data_.unread.push_back(section);
-        const std::string_view style = hash == std::string_view::npos ? "" : first_word(lines_.line().substr(hash + 1));
-        if (section == "Atoms" && hash != std::string_view::npos) find_style(style);
-        if (Imported::Coefficients* const coefficients = coefficients_of(section)) coefficients->style = style;
+        start(section);
       } else if (section.empty()) {
         read_header(words);
-      } else if (section == "Masses") {
-        read_mass(words);
-      } else if (section == "Atoms") {
-        read_atom(words);
-      } else if (section == "Velocities") {
-        read_velocity(words);
-      } else if (section == "Bonds") {
-        read_bond(words);
-      } else if (section == "Angles") {
-        angles_.push_back(read_tuple<3>(words, "angle", data_.num_angle_types));
-      } else if (section == "Dihedrals") {
-        dihedrals_.push_back(read_tuple<4>(words, "dihedral", data_.num_dihedral_types));
-      } else if (Imported::Coefficients* const coefficients = coefficients_of(section)) {
-        read_coefficients(words, coefficients);
+      } else {
+        read_line(section, words);
       }
     }
+    read_atoms();
     return finish();
   }
 
  private:
-  struct Atom {
-    std::int64_t id, type;
-    Vector3 position;
-  };
   struct Velocity {
     std::int64_t id;
     Vector3 velocity;
@@ -102,129 +77,134 @@ class LammpsReader {
       data_.units = words[next].substr(0, words[next].find_first_of(",.;)"));
     }
   }
-  bool is_read(std::string_view section) {
-    constexpr std::string_view sections[] = {"Masses", "Atoms", "Velocities", "Bonds", "Angles", "Dihedrals"};
-    const bool is_name = section.ends_with("Type Labels");
-    return is_name || std::ranges::find(sections, section) != std::end(sections) || coefficients_of(section) != nullptr;
+
+  /// Titles begin with a letter, but so do lines of masses and coefficients whose type has a label.
+  bool is_title(std::string_view section, const Words& words) const {
+    const bool may_have_label = section == "Masses" || section.ends_with(" Coeffs");
+    const auto is_label = [&](const auto& labels) { return labels.second.contains(words[0]); };
+    return is_letter(words[0][0]) && !(may_have_label && std::ranges::any_of(labels_, is_label));
   }
 
-  static std::string_view first_word(std::string_view text) {
-    const Words words = split_words(text);
-    return words.empty() ? "" : words[0];
-  }
-  static bool is_letter(char c) { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'); }
-
-  std::int64_t integer(std::string_view word, std::string_view what, std::int64_t least, std::int64_t largest) const {
-    const auto number = parse_integer(word);
-    if (!number || *number < least || *number > largest)
-      lines_.fail(word, fmt::format("{} from {} to {}", what, least, largest));
-    return *number;
-  }
-  double number(std::string_view word) const {
-    const auto number = parse_number(word);
-    if (!number) lines_.fail(word, "a finite number");
-    return *number;
-  }
-  Vector3 vector(const Words& words, std::size_t first) const {
-    return {number(words[first]), number(words[first + 1]), number(words[first + 2])};
-  }
-  void check_columns(const Words& words, std::initializer_list<std::size_t> wanted, std::string_view what) const {
-    if (std::find(wanted.begin(), wanted.end(), words.size()) == wanted.end())
-      lines_.complain(fmt::format("found {} columns, wanted {}", words.size(), what));
-  }
-
-  static constexpr std::int64_t most = std::numeric_limits<std::int32_t>::max();
-  static constexpr std::int64_t any = std::numeric_limits<std::int64_t>::max();
-
-  /// Reads "32000 atoms", "-16.8 16.8 xlo xhi", …; other lines are skipped.
-  void read_header(const Words& words) {
-    const auto ends_with = [&](std::initializer_list<std::string_view> tail) {
-      return words.size() >= tail.size() &&
-             std::equal(tail.begin(), tail.end(), words.end() - static_cast<long>(tail.size()));
-    };
-    const auto count = [&] { return integer(words[0], "a count", 0, most); };
-    const auto edge = [&] {
-      const double length = number(words[1]) - number(words[0]);
-      if (!(length > 0.0)) lines_.fail(words[1], "a higher end above the lower one");
-      return length;
-    };
-    Cell& cell = data_.cell;
-    if (words.size() == 2 && ends_with({"atoms"})) num_atoms_ = count();
-    if (words.size() == 2 && ends_with({"bonds"})) num_bonds_ = count();
-    if (words.size() == 2 && ends_with({"angles"})) num_angles_ = count();
-    if (words.size() == 2 && ends_with({"dihedrals"})) num_dihedrals_ = count();
-    if (words.size() == 3 && ends_with({"atom", "types"})) num_atom_types_ = count();
-    if (words.size() == 3 && ends_with({"bond", "types"})) data_.num_bond_types = count();
-    if (words.size() == 3 && ends_with({"angle", "types"})) data_.num_angle_types = count();
-    if (words.size() == 3 && ends_with({"dihedral", "types"})) data_.num_dihedral_types = count();
-    if (words.size() == 4 && ends_with({"xlo", "xhi"})) cell.xx = edge();
-    if (words.size() == 4 && ends_with({"ylo", "yhi"})) cell.yy = edge();
-    if (words.size() == 4 && ends_with({"zlo", "zhi"})) cell.zz = edge();
-    if (words.size() == 6 && ends_with({"xy", "xz", "yz"})) {
-      cell.xy = number(words[0]);
-      cell.xz = number(words[1]);
-      cell.yz = number(words[2]);
+  void start(std::string_view section) {
+    constexpr std::string_view sections[] = {"Masses", "Velocities", "Bonds", "Angles", "Dihedrals"};
+    if (section == "Atoms") {
+      atoms_section_.title = lines_;
+      atoms_section_.num_lines = 0;
+      if (atoms_section_.style.empty()) find_style(comment());
+    } else if (Imported::Coefficients* const coefficients = coefficients_of(section)) {
+      const Words words = split_words(comment());
+      coefficients->style = words.empty() ? "" : words[0];
+    } else if (!section.ends_with(type_labels) && std::ranges::find(sections, section) == std::end(sections)) {
+      data_.unread.push_back("the section " + std::string(section));
     }
-    if (ends_with({"avec"}) || ends_with({"bvec"}) || ends_with({"cvec"}))
+  }
+
+  void read_line(std::string_view section, const Words& words) {
+    if (section == "Masses")
+      read_mass(words);
+    else if (section == "Velocities")
+      read_velocity(words);
+    else if (section == "Bonds")
+      read_bond(words);
+    else if (section == "Angles")
+      angles_.push_back(read_tuple<3>(words, "angle", "Angle", data_.num_angle_types));
+    else if (section == "Dihedrals")
+      dihedrals_.push_back(read_tuple<4>(words, "dihedral", "Dihedral", data_.num_dihedral_types));
+    else if (section.ends_with(type_labels) && words.size() == 2)
+      labels_[std::string(section.substr(0, section.find(' ')))].emplace(words[1],
+                                                                         integer(words[0], "a type", 1, most));
+    else if (Imported::Coefficients* const coefficients = coefficients_of(section))
+      read_coefficients(words, section.substr(0, section.find(' ')), coefficients);
+  }
+
+  static constexpr std::string_view type_labels = " Type Labels";
+
+  /// Reads "32000 atoms", "-16.8 16.8 xlo xhi", …
+  void read_header(const Words& words) {
+    const auto is = [&](std::size_t num_numbers, std::string_view name) {
+      const Words tail = split_words(name);
+      return words.size() == num_numbers + tail.size() &&
+             std::equal(tail.begin(), tail.end(), words.end() - tail.size());
+    };
+    const std::pair<std::string_view, std::int64_t*> counts[] = {{"atoms", &num_atoms_},
+                                                                 {"bonds", &num_bonds_},
+                                                                 {"angles", &num_angles_},
+                                                                 {"dihedrals", &num_dihedrals_},
+                                                                 {"atom types", &num_atom_types_},
+                                                                 {"bond types", &data_.num_bond_types},
+                                                                 {"angle types", &data_.num_angle_types},
+                                                                 {"dihedral types", &data_.num_dihedral_types}};
+    const auto* const count = std::ranges::find_if(counts, [&](const auto& each) { return is(1, each.first); });
+    if (count != std::end(counts)) {
+      *count->second = integer(words[0], "a count", 0, most);
+    } else if (is(2, "xlo xhi")) {
+      data_.cell.xx = read_edge(words, 0);
+    } else if (is(2, "ylo yhi")) {
+      data_.cell.yy = read_edge(words, 1);
+    } else if (is(2, "zlo zhi")) {
+      data_.cell.zz = read_edge(words, 2);
+    } else if (is(3, "xy xz yz")) {
+      data_.cell.xy = number(words[0]);
+      data_.cell.xz = number(words[1]);
+      data_.cell.yz = number(words[2]);
+    } else if (is(3, "avec") || is(3, "bvec") || is(3, "cvec")) {
       lines_.complain("found a general triclinic box, wanted xlo xhi, ylo yhi, zlo zhi and xy xz yz");
+    } else if (!is_told_by_section(words)) {
+      unread_header_.add(content());
+    }
+  }
+
+  double read_edge(const Words& words, std::size_t axis) {
+    atoms_section_.facts.low[axis] = number(words[0]);
+    atoms_section_.facts.high[axis] = number(words[1]);
+    const double length = atoms_section_.facts.high[axis] - atoms_section_.facts.low[axis];
+    if (!(length > 0.0)) lines_.fail(words[1], "a higher end above the lower one");
+    return length;
+  }
+
+  /// Returns true for counts of what a section of its own lists, which is named where it is not read, and for room that
+  /// is left for later bonds.
+  static bool is_told_by_section(const Words& words) {
+    constexpr std::string_view lists[] = {"impropers", "ellipsoids", "lines", "triangles", "bodies"};
+    if (words.size() == 2) return std::ranges::find(lists, words[1]) != std::end(lists);
+    return words.back() == "types" || (words.size() == 5 && words[1] == "extra" && words.back() == "atom");
   }
 
   /// Finds the style after `Atoms #`.
-  void find_style(std::string_view name) {
-    const auto style = std::find_if(std::begin(atom_styles), std::end(atom_styles),
-                                    [&](const AtomStyle& s) { return s.name == name; });
-    if (style == std::end(atom_styles)) lines_.fail(name, "one of atomic, molecular, full, bond, angle, charge");
-    set_style(*style, "");
+  void find_style(std::string_view comment) {
+    const Words words = split_words(comment);
+    if (!words.empty() && find_atom_styles(comment).empty())
+      lines_.fail(words[0],
+                  fmt::format("one of {}, or else /import/atom_style", fmt::join(names_of_atom_styles(), ", ")));
+    atoms_section_.style = comment;
   }
 
-  void guess_style(std::size_t num_columns) {
-    for (const AtomStyle& style : {atom_styles[0], atom_styles[1], atom_styles[2]})
-      if (num_columns == style.x_column + 3 || num_columns == style.x_column + 6) return set_style(style, ", guessed");
-    lines_.complain(
-        fmt::format("found {} columns, wanted 5 or 8 (style atomic), 6 or 9 (molecular), 7 or 10 (full)", num_columns));
-  }
-
-  /// Sets the style. The words for errors are made once, not in each of a million lines.
-  void set_style(const AtomStyle& style, std::string_view remark) {
-    style_ = style;
-    const std::size_t x = style.x_column;
-    atom_columns_ = fmt::format("{} or {} (style {}{})", x + 3, x + 6, style.name, remark);
-    atom_type_ = fmt::format("an atom type (style {}{})", style.name, remark);
-    image_flag_ = fmt::format("an image flag (style {}{})", style.name, remark);
+  void read_atoms() {
+    if (atoms_section_.num_lines == 0) return;
+    atoms_section_.facts.has_masses = !masses_.empty();
+    atoms_section_.facts.num_types = num_atom_types_;
+    atoms_section_.cell = data_.cell;
+    for (const NamedBond& bond : bonds_) atoms_section_.bonds.push_back({bond.i, bond.j});
+    atoms_ = read_lammps_atoms(*this, atoms_section_, &data_.unread);
   }
 
   void read_mass(const Words& words) {
     check_columns(words, {2}, "2: type mass");
-    const std::int64_t type = integer(words[0], "an atom type", 1, num_atom_types_);
+    const std::int64_t type = this->type(words[0], "Atom", "an atom type", num_atom_types_);
     const double mass = number(words[1]);
     if (!(mass > 0.0)) lines_.fail(words[1], "a mass > 0");
     masses_[type] = mass;
   }
 
-  void read_atom(const Words& words) {
-    if (!style_) guess_style(words.size());
-    const std::size_t x = style_->x_column;
-    check_columns(words, {x + 3, x + 6}, atom_columns_);
-    Atom atom{.id = integer(words[0], "an atom id", 1, any),
-              .type = integer(words[style_->type_column], atom_type_, 1, num_atom_types_),
-              .position = vector(words, x)};
-    if (words.size() == x + 6) {
-      std::array<std::int64_t, 3> images;
-      for (std::size_t k = 0; k < 3; ++k) images[k] = integer(words[x + 3 + k], image_flag_, -most, most);
-      const Vector3 shift = data_.cell.shift(images);
-      for (std::size_t k = 0; k < 3; ++k) atom.position[k] += shift[k];
-    }
-    atoms_.push_back(atom);
-  }
-
   void read_velocity(const Words& words) {
-    check_columns(words, {4}, "4: id vx vy vz");
+    if (words.size() < 4) lines_.complain(fmt::format("found {} columns, wanted 4: id vx vy vz", words.size()));
+    has_spins_ = has_spins_ || words.size() > 4;
     velocities_.push_back({integer(words[0], "an atom id", 1, any), vector(words, 1)});
   }
 
   void read_bond(const Words& words) {
     check_columns(words, {4}, "4: id type atom atom");
-    const std::int64_t type = integer(words[1], "a bond type", 1, data_.num_bond_types);
+    const std::int64_t type = this->type(words[1], "Bond", "a bond type", data_.num_bond_types);
     bonds_.push_back(
         {type, integer(words[2], "an atom id", 1, any), integer(words[3], "an atom id", 1, any), lines_.number()});
     if (bonds_.back().i == bonds_.back().j) lines_.fail(words[3], "two atoms that differ");
@@ -232,13 +212,14 @@ class LammpsReader {
 
   /// Reads "id type atom …" of angles and dihedrals; num_types is 0 if the header does not give it.
   template <std::size_t size>
-  NamedTuple<size> read_tuple(const Words& words, const std::string& what, std::int64_t num_types) {
+  NamedTuple<size> read_tuple(const Words& words, const std::string& what, std::string_view kind,
+                              std::int64_t num_types) {
     std::string columns = fmt::format("{}: id type", size + 2);
     for (std::size_t k = 0; k < size; ++k) columns += " atom";
     check_columns(words, {size + 2}, columns);
     const std::string article = what[0] == 'a' ? "an " : "a ";
     NamedTuple<size> tuple{.id = integer(words[0], article + what + " id", 1, any),
-                           .type = integer(words[1], article + what + " type", 1, num_types > 0 ? num_types : most),
+                           .type = type(words[1], kind, article + what + " type", num_types > 0 ? num_types : most),
                            .atoms = {},
                            .line = lines_.number()};
     for (std::size_t k = 0; k < size; ++k) {
@@ -256,29 +237,35 @@ class LammpsReader {
                                           : nullptr;
   }
   /// Reads "type number …". In hybrid styles the name of each type's own style stands in between.
-  void read_coefficients(const Words& words, Imported::Coefficients* coefficients) {
-    const std::int64_t type = integer(words[0], "a type", 1, most);
-    std::vector<double> numbers;
-    for (const std::string_view word : std::span(words).subspan(1)) {
-      if (is_letter(word[0])) lines_.fail(word, "a finite number (hybrid styles are not read)");
-      numbers.push_back(number(word));
+  void read_coefficients(const Words& words, std::string_view kind, Imported::Coefficients* coefficients) {
+    try {
+      const std::int64_t type = this->type(words[0], kind, "a type", most);
+      std::vector<double> numbers;
+      for (const std::string_view word : std::span(words).subspan(1)) {
+        if (is_letter(word[0])) lines_.fail(word, "a finite number (hybrid styles are not read)");
+        numbers.push_back(number(word));
+      }
+      coefficients->of_type[type] = std::move(numbers);
+    } catch (const InputError& error) {
+      if (coefficients->error.empty()) coefficients->error = error.what();
     }
-    coefficients->of_type[type] = std::move(numbers);
   }
 
   /// Checks the counts, sorts the atoms by their ids, and lets bonds and angles refer to their positions in this order.
   Imported finish() {
+    if (!unread_header_.empty()) data_.unread.push_back("what stands in header lines " + unread_header_.quote_all());
+    if (has_spins_) data_.unread.emplace_back("what stands behind vx, vy and vz of Velocities");
     check_count("atoms", num_atoms_, atoms_.size());
     check_count("bonds", num_bonds_, bonds_.size());
     check_count("angles", num_angles_, angles_.size());
     check_count("dihedrals", num_dihedrals_, dihedrals_.size());
     if (!velocities_.empty()) check_count("velocities", num_atoms_, velocities_.size());
-    std::sort(atoms_.begin(), atoms_.end(), [](const Atom& a, const Atom& b) { return a.id < b.id; });
-    const auto twin =
-        std::adjacent_find(atoms_.begin(), atoms_.end(), [](const Atom& a, const Atom& b) { return a.id == b.id; });
+    std::sort(atoms_.begin(), atoms_.end(), [](const LammpsAtom& a, const LammpsAtom& b) { return a.id < b.id; });
+    const auto twin = std::adjacent_find(atoms_.begin(), atoms_.end(),
+                                         [](const LammpsAtom& a, const LammpsAtom& b) { return a.id == b.id; });
     if (twin != atoms_.end()) complain(fmt::format("found atom {} twice, wanted ids that differ", twin->id));
 
-    for (const Atom& atom : atoms_) {
+    for (const LammpsAtom& atom : atoms_) {
       data_.positions.push_back(atom.position);
       data_.masses.push_back(mass_of(atom));
     }
@@ -302,17 +289,12 @@ class LammpsReader {
     return atoms;
   }
 
-  [[noreturn]] void complain(const std::string& what, std::size_t line = 0) const {
-    const std::string place = line > 0 ? fmt::format("{}, line {}", name_, line) : name_;
-    throw InputError("", place + ": " + what);
-  }
-
   void check_count(std::string_view things, std::int64_t header, std::size_t found) const {
     if (header != static_cast<std::int64_t>(found))
       complain(fmt::format("found {} {}, wanted {} as its header says", found, things, header));
   }
 
-  double mass_of(const Atom& atom) const {
+  double mass_of(const LammpsAtom& atom) const {
     if (masses_.empty()) return 1.0;
     const auto mass = masses_.find(atom.type);
     if (mass == masses_.end())
@@ -322,8 +304,8 @@ class LammpsReader {
 
   /// Returns the position of an atom in the order of ids.
   std::optional<std::int32_t> find(std::int64_t id) const {
-    const auto found =
-        std::lower_bound(atoms_.begin(), atoms_.end(), id, [](const Atom& a, std::int64_t b) { return a.id < b; });
+    const auto found = std::lower_bound(atoms_.begin(), atoms_.end(), id,
+                                        [](const LammpsAtom& a, std::int64_t b) { return a.id < b; });
     if (found == atoms_.end() || found->id != id) return {};
     return static_cast<std::int32_t>(found - atoms_.begin());
   }
@@ -334,13 +316,12 @@ class LammpsReader {
     return *found;
   }
 
-  const std::string name_;
-  LineReader lines_;
-  std::optional<AtomStyle> style_;
-  std::string atom_columns_, atom_type_, image_flag_;
+  AtomsSection atoms_section_;
+  NameList unread_header_;
+  bool has_spins_ = false;  ///< velocities are followed by other numbers
   std::int64_t num_atoms_ = 0, num_bonds_ = 0, num_angles_ = 0, num_dihedrals_ = 0, num_atom_types_ = 0;
   std::map<std::int64_t, double> masses_;  ///< by atom type
-  std::vector<Atom> atoms_;
+  std::vector<LammpsAtom> atoms_;
   std::vector<Velocity> velocities_;
   std::vector<NamedBond> bonds_;
   std::vector<NamedTuple<3>> angles_;
@@ -350,8 +331,17 @@ class LammpsReader {
 
 }  // namespace
 
-Imported read_lammps_data(const std::string& name, std::string_view text) {
-  return LammpsReader(name, text).read();
+Imported read_lammps_data(const std::string& name, std::string_view text, const std::string& atom_style) {
+  return LammpsReader(name, text, atom_style).read();
+}
+
+bool is_lammps_data(const std::string& name, std::string_view text) {
+  LineReader lines(name, text.substr(0, text.find('\0')));
+  while (lines.next()) {
+    const Words words = split_words(lines.line().substr(0, lines.line().find('#')));
+    if (words.size() == 2 && words[1] == "atoms" && parse_integer(words[0])) return true;
+  }
+  return false;
 }
 
 }  // namespace tanor::scene

@@ -8,10 +8,14 @@
 namespace tanor::scene {
 
 /// Reads atoms, bonds, angles and dihedrals of a LAMMPS data file, with the coefficients of their styles. The atoms are
-/// sorted by their ids, so that ids 1 … n become points 0 … n - 1. Masses are 1 if the file has none. The atom styles
-/// atomic, bond, angle, molecular, charge and full are supported. The style is the comment after `Atoms`, or else
-/// guessed from the number of columns (atomic 5 or 8, molecular 6 or 9, full 7 or 10). Other sections are skipped and
-/// named. `name` is the file's name for errors. Throws InputError (without a place) naming file and line.
-Imported read_lammps_data(const std::string& name, std::string_view text);
+/// sorted by their ids, so that ids 1 … n become points 0 … n - 1. Masses are 1 if the file has none. Types may have
+/// labels. The columns of the section Atoms are those of `atom_style`, as the command of LAMMPS takes it, or else of
+/// the comment behind `Atoms`, or else of the one style that all its lines fit. Other sections, columns that are not 0
+/// and lines of the header are named as unread. `name` is the file's name for errors. Throws InputError (without a
+/// place) naming file and line, also where the columns fit styles that differ in types or places.
+Imported read_lammps_data(const std::string& name, std::string_view text, const std::string& atom_style = {});
+
+/// Returns true if the text is that of a LAMMPS data file: its header tells the number of atoms.
+bool is_lammps_data(const std::string& name, std::string_view text);
 
 }  // namespace tanor::scene

@@ -70,7 +70,7 @@ NumberTable read_npy_table(const std::string& name, std::string_view bytes) {
 
 NumberTable read_number_table(const std::filesystem::path& file) {
   const std::string text = read_text(file), name = file.filename().string();
-  return file.extension() == ".npy" ? read_npy_table(name, text) : read_csv(name, text);
+  return ending_of(file) == ".npy" ? read_npy_table(name, text) : read_csv(name, text);
 }
 
 }  // namespace tanor::scene

@@ -8,6 +8,7 @@
 #include <tanor/error.hpp>
 
 #include "scene/edges.hpp"
+#include "scene/name_list.hpp"
 #include "scene/text_file.hpp"
 
 namespace tanor::scene {
@@ -24,22 +25,32 @@ class ObjReader {
     while (lines_.next()) {
       const std::vector<std::string_view> words = split_words(join_continued());
       if (words.empty()) continue;
-      if (words[0] == "v") read_vertex(words);
-      if (words[0] == "l") read_path(words, 2, false);
-      if (words[0] == "f") read_path(words, 3, true);
+      if (words[0] == "v")
+        read_vertex(words);
+      else if (words[0] == "l")
+        read_path(words, 2, false);
+      else if (words[0] == "f")
+        read_path(words, 3, true);
+      else
+        unread_.add(words[0]);
     }
     check_latest();
+    if (!unread_.empty()) data_.unread.push_back("what stands in lines " + unread_.quote_all());
+    if (has_more_numbers_) data_.unread.emplace_back("what stands behind x, y and z in lines \"v\"");
     data_.bonds = edges_.take();
     return std::move(data_);
   }
 
  private:
-  /// Returns the current line, with those that a backslash at its end appends to it.
+  /// Returns the current line without its comment.
+  std::string_view content() const { return trim(lines_.line().substr(0, lines_.line().find('#'))); }
+
+  /// Returns the content of the current line, with that of the lines which a backslash at its end appends to it.
   std::string_view join_continued() {
-    std::string_view line = lines_.line();
+    std::string_view line = content();
     if (!line.ends_with('\\')) return line;
     joined_.clear();
-    for (; line.ends_with('\\'); line = lines_.line()) {
+    for (; line.ends_with('\\'); line = content()) {
       joined_ += line.substr(0, line.size() - 1);
       joined_ += ' ';
       if (!lines_.next()) return joined_;
@@ -50,6 +61,7 @@ class ObjReader {
   void read_vertex(const std::vector<std::string_view>& words) {
     if (words.size() < 4)
       lines_.complain(fmt::format("found a vertex of {} numbers, wanted x, y and z", words.size() - 1));
+    has_more_numbers_ |= words.size() > 4;
     if (data_.positions.size() == most_vertices) lines_.complain("found more vertices than can be numbered");
     Vector3& position = data_.positions.emplace_back();
     for (std::size_t k = 0; k < 3; ++k) {
@@ -96,6 +108,8 @@ class ObjReader {
   std::string joined_;
   std::pair<std::int64_t, std::size_t> latest_;  ///< largest index that was used, and its line
   Edges edges_;
+  NameList unread_;                ///< first words of lines
+  bool has_more_numbers_ = false;  ///< a vertex has a weight or a colour
   Imported data_;
 };
 

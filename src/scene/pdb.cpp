@@ -1,8 +1,10 @@
 #include "scene/pdb.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <span>
 #include <unordered_map>
 #include <unordered_set>
 
@@ -12,6 +14,7 @@
 
 #include "scene/document.hpp"
 #include "scene/edges.hpp"
+#include "scene/name_list.hpp"
 #include "scene/text_file.hpp"
 
 namespace tanor::scene {
@@ -24,20 +27,69 @@ class PdbReader {
 
   Imported read() {
     data_.angstrom = 1.0;
-    bool is_first_model = true;
-    while (lines_.next()) {
-      const std::string_view record = columns(lines_.line(), 1, 6);
-      if (record == "ENDMDL") is_first_model = false;
-      if (is_first_model && (record == "ATOM" || record == "HETATM")) read_atom();
-      if (record == "CONECT") read_bonds();
-      if (record == "CRYST1") read_cell();
-    }
+    while (lines_.next()) read_record(columns(lines_.line(), 1, 6));
     data_.bonds = edges_.take();
+    name_unread();
     return std::move(data_);
   }
 
  private:
   static constexpr std::int32_t left_out = -1;  ///< an alternative position of an atom
+
+  /// Frames end with ENDMDL, with the next MODEL, or with END, behind which a file of its own may follow: bonds are
+  /// those of all models of the first file, whose atoms have the same numbers.
+  void read_record(std::string_view record) {
+    if (record == "END" || record == "ENDMDL" || record == "MODEL") {
+      if (!data_.positions.empty()) is_between_frames_ = true;
+      if (record == "END") has_end_ = !data_.positions.empty();
+    } else if (is_atom(record)) {
+      if (is_between_frames_) ++num_more_frames_;
+      is_between_frames_ = false;
+      if (num_more_frames_ == 0) read_atom();
+      is_in_next_file_ = has_end_;
+    } else if (record == "CONECT") {
+      if (!is_in_next_file_) read_bonds();
+    } else if (record == "CRYST1") {
+      if (!is_between_frames_ && num_more_frames_ == 0) read_cell();
+    } else if (!record.empty() && record != "TER" && record != "REMARK") {
+      unread_.add(record);
+    }
+  }
+
+  /// Returns true for ATOM and HETATM. A number of six digits and more may begin in column 6 or 5 of ATOM.
+  static bool is_atom(std::string_view record) {
+    return record == "HETATM" ||
+           (record.starts_with("ATOM") && record.find_first_not_of(" 0123456789", 4) == std::string_view::npos);
+  }
+
+  void name_unread() {
+    if (!unread_.empty()) data_.unread.push_back("what stands in records " + unread_.quote_all());
+    if (num_more_frames_ > 0)
+      data_.unread.push_back(fmt::format("what stands behind the first frame ({} more)", num_more_frames_));
+    if (num_second_places_ > 0)
+      data_.unread.push_back(fmt::format("what stands in second places of atoms ({})", num_second_places_));
+  }
+
+  /// Returns columns of an atom's line, counted as if its number had no more digits than have room.
+  std::string_view atom_columns(std::size_t first, std::size_t last) const {
+    return columns(lines_.line(), first + shift_, last + shift_);
+  }
+  /// Reads an atom's number, which ends in column 11. One of more than five digits begins earlier, or else pushes the
+  /// rest of the line to the right.
+  std::string_view read_serial() {
+    const std::string_view line = lines_.line();
+    const std::size_t first = line.starts_with("ATOM") ? 5 : 7;
+    const auto is_digit = [&](std::size_t column) {
+      return column <= line.size() && line[column - 1] >= '0' && line[column - 1] <= '9';
+    };
+    bool is_full = true;
+    for (std::size_t column = 7; column <= 11; ++column) is_full = is_full && is_digit(column);
+    shift_ = 0;
+    while (is_full && is_digit(12 + shift_)) ++shift_;
+    const std::string_view serial = columns(line, first, 11 + shift_);
+    longest_serial_ = std::max(longest_serial_, serial.size());
+    return serial;
+  }
 
   double number(std::size_t first, std::size_t last) const {
     const std::string_view word = columns(lines_.line(), first, last);
@@ -47,8 +99,9 @@ class PdbReader {
   }
 
   void read_atom() {
-    const std::string_view line = lines_.line(), serial = columns(line, 7, 11);
+    const std::string_view serial = read_serial();
     if (is_second_place()) {
+      ++num_second_places_;
       points_.emplace(serial, left_out);
       return;
     }
@@ -58,47 +111,68 @@ class PdbReader {
     const auto point = static_cast<std::int32_t>(data_.positions.size());
     const bool is_new = points_.emplace(serial, point).second;
     if (!is_new) ambiguous_.emplace(serial);
-    data_.positions.push_back({number(31, 38), number(39, 46), number(47, 54)});
+    const auto coordinate = [&](std::size_t first) { return number(first + shift_, first + 7 + shift_); };
+    data_.positions.push_back({coordinate(31), coordinate(39), coordinate(47)});
     data_.elements.push_back(find_atom_element());
     if (!data_.elements.back() && data_.without_element.empty())
-      data_.without_element = fmt::format("{}, line {}: atom {}", name_, lines_.number(), quote(columns(line, 13, 16)));
+      data_.without_element = fmt::format("{}, line {}: atom {}", name_, lines_.number(), quote(atom_columns(13, 16)));
   }
 
   /// Returns true if the atom, identified by chain, residue and name, was met before, and this position is an
   /// alternative (column 17).
   bool is_second_place() {
-    const std::string_view line = lines_.line();
-    if (columns(line, 17, 17).empty()) return false;
-    std::string atom(line.substr(12, 15));
+    if (atom_columns(17, 17).empty()) return false;
+    std::string atom(lines_.line().substr(12 + shift_, 15));
     atom[4] = ' ';
     return !places_.insert(atom).second;
   }
 
   const Element* find_atom_element() const {
-    const std::string_view line = lines_.line();
-    if (const Element* element = find_element(columns(line, 77, 78))) return element;
-    const std::string_view atom = columns(line, 13, 16), symbol = columns(line, 13, 14);
+    if (const Element* element = find_element(atom_columns(77, 78))) return element;
+    const std::string_view atom = atom_columns(13, 16), symbol = atom_columns(13, 14);
     // A symbol ends in column 14, and only the four-character names of hydrogen begin earlier.
     const bool starts_early = atom.size() == 4 && atom[0] == 'H';
     if (symbol.size() == 2 && !starts_early)
       if (const Element* element = find_element(symbol)) return element;
-    if (symbol.size() == 1 && columns(line, 13, 13).empty())
+    if (symbol.size() == 1 && atom_columns(13, 13).empty())
       if (const Element* element = find_element(symbol)) return element;
-    return guess_element(atom, columns(line, 18, 20));
+    return guess_element(atom, atom_columns(18, 20));
   }
 
   void read_bonds() {
-    const std::int32_t from = find_point(7, 11);
-    for (std::size_t first = 12; first <= 27; first += 5) {
-      if (columns(lines_.line(), first, first + 4).empty()) continue;
-      const std::int32_t to = find_point(first, first + 4);
+    const std::vector<std::string_view> serials = find_serials();
+    if (serials.empty()) lines_.complain("found no numbers of atoms");
+    const std::int32_t from = find_point(serials[0]);
+    for (const std::string_view serial : std::span(serials).subspan(1)) {
+      const std::int32_t to = find_point(serial);
       if (from == to && from != left_out) lines_.complain("found an atom bonded to itself");
       if (from != left_out && to != left_out) edges_.add(from, to);  // a double bond is listed twice
     }
   }
 
-  std::int32_t find_point(std::size_t first, std::size_t last) const {
-    const std::string_view serial = columns(lines_.line(), first, last);
+  /// Returns the numbers of an atom and of up to four that are bonded to it, five columns each. In a file with longer
+  /// numbers they may have more columns, or blanks between them; then all of them must be known.
+  std::vector<std::string_view> find_serials() const {
+    const std::string_view line = lines_.line();
+    const auto cut = [&](std::size_t width) {
+      std::vector<std::string_view> serials;
+      for (std::size_t k = 0; k < 5; ++k)
+        if (const auto serial = columns(line, 7 + k * width, 6 + (k + 1) * width); k == 0 || !serial.empty())
+          serials.push_back(serial);
+      return serials;
+    };
+    std::vector<std::string_view> plain = cut(5);
+    if (longest_serial_ <= 5) return plain;
+    std::vector<std::vector<std::string_view>> readings{plain, cut(longest_serial_), split_words(line.substr(6))};
+    std::erase_if(readings, [&](const auto& serials) {
+      return std::ranges::any_of(serials, [&](auto serial) { return !points_.contains(std::string(serial)); });
+    });
+    for (const auto& each : readings)
+      if (each != readings[0]) lines_.complain("found numbers of atoms that may be parted in several ways");
+    return readings.empty() ? plain : readings[0];
+  }
+
+  std::int32_t find_point(std::string_view serial) const {
     if (ambiguous_.contains(std::string(serial)))
       lines_.fail(serial, "the number of one atom, which several atoms have");
     const auto found = points_.find(std::string(serial));
@@ -106,10 +180,13 @@ class PdbReader {
     return found->second;
   }
 
-  /// Reads the cell; CRYST1 1 1 1 means that there is no crystal.
+  /// Reads the cell; edges that are all 1, or all 0 or blank, mean that there is no crystal.
   void read_cell() {
-    const double a = number(7, 15), b = number(16, 24), c = number(25, 33);
-    if (a == 1.0 && b == 1.0 && c == 1.0) return;
+    const auto edge = [&](std::size_t first, std::size_t last) {
+      return columns(lines_.line(), first, last).empty() ? 0.0 : number(first, last);
+    };
+    const double a = edge(7, 15), b = edge(16, 24), c = edge(25, 33);
+    if (a == b && b == c && (a == 1.0 || a == 0.0)) return;
     if (!(a >= 0.0 && b >= 0.0 && c >= 0.0)) lines_.complain("found an edge of the cell below 0");
     const auto cosine = [&](double degrees) {
       return degrees == 90.0 ? 0.0 : std::cos(degrees * (std::numbers::pi / 180.0));
@@ -127,6 +204,13 @@ class PdbReader {
   std::unordered_map<std::string, std::int32_t> points_;  ///< by an atom's number as written in the file
   std::unordered_set<std::string> places_, ambiguous_;
   Edges edges_;
+  std::size_t shift_ = 0;           ///< of the columns behind the number of the present atom
+  std::size_t longest_serial_ = 0;  ///< of all numbers, in digits
+  bool is_between_frames_ = false;  ///< a frame with atoms has ended, and no other has begun
+  bool has_end_ = false;            ///< END behind atoms
+  bool is_in_next_file_ = false;    ///< atoms behind END
+  std::size_t num_more_frames_ = 0, num_second_places_ = 0;
+  NameList unread_;  ///< records
   Imported data_;
 };
 

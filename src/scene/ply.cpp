@@ -6,6 +6,7 @@
 #include <cstring>
 #include <limits>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include <fmt/format.h>
@@ -13,13 +14,17 @@
 #include <tanor/error.hpp>
 
 #include "scene/edges.hpp"
+#include "scene/name_list.hpp"
 #include "scene/text_file.hpp"
 
 namespace tanor::scene {
 namespace {
 
 enum class Type { Int8, UInt8, Int16, UInt16, Int32, UInt32, Float, Double };
-constexpr std::size_t sizes[] = {1, 1, 2, 2, 4, 4, 4, 8};
+constexpr std::size_t size_of(Type type) {
+  constexpr std::size_t sizes[] = {1, 1, 2, 2, 4, 4, 4, 8};
+  return sizes[static_cast<std::size_t>(type)];
+}
 
 constexpr std::pair<std::string_view, Type> type_names[] = {
     {"char", Type::Int8},   {"int8", Type::Int8},     {"uchar", Type::UInt8},   {"uint8", Type::UInt8},
@@ -49,7 +54,23 @@ class Numbers {
       : encoding_(encoding), rest_(bytes), line_(line) {}
 
   /// Returns nothing at the end of the data, or if the next word is not a finite number.
-  std::optional<double> next(Type type) { return encoding_ == Encoding::Ascii ? next_word() : next_bytes(type); }
+  std::optional<double> next(Type type) {
+    if (is_ascii()) return parse_number(next_word());
+    const std::size_t size = size_of(type);
+    if (rest_.size() < size) return {};
+    const double number = decode(type);
+    rest_.remove_prefix(size);
+    return std::isfinite(number) ? std::optional(number) : std::nullopt;
+  }
+  /// Passes over a number of which nothing is wanted, which may be none. Returns false at the end of the data.
+  bool skip(Type type) {
+    if (is_ascii()) return !next_word().empty();
+    const bool is_there = rest_.size() >= size_of(type);
+    rest_.remove_prefix(is_there ? size_of(type) : 0);
+    return is_there;
+  }
+  /// Returns true if nothing but blanks is left.
+  bool is_at_end() const { return rest_.find_first_not_of(" \t\r\n") == std::string_view::npos; }
 
   /// Returns an upper bound of the numbers that the rest can hold; a word takes a digit and a blank.
   std::size_t room(std::size_t size) const {
@@ -59,14 +80,14 @@ class Numbers {
   std::size_t line() const { return line_; }
 
  private:
-  std::optional<double> next_word() {
+  std::string_view next_word() {
     std::size_t k = 0;
     for (; k < rest_.size() && std::string_view(" \t\r\n").find(rest_[k]) != std::string_view::npos; ++k)
-      line_ += rest_[k] == '\n';
+      line_ += rest_[k] == '\n' || (rest_[k] == '\r' && !rest_.substr(k + 1).starts_with('\n'));
     rest_.remove_prefix(k);
     const std::string_view word = rest_.substr(0, rest_.find_first_of(" \t\r\n"));
     rest_.remove_prefix(word.size());
-    return parse_number(word);
+    return word;
   }
 
   template <class Number>
@@ -102,14 +123,6 @@ class Numbers {
     return decode<double>();
   }
 
-  std::optional<double> next_bytes(Type type) {
-    const std::size_t size = sizes[static_cast<std::size_t>(type)];
-    if (rest_.size() < size) return {};
-    const double number = decode(type);
-    rest_.remove_prefix(size);
-    return std::isfinite(number) ? std::optional(number) : std::nullopt;
-  }
-
   Encoding encoding_;
   std::string_view rest_;
   std::size_t line_;  ///< line of the text
@@ -125,6 +138,7 @@ class PlyReader {
     Numbers numbers(encoding, lines_.rest(), lines_.number() + 1);
     for (const Element& element : elements_) read_element(element, &numbers);
     check_edges();
+    if (!numbers.is_at_end()) data_.unread.emplace_back("what stands behind the last element");
     data_.bonds = edges_.take();
     return std::move(data_);
   }
@@ -197,29 +211,54 @@ class PlyReader {
   }
 
   void read_element(const Element& element, Numbers* numbers) {
-    const bool is_vertex = element.name == "vertex", is_edge = element.name == "edge", is_face = element.name == "face";
+    const bool is_vertex = element.name == "vertex", is_edge = element.name == "edge";
     std::size_t size = 0;
-    for (const Property& each : element.properties)
-      size += sizes[static_cast<std::size_t>(each.count.value_or(each.type))];
+    for (const Property& each : element.properties) size += size_of(each.count.value_or(each.type));
     if (element.count > 0)
       check_room(*numbers, static_cast<double>(element.count), size,
                  fmt::format("{} elements {}", element.count, element.name));
     if (is_vertex) check_vertex(element, *numbers);
+    name_unread(element);
     for (std::size_t k = 0; k < element.count; ++k) {
       if (is_vertex) data_.positions.emplace_back();
       edge_ = {-1.0, -1.0};
       for (const Property& property : element.properties) {
-        if (property.count) {
-          read_list(element, k, property, is_face, numbers);
-          continue;
-        }
-        const double number = next(element, k, property, property.type, numbers);
-        if (is_vertex && is_axis(property)) data_.positions.back()[property.name[0] - 'x'] = number;
-        if (is_edge && property.name == "vertex1") edge_[0] = number;
-        if (is_edge && property.name == "vertex2") edge_[1] = number;
+        if (property.count)
+          read_list(element, k, property, numbers);
+        else if (is_read(element, property))
+          read_number(property, next(element, k, property, property.type, numbers));
+        else
+          skip(element, k, property, numbers);
       }
       if (is_edge) add_edge(element, k, edge_[0], edge_[1], *numbers);
     }
+  }
+
+  /// Returns true if the points or rods come from this property.
+  static bool is_read(const Element& element, const Property& property) {
+    if (element.name == "vertex") return is_axis(property);
+    if (element.name == "edge") return !property.count && (property.name == "vertex1" || property.name == "vertex2");
+    const bool is_surface = element.name == "face" || element.name == "tristrips";
+    return is_surface && property.count && (property.name == "vertex_indices" || property.name == "vertex_index");
+  }
+  void name_unread(const Element& element) {
+    NameList names;
+    for (const Property& each : element.properties)
+      if (!is_read(element, each)) names.add(each.name);
+    if (element.count == 0 || names.empty()) return;
+    data_.unread.push_back(
+        fmt::format("what stands in properties {} of element {}", names.quote_all(), quote(element.name)));
+  }
+
+  void read_number(const Property& property, double number) {
+    if (is_axis(property))
+      data_.positions.back()[property.name[0] - 'x'] = number;
+    else
+      edge_[property.name == "vertex2"] = number;
+  }
+  void skip(const Element& element, std::size_t index, const Property& property, Numbers* numbers) const {
+    if (!numbers->skip(property.type))
+      complain(*numbers, fmt::format("found no number for {} of {} {}", property.name, element.name, index));
   }
 
   static bool is_axis(const Property& property) {
@@ -230,19 +269,47 @@ class PlyReader {
       complain(numbers, "found vertices without x, y and z, wanted these properties once each");
   }
 
-  void read_list(const Element& element, std::size_t index, const Property& property, bool is_face, Numbers* numbers) {
+  void read_list(const Element& element, std::size_t index, const Property& property, Numbers* numbers) {
     const double count = next(element, index, property, *property.count, numbers);
     if (!(count >= 0.0) || count != std::floor(count))
       complain(*numbers,
                fmt::format("found a list of {} entries in {} {}, wanted a count", count, element.name, index));
-    check_room(*numbers, count, sizes[static_cast<std::size_t>(property.type)],
+    check_room(*numbers, count, size_of(property.type),
                fmt::format("a list of {} entries in {} {}", count, element.name, index));
     std::vector<double> entries;
-    for (std::size_t k = 0; k < static_cast<std::size_t>(count); ++k)
-      entries.push_back(next(element, index, property, property.type, numbers));
-    if (!is_face || (property.name != "vertex_indices" && property.name != "vertex_index")) return;
-    for (std::size_t k = 0; k < entries.size() && entries.size() > 1; ++k)
-      add_edge(element, index, entries[k], entries[(k + 1) % entries.size()], *numbers);
+    const bool is_wanted = is_read(element, property);
+    for (std::size_t k = 0; k < static_cast<std::size_t>(count); ++k) {
+      if (is_wanted)
+        entries.push_back(next(element, index, property, property.type, numbers));
+      else
+        skip(element, index, property, numbers);
+    }
+    if (element.name == "tristrips")
+      add_strips(element, index, entries, *numbers);
+    else
+      add_face(element, index, entries, *numbers);
+  }
+
+  void add_face(const Element& element, std::size_t index, std::span<const double> corners, const Numbers& numbers) {
+    for (std::size_t k = 0; k < corners.size() && corners.size() > 1; ++k)
+      add_edge(element, index, corners[k], corners[(k + 1) % corners.size()], numbers);
+  }
+
+  /// Adds strips of triangles, which -1 parts: every three vertices in sequence are one. A triangle that names a vertex
+  /// twice has no area and only turns the strip.
+  void add_strips(const Element& element, std::size_t index, std::span<const double> vertices, const Numbers& numbers) {
+    while (!vertices.empty()) {
+      const auto end = static_cast<std::size_t>(std::ranges::find(vertices, -1.0) - vertices.begin());
+      if (end == 1 || end == 2)
+        complain(numbers,
+                 fmt::format("found a strip of {} vertices in {} {}, wanted 3 or more", end, element.name, index));
+      for (std::size_t k = 2; k < end; ++k) {
+        const std::span<const double> triangle = vertices.subspan(k - 2, 3);
+        if (triangle[0] != triangle[1] && triangle[1] != triangle[2] && triangle[2] != triangle[0])
+          add_face(element, index, triangle, numbers);
+      }
+      vertices = vertices.subspan(std::min(end + 1, vertices.size()));
+    }
   }
 
   void add_edge(const Element& element, std::size_t index, double i, double j, const Numbers& numbers) {

@@ -101,7 +101,7 @@ ReferenceState read_reference_state(const std::filesystem::path& file, const Sys
   constexpr int most_named = 10;
   std::string times;
   int count = 0;
-  for (const Instant& instant : file.extension() == ".json" ? read_case(name, text) : read_blocks(name, text)) {
+  for (const Instant& instant : ending_of(file) == ".json" ? read_case(name, text) : read_blocks(name, text)) {
     if (++count <= most_named) times += fmt::format("{}{:g}", times.empty() ? "" : ", ", instant.t);
     if (std::abs(instant.t - t) > 1e-12 * std::abs(t)) continue;
     ReferenceState state{name, list_movable(system), std::vector<double>(system.positions.size(), 0.0)};

@@ -1,5 +1,7 @@
 #include "scene/text_file.hpp"
 
+#include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
@@ -18,6 +20,21 @@ namespace {
 
 constexpr std::string_view blanks = " \t\r\f\v";
 constexpr std::size_t most_of_a_stream = std::size_t{1} << 30;
+
+/// First bytes of what holds no lines that can be read here. Those of UTF-32 begin with those of UTF-16.
+using namespace std::string_view_literals;
+constexpr std::pair<std::string_view, std::string_view> foreign_beginnings[] = {
+    {"\x1F\x8B"sv, "a file packed by gzip"},
+    {"BZh91AY&SY"sv, "a file packed by bzip2"},
+    {"\xFD"
+     "7zXZ"sv,
+     "a file packed by xz"},
+    {"\x28\xB5\x2F\xFD"sv, "a file packed by zstd"},
+    {"PK\x03\x04"sv, "a file packed by zip"},
+    {"\xFF\xFE\0\0"sv, "a text in UTF-32"},
+    {"\0\0\xFE\xFF"sv, "a text in UTF-32"},
+    {"\xFF\xFE"sv, "a text in UTF-16"},
+    {"\xFE\xFF"sv, "a text in UTF-16"}};
 
 }  // namespace
 
@@ -41,13 +58,34 @@ std::string read_text(const std::filesystem::path& file) {
   return text;
 }
 
+std::string ending_of(const std::filesystem::path& file) {
+  std::string ending = file.extension().string();
+  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending;
+}
+
+LineReader::LineReader(std::string name, std::string_view text) : name_(std::move(name)), rest_(text) {
+  for (const auto& [beginning, what] : foreign_beginnings)
+    if (text.starts_with(beginning))
+      throw InputError("", fmt::format("{}: found {}, wanted plain text in ASCII or UTF-8", name_, what));
+  constexpr std::string_view mark = "\xEF\xBB\xBF";
+  if (text.starts_with(mark)) rest_.remove_prefix(mark.size());
+}
+
 bool LineReader::next() {
   if (rest_.empty()) return false;
-  const std::size_t end = rest_.find('\n');
-  line_ = rest_.substr(0, end);
-  rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
-  if (line_.ends_with('\r')) line_.remove_suffix(1);
   ++number_;
+  const auto* const end = std::ranges::find_if(rest_, [](char c) { return c == '\n' || c == '\r' || c == '\0'; });
+  line_ = rest_.substr(0, static_cast<std::size_t>(end - rest_.begin()));
+  rest_.remove_prefix(line_.size());
+  if (rest_.starts_with('\0')) complain("found a zero byte, wanted plain text in ASCII or UTF-8");
+
+  const std::size_t length = rest_.starts_with("\n")       ? 1
+                             : rest_.starts_with("\r\n")   ? 2
+                             : rest_.starts_with("\r\r\n") ? 3
+                                                           : 0;
+  if (number_ == 1) ends_by_cr_ = !rest_.empty() && length == 0;
+  rest_.remove_prefix(length > 0 && !ends_by_cr_ ? length : std::min<std::size_t>(rest_.size(), 1));
   return true;
 }
 

@@ -12,12 +12,17 @@ namespace tanor::scene {
 /// Returns the whole file. Throws InputError (without a place) if it cannot be read.
 std::string read_text(const std::filesystem::path& file);
 
-/// The lines of a text one by one, without their ends.
+/// Returns what a file's name ends in, in small letters: ".obj" of CUBE.OBJ.
+std::string ending_of(const std::filesystem::path& file);
+
+/// The lines of a text one by one, without their ends. A line ends in LF, CR LF or, as on old Macs, CR alone.
 class LineReader {
  public:
-  /// `name` is that of the text, for errors; the text must outlive the reader.
-  LineReader(std::string name, std::string_view text) : name_(std::move(name)), rest_(text) {}
+  /// `name` is that of the text, for errors; the text must outlive the reader. A byte-order mark of UTF-8 is skipped.
+  /// Throws InputError (without a place) if the text is packed, or in UTF-16 or UTF-32.
+  LineReader(std::string name, std::string_view text);
 
+  /// Goes to the next line and returns true, or false at the end. Throws InputError if the line holds a zero byte.
   bool next();
   std::string_view line() const { return line_; }
   std::string_view rest() const { return rest_; }  ///< text after the line
@@ -31,6 +36,7 @@ class LineReader {
   std::string name_;
   std::string_view rest_, line_;
   std::size_t number_ = 0;
+  bool ends_by_cr_ = false;  ///< CR alone ended the first line; an LF behind such an end is content
 };
 
 /// Returns the text without blanks at both ends.

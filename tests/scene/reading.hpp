@@ -36,6 +36,19 @@ inline std::string error_of(const std::string& text, const std::filesystem::path
   return "no error";
 }
 
+/// Reads a scene that imports a file of this content, with more keys.
+inline Scene import_text(const std::string& name, const std::string& text, const std::string& keys = "") {
+  const Folder folder;
+  folder.add(name, text);
+  return parse_scene(R"({"tanor_scene": 1, "import": {"file": ")" + name + "\"" + keys + "}}", folder / "s.json");
+}
+/// Returns what the program would print about such a scene.
+inline std::string import_error(const std::string& name, const std::string& text, const std::string& keys = "") {
+  const Folder folder;
+  folder.add(name, text);
+  return error_of(R"({"tanor_scene": 1, "import": {"file": ")" + name + "\"" + keys + "}}", folder / "s.json");
+}
+
 /// Returns a scene of three points a metre apart on the x axis, with more keys.
 inline std::string three_points(const std::string& more = "") {
   return R"({"tanor_scene": 1, "points": {"positions": [[0,0,0],[1,0,0],[2,0,0]]})" +

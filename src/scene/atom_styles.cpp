@@ -1,0 +1,214 @@
+#include "scene/atom_styles.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <utility>
+
+#include "scene/text_file.hpp"
+
+namespace tanor::scene {
+namespace {
+
+/// Columns that are rare, and could be taken for those of `full`, are known by their name alone.
+enum class Known { ByColumns, ByName, OpenByName };
+struct Style {
+  std::string_view name, columns;
+  Known known = Known::ByColumns;
+};
+
+// https://docs.lammps.org/read_data.html. The manual and the code order some columns differently: both are here.
+constexpr Style styles[] = {
+    {"atomic", "id type x y z"},
+    {"molecular", "id molecule type x y z"},
+    {"charge", "id type q x y z"},
+    {"full", "id molecule type q x y z"},
+    {"bond", "id molecule type x y z"},
+    {"angle", "id molecule type x y z"},
+    {"amoeba", "id molecule type q x y z"},
+    {"body", "id type bodyflag mass x y z"},
+    {"bpm/sphere", "id molecule type diameter density x y z"},
+    {"dielectric", "id type q x y z mux muy muz area ed em epsilon curvature"},
+    {"dielectric", "id molecule type q x y z mux muy muz area ed em epsilon curvature"},
+    {"dipole", "id type q x y z mux muy muz"},
+    {"dpd", "id type theta x y z"},
+    {"edpd", "id type edpd_temp edpd_cv x y z", Known::ByName},
+    {"electron", "id type q espin eradius x y z"},
+    {"ellipsoid", "id type ellipsoidflag density x y z"},
+    {"line", "id molecule type lineflag density x y z"},
+    {"mdpd", "id type rho x y z"},
+    {"mesont", "id molecule type bond1 bond2 tube_mass mradius mlength buckling x y z"},
+    {"oxdna", "id type x y z"},
+    {"peri", "id type volume density x y z"},
+    {"rheo", "id type status rho x y z", Known::ByName},
+    {"rheo/thermal", "id type status rho energy x y z", Known::ByName},
+    {"smd", "id type molecule volume mass kradius cradius x0 y0 z0 x y z"},
+    {"sph", "id type rho esph cv x y z"},
+    {"sphere", "id type diameter density x y z"},
+    {"spin", "id type x y z spx spy spz sp"},
+    {"tdpd", "id type x y z", Known::OpenByName},
+    {"template", "id molecule template_index template_atom type x y z"},
+    {"template", "id type molecule template_index template_atom x y z"},
+    {"tri", "id molecule type triangleflag density x y z"},
+    {"wavepacket", "id type q espin eradius etag cs_re cs_im x y z"},
+    {"hybrid", "id type x y z", Known::OpenByName},
+};
+
+constexpr std::string_view whole_columns[] = {
+    "id",    "molecule", "template_index", "template_atom", "espin",    "etag",         "bond1",
+    "bond2", "buckling", "bodyflag",       "ellipsoidflag", "lineflag", "triangleflag", "status"};
+
+/// Returns true for numbers, also those that are not finite: nobody may read them.
+bool spells_number(std::string_view word) {
+  double number = 0.0;
+  return parse_number(word) || std::from_chars(word.data(), word.data() + word.size(), number).ptr == word.end();
+}
+
+AtomColumns columns_of(const Style& style) {
+  const std::vector<std::string_view> names = split_words(style.columns);
+  return {std::string(style.name), {names.begin(), names.end()}, style.known == Known::OpenByName};
+}
+
+/// Adds the columns of the sub-styles that are not there yet. Other words are arguments of these.
+void add_sub_styles(const std::vector<std::string_view>& words, AtomColumns* hybrid) {
+  bool is_open = false;
+  for (const std::string_view word : words) {
+    const auto* const style = std::ranges::find(styles, word, &Style::name);
+    if (style == std::end(styles) || word == "hybrid") continue;
+    hybrid->style += " " + std::string(word);
+    for (const std::string_view name : split_words(style->columns))
+      if (std::ranges::find(hybrid->names, name) == hybrid->names.end()) hybrid->names.emplace_back(name);
+    is_open = is_open || style->known == Known::OpenByName;
+  }
+  if (hybrid->style != "hybrid") hybrid->is_open = is_open;
+}
+
+/// Removes what does not satisfy a condition, unless nothing does.
+template <class Condition>
+void prefer(std::vector<AtomColumns>* candidates, const Condition& condition) {
+  if (std::ranges::any_of(*candidates, condition)) std::erase_if(*candidates, std::not_fn(condition));
+}
+
+/// Replaces columns of which more follow by those that fill the lines, with image flags and without.
+std::vector<AtomColumns> fill_open(const std::vector<AtomColumns>& candidates, std::size_t num_columns) {
+  std::vector<AtomColumns> filled;
+  for (const AtomColumns& each : candidates) {
+    for (const std::size_t num_images : {3, 0}) {
+      if (each.is_open && each.names.size() + num_images <= num_columns) {
+        AtomColumns& longer = filled.emplace_back(each);
+        while (longer.names.size() + num_images < num_columns)
+          longer.names.push_back(std::to_string(longer.names.size() + 1));
+      }
+    }
+    if (!each.is_open) filled.push_back(each);
+  }
+  return filled;
+}
+
+}  // namespace
+
+std::size_t AtomColumns::find(std::string_view name) const {
+  return static_cast<std::size_t>(std::ranges::find(names, name) - names.begin());
+}
+
+std::vector<AtomColumns> find_atom_styles(std::string_view name) {
+  const std::vector<std::string_view> words = split_words(name);
+  if (words.empty()) return {};
+  const std::string_view first = words[0].substr(0, words[0].find_first_of(":,;"));
+  std::vector<AtomColumns> found;
+  for (const Style& style : styles)
+    if (style.name == first) found.push_back(columns_of(style));
+  if (first == "hybrid") add_sub_styles(words, &found[0]);
+  const auto count = first == "tdpd" && words.size() > 1 ? parse_integer(words[1]) : std::nullopt;
+  if (count && *count >= 0 && *count < 1000) {
+    found[0].is_open = false;
+    for (std::int64_t k = 1; k <= *count; ++k) found[0].names.push_back("cc" + std::to_string(k));
+  }
+  return found;
+}
+
+std::vector<AtomColumns> all_atom_styles() {
+  std::vector<AtomColumns> all;
+  for (const Style& style : styles)
+    if (style.known == Known::ByColumns) all.push_back(columns_of(style));
+  return all;
+}
+
+std::vector<std::string> names_of_atom_styles() {
+  std::vector<std::string> names;
+  for (const Style& style : styles)
+    if (names.empty() || style.name != names.back()) names.emplace_back(style.name);
+  return names;
+}
+
+void AtomSurvey::add(const std::vector<std::string_view>& words) {
+  if (columns_.empty()) columns_.resize(words.size());
+  is_even_ = is_even_ && words.size() == columns_.size();
+  for (std::size_t k = 0; k < std::min(words.size(), columns_.size()); ++k) {
+    Column& column = columns_[k];
+    const auto number = parse_number(words[k]);
+    column.is_number = column.is_number && spells_number(words[k]);
+    column.is_whole = column.is_whole && parse_integer(words[k]).has_value();
+    column.is_type = column.is_type && is_type_(words[k]);
+    column.least = std::min(column.least, number.value_or(column.least));
+    column.most = std::max(column.most, number.value_or(column.most));
+  }
+}
+
+bool AtomSurvey::fits(const AtomColumns& columns) const {
+  if (!is_even_ || (columns_.size() != columns.names.size() && !has_images(columns))) return false;
+  for (std::size_t k = 0; k < columns.names.size(); ++k) {
+    const std::string& name = columns.names[k];
+    const bool is_whole = std::ranges::find(whole_columns, name) != std::end(whole_columns);
+    const Column& column = columns_[k];
+    if (!(name == "type" ? column.is_type : is_whole ? column.is_whole : column.is_number)) return false;
+  }
+  return std::all_of(columns_.begin() + static_cast<long>(columns.names.size()), columns_.end(),
+                     [](const Column& column) { return column.is_whole; });
+}
+
+bool AtomSurvey::has_shift() const {
+  return std::any_of(columns_.end() - 3, columns_.end(),
+                     [](const Column& c) { return c.least != 0.0 || c.most != 0.0; });
+}
+
+bool AtomSurvey::has_negative_shift() const {
+  return std::any_of(columns_.end() - 3, columns_.end(), [](const Column& c) { return c.least < 0.0; });
+}
+
+bool AtomSurvey::is_inside(std::size_t x, const Vector3& low, const Vector3& high) const {
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double edge = high[k] - low[k];
+    if (edge > 0.0 && (columns_[x + k].least < low[k] - edge || columns_[x + k].most > high[k] + edge)) return false;
+  }
+  return true;
+}
+
+bool AtomSurvey::is_written_alike(std::size_t x) const {
+  return columns_[x].is_whole == columns_[x + 1].is_whole && columns_[x].is_whole == columns_[x + 2].is_whole;
+}
+
+std::vector<AtomColumns> choose_columns(std::vector<AtomColumns> candidates, const AtomSurvey& survey,
+                                        const AtomFacts& facts) {
+  candidates = fill_open(candidates, survey.num_columns());
+  std::erase_if(candidates, [&](const AtomColumns& each) { return !survey.fits(each); });
+  prefer(&candidates, [&](const AtomColumns& each) {
+    // Columns whose number nobody knows may end in whole numbers of their own, which are not below 0.
+    return survey.has_images(each) && (!each.is_open || !survey.has_shift() || survey.has_negative_shift());
+  });
+  prefer(&candidates, [&](const AtomColumns& each) { return survey.is_inside(each.find("x"), facts.low, facts.high); });
+  prefer(&candidates, [&](const AtomColumns& each) { return survey.is_written_alike(each.find("x")); });
+  // Bonds join atoms of one molecule, and the types reach the last one of the header.
+  prefer(&candidates, [&](const AtomColumns& each) {
+    return facts.bonds_share_second && each.find("molecule") == 1 &&
+           survey.most(each.find("type")) == static_cast<double>(facts.num_types);
+  });
+  return candidates;
+}
+
+bool are_equivalent(const AtomColumns& a, const AtomColumns& b, const AtomSurvey& survey, const AtomFacts& facts) {
+  const bool type_matters = facts.has_masses && facts.num_types > 1;
+  const bool shift_matters = survey.has_images(a) != survey.has_images(b) && survey.has_shift();
+  return a.find("x") == b.find("x") && !shift_matters && (!type_matters || a.find("type") == b.find("type"));
+}
+
+}  // namespace tanor::scene
