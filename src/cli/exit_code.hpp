@@ -11,6 +11,7 @@ enum class ExitCode {
   // 128 + signal, as shells report it; what was found until then is complete and can be resumed.
   HungUp = 129,
   Interrupted = 130,
+  Unread = 141,  ///< SIGPIPE: the reader of standard output is gone, as `| head` goes; nothing is said
   Terminated = 143
 };
 

@@ -1,3 +1,4 @@
+#include <poll.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -22,26 +23,33 @@ namespace {
   _exit(static_cast<int>(ExitCode::MachineFailure));
 }
 
+/// Returns true if standard output failed because it is a pipe from which nobody reads any more.
+bool is_unread() {
+  pollfd output{.fd = STDOUT_FILENO, .events = 0, .revents = 0};
+  return std::ferror(stdout) != 0 && poll(&output, 1, 0) == 1 && (output.revents & POLLERR) != 0;
+}
+
 /// Executes what the command line asks for. Any trouble is one line on stderr.
 ExitCode run_command(int argc, const char* const* argv) {
   try {
     return std::visit([](const auto& request) { return execute(request); }, parse_command_line(argc, argv));
   } catch (...) {
     const Failure failure = describe_current_exception();
+    if (failure.code == ExitCode::MachineFailure && is_unread()) return ExitCode::Unread;
     print_message(failure.message, Tone::Error);
     return failure.code;
   }
 }
 
-/// Closes standard output, which is complete only when the system has taken its last byte. Returns false if that
-/// failed.
-bool close_output() {
+/// Closes standard output, which is complete only when the system has taken its last byte. Returns the exit code.
+ExitCode close_output(ExitCode code) {
   const bool had_error = std::ferror(stdout) != 0;
   errno = 0;
-  if (std::fflush(stdout) == 0 && !had_error) return true;
+  if (std::fflush(stdout) == 0 && !had_error) return code;
   const std::string reason = errno != 0 ? ": " + std::generic_category().message(errno) : "";
+  if (is_unread()) return ExitCode::Unread;
   print_message("cannot write standard output" + reason, Tone::Error);
-  return false;
+  return ExitCode::MachineFailure;
 }
 
 }  // namespace
@@ -53,6 +61,6 @@ extern "C" __attribute__((visibility("default"))) int tanor_run_program(int argc
   using namespace tanor::cli;
   std::set_terminate(end_with_last_words);
   const ExitCode code = run_command(argc, argv);
-  const bool has_failed = code == ExitCode::MachineFailure || !close_output();
-  return static_cast<int>(has_failed ? ExitCode::MachineFailure : code);
+  const bool is_told = code == ExitCode::MachineFailure || code == ExitCode::Unread;
+  return static_cast<int>(is_told ? code : close_output(code));
 }
