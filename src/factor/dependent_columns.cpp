@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <set>
+#include <utility>
 
 #include "base/numbers.hpp"
 #include "factor/independent_columns.hpp"
@@ -11,15 +12,11 @@ namespace tanor {
 
 namespace {
 
-/// A dependent column as a combination of independent ones, with terms by increasing column.
-struct Combination {
-  std::vector<Dependence::Term> terms;
-  bool is_settled = false;  // true if no column should be exchanged with it
-};
+using Terms = std::vector<Dependence::Term>;  // by increasing column
 
 /// Returns the column that should be dependent in place of column j, or -1 if there is none. It has the largest
 /// coefficient above 2; otherwise it is the first later column whose coefficient is no smaller than j's own.
-int find_exchange(int j, const std::vector<Dependence::Term>& terms) {
+int find_exchange(int j, const Terms& terms) {
   constexpr double largest_coefficient = 2.0, rounding = 1e-6;
   double largest = largest_coefficient;
   int result = -1;
@@ -32,44 +29,98 @@ int find_exchange(int j, const std::vector<Dependence::Term>& terms) {
   return result;
 }
 
-/// Computes terms += factor * others.
-void add_terms(double factor, const std::vector<Dependence::Term>& others, std::vector<Dependence::Term>* terms) {
-  std::vector<Dependence::Term> sum;
-  sum.reserve(terms->size() + others.size());
-  auto term = terms->begin();
-  for (const auto& [column, coefficient] : others) {
-    while (term != terms->end() && term->column < column) sum.push_back(*term++);
-    const double before = term != terms->end() && term->column == column ? (term++)->coefficient : 0.0;
-    sum.push_back({column, before + factor * coefficient});
+/// The combinations of all dependent columns. Terms below the tolerance are rounding. They are left out, so that
+/// columns that have nothing to do with each other stay apart.
+class Combinations {
+ public:
+  Combinations(const std::vector<Dependence>& dependences, std::size_t num_columns, double tolerance)
+      : tolerance_(tolerance), terms_(num_columns), dependents_(num_columns) {
+    for (const Dependence& dependence : dependences) {
+      Terms terms = dependence.terms;
+      std::erase_if(terms, [&](const auto& term) { return std::abs(term.coefficient) <= tolerance_; });
+      std::ranges::sort(terms, {}, &Dependence::Term::column);
+      insert(dependence.column, std::move(terms));
+    }
   }
-  sum.insert(sum.end(), term, terms->end());
-  *terms = std::move(sum);
-}
 
-/// Makes column i dependent in place of j in all combinations.
-void exchange(int j, int i, std::map<int, Combination>* X) {
-  const auto find = [](std::vector<Dependence::Term>& terms, int column) {
+  /// Exchanges columns until none should be, in the shortest combinations first, since an exchange makes others longer.
+  /// Returns true if it exchanged any.
+  bool settle() {
+    bool has_exchanged = false;
+    while (!unsettled_.empty()) {
+      const int j = unsettled_.begin()->second;
+      unsettled_.erase(unsettled_.begin());
+      const int i = find_exchange(j, terms_of(j));
+      if (i < 0) continue;
+      exchange(j, i);
+      has_exchanged = true;
+    }
+    return has_exchanged;
+  }
+
+  /// The dependent columns, increasing.
+  std::vector<int> columns() const { return {columns_.begin(), columns_.end()}; }
+  const Terms& terms_of(int dependent) const { return terms_[static_cast<std::size_t>(dependent)]; }
+
+ private:
+  static Terms::iterator find(Terms& terms, int column) {
     const auto found = std::ranges::lower_bound(terms, column, {}, &Dependence::Term::column);
     return found != terms.end() && found->column == column ? found : terms.end();
-  };
-  // c_j = sum x_k c_k  =>  c_i = c_j/x_i - sum over k != i of x_k/x_i c_k
-  std::vector<Dependence::Term> terms = std::move(X->at(j).terms);
-  X->erase(j);
-  const auto at = find(terms, i);
-  const double pivot = at->coefficient;
-  terms.erase(at);
-  for (Dependence::Term& term : terms) term.coefficient /= -pivot;
-  terms.insert(std::ranges::lower_bound(terms, j, {}, &Dependence::Term::column), {j, 1.0 / pivot});
-  for (auto& [column, other] : *X) {
-    const auto found = find(other.terms, i);
-    if (found == other.terms.end()) continue;
-    const double factor = found->coefficient;
-    other.terms.erase(found);
-    add_terms(factor, terms, &other.terms);
-    other.is_settled = false;
   }
-  X->emplace(i, Combination{std::move(terms)});
-}
+
+  void note(int independent, int dependent) { dependents_[static_cast<std::size_t>(independent)].push_back(dependent); }
+
+  void insert(int column, Terms terms) {
+    for (const Dependence::Term& term : terms) note(term.column, column);
+    columns_.insert(column);
+    unsettled_.emplace(terms.size(), column);
+    terms_[static_cast<std::size_t>(column)] = std::move(terms);
+  }
+
+  /// Makes column i dependent in place of j in all combinations.
+  void exchange(int j, int i) {
+    // c_j = sum x_k c_k  =>  c_i = c_j/x_i - sum over k != i of x_k/x_i c_k
+    Terms terms = std::exchange(terms_[static_cast<std::size_t>(j)], {});
+    columns_.erase(j);
+    const auto at = find(terms, i);
+    const double pivot = at->coefficient;
+    terms.erase(at);
+    for (Dependence::Term& term : terms) term.coefficient /= -pivot;
+    terms.insert(std::ranges::lower_bound(terms, j, {}, &Dependence::Term::column), {j, 1.0 / pivot});
+    for (const int other : std::exchange(dependents_[static_cast<std::size_t>(i)], {})) substitute(i, terms, other);
+    insert(i, std::move(terms));
+  }
+
+  /// Replaces column i in the combination of `other` by its own terms, if it is there.
+  void substitute(int i, const Terms& own, int other) {
+    Terms& terms = terms_[static_cast<std::size_t>(other)];
+    const auto at = find(terms, i);
+    if (at == terms.end()) return;
+    const double factor = at->coefficient;
+    unsettled_.erase({terms.size(), other});
+    terms.erase(at);
+    sum_.clear();
+    auto term = terms.begin();
+    for (const auto& [column, coefficient] : own) {
+      while (term != terms.end() && term->column < column) sum_.push_back(*term++);
+      const bool is_there = term != terms.end() && term->column == column;
+      const double value = (is_there ? (term++)->coefficient : 0.0) + factor * coefficient;
+      if (std::abs(value) <= tolerance_) continue;
+      sum_.push_back({column, value});
+      if (!is_there) note(column, other);
+    }
+    sum_.insert(sum_.end(), term, terms.end());
+    terms.assign(sum_.begin(), sum_.end());
+    unsettled_.emplace(terms.size(), other);
+  }
+
+  const double tolerance_;
+  std::set<int> columns_;                            // dependent columns
+  std::set<std::pair<std::size_t, int>> unsettled_;  // those to be looked at, with the numbers of their terms
+  std::vector<Terms> terms_;                         // [column] empty if it is independent
+  std::vector<std::vector<int>> dependents_;         // [column] dependent ones that it is, or was, a part of
+  Terms sum_;                                        // scratch
+};
 
 /// Decides which columns are dependent, in steps; each step leaves `found_` for the next.
 class Decision {
@@ -79,80 +130,89 @@ class Decision {
 
   DependentColumns make() {
     IndependentColumns independent = find_independent_columns(C_, tolerance_, factorize_);
-    found_ = {{}, std::move(independent.factor), independent.smallest_singular_value};
+    found_ = {{}, {}, std::move(independent.factor), independent.smallest_singular_value};
     combine_dependent_columns();
-    if (exchange_columns()) combine_dependent_columns();
+    exchange_columns();
     return std::move(found_);
   }
 
  private:
-  /// Finds X_j = argmin |C_I x - c_j| by the corrected seminormal equations (Bjorck, Linear Algebra Appl. 88/89, 1987).
+  /// Finds X_j = argmin |C_I x - c_j|.
   void combine_dependent_columns() {
-    constexpr int num_corrections = 2;
     const TriangularFactor& R = found_.factor;
-    std::vector<int> place(C_.num_columns(), -1);  // column of C -> column of R11
-    for (std::size_t k = 0; k < R.rank(); ++k) place[static_cast<std::size_t>(R.independent[k])] = static_cast<int>(k);
-
-    found_.dependences.clear();
-    std::vector<double> residual(static_cast<std::size_t>(C_.num_rows));
+    place_.assign(C_.num_columns(), -1);
+    for (std::size_t k = 0; k < R.rank(); ++k) place_[static_cast<std::size_t>(R.independent[k])] = static_cast<int>(k);
     for (const int j : R.dependent) {
-      std::vector<double> x(R.rank(), 0.0);
-      std::fill(residual.begin(), residual.end(), 0.0);
-      add_column(C_, j, 1.0, residual.data());
-      for (int pass = 0; pass <= num_corrections; ++pass) {
-        // R'R dx = C_I' (c_j - C_I x)
-        std::vector<double> dx(R.rank(), 0.0);
-        for (int row = 0; row < C_.num_rows; ++row) {
-          const double r = residual[static_cast<std::size_t>(row)];
-          if (r == 0.0) continue;
-          for_each_entry(transposed_C_, row, [&](int column, double value) {
-            const int k = place[static_cast<std::size_t>(column)];
-            if (k >= 0) dx[static_cast<std::size_t>(k)] += value * r;
-          });
-        }
-        R.solve_transposed(dx.data());
-        R.solve(dx.data());
-        for (std::size_t k = 0; k < R.rank(); ++k) {
-          if (std::abs(dx[k]) < 0.1 * eps) continue;  // nothing beside unit columns, but it would fill the vector
-          x[k] += dx[k];
-          add_column(C_, R.independent[k], -dx[k], residual.data());
-        }
-      }
-      Dependence& dependence = found_.dependences.emplace_back(Dependence{j, {}});
+      solve(j);
+      Dependence& dependence = found_.short_dependences.emplace_back(Dependence{j, {}});
       for (std::size_t k = 0; k < R.rank(); ++k)
-        if (x[k] != 0.0) dependence.terms.push_back({R.independent[k], x[k]});
+        if (x_[k] != 0.0) dependence.terms.push_back({R.independent[k], x_[k]});
     }
   }
 
-  /// Returns true if it exchanged any column; R11 is then the factor of the new independent columns.
-  bool exchange_columns() {
-    std::map<int, Combination> X;  // dependent column -> its combination of independent ones
-    for (const Dependence& dependence : found_.dependences) {
-      std::vector<Dependence::Term>& terms = X[dependence.column].terms;
-      for (const Dependence::Term& term : dependence.terms)
-        if (std::abs(term.coefficient) > tolerance_) terms.push_back(term);
-      std::ranges::sort(terms, {}, &Dependence::Term::column);
+  /// Solves for x by the corrected seminormal equations (Bjorck, Linear Algebra Appl. 88/89, 1987). Terms below the
+  /// tolerance are left out if c_j is a combination of the others to rounding.
+  void solve(int j) {
+    x_.assign(found_.factor.rank(), 0.0);
+    set_residual(j);
+    correct(true);
+    correct(true);
+    const std::vector<double> with_rounding = x_;
+    double largest = 1.0;
+    for (double& value : x_) {
+      if (std::abs(value) <= tolerance_) value = 0.0;
+      largest = std::max(largest, std::abs(value));
     }
-    bool exchanged = false;
-    for (auto next = X.begin(); next != X.end();) {
-      const auto& [j, combination] = *next;
-      const int i = combination.is_settled ? -1 : find_exchange(j, combination.terms);
-      if (i < 0) {
-        next++->second.is_settled = true;
-        continue;
-      }
-      exchanged = true;
-      exchange(j, i, &X);
-      next = X.begin();
-    }
-    if (!exchanged) return false;
+    set_residual(j);
+    correct(false);
+    constexpr double enough = 16.0 * eps;
+    const auto is_large = [&](double r) { return std::abs(r) > enough * largest; };
+    if (std::ranges::none_of(residual_, is_large)) return;
+    x_ = with_rounding;
+    set_residual(j);
+    correct(true);
+  }
 
-    std::vector<int> dependent;
-    for (const auto& [column, combination] : X) dependent.push_back(column);
+  /// Computes c_j - C_I x.
+  void set_residual(int j) {
+    residual_.assign(static_cast<std::size_t>(C_.num_rows), 0.0);
+    add_column(C_, j, 1.0, residual_.data());
+    for (std::size_t k = 0; k < x_.size(); ++k)
+      if (x_[k] != 0.0) add_column(C_, found_.factor.independent[k], -x_[k], residual_.data());
+  }
+
+  /// Adds dx with R'R dx = C_I' (c_j - C_I x) to x, also to numbers that are 0 if `fills` is true.
+  void correct(bool fills) {
+    const TriangularFactor& R = found_.factor;
+    dx_.assign(R.rank(), 0.0);
+    for (int row = 0; row < C_.num_rows; ++row) {
+      const double r = residual_[static_cast<std::size_t>(row)];
+      if (r == 0.0) continue;
+      for_each_entry(transposed_C_, row, [&](int column, double value) {
+        const int k = place_[static_cast<std::size_t>(column)];
+        if (k >= 0) dx_[static_cast<std::size_t>(k)] += value * r;
+      });
+    }
+    R.solve_transposed(dx_.data());
+    R.solve(dx_.data());
+    for (std::size_t k = 0; k < R.rank(); ++k) {
+      const bool is_nothing = std::abs(dx_[k]) < 0.1 * eps;  // beside unit columns, but it would fill the vector
+      if (is_nothing || (!fills && x_[k] == 0.0)) continue;
+      x_[k] += dx_[k];
+      add_column(C_, R.independent[k], -dx_[k], residual_.data());
+    }
+  }
+
+  /// Exchanges columns until |X| <= 2; R11 is then the factor of the new independent columns.
+  void exchange_columns() {
+    Combinations combinations(found_.short_dependences, C_.num_columns(), tolerance_);
+    const bool has_exchanged = combinations.settle();
+    std::vector<int> dependent = combinations.columns();
+    for (const int j : dependent) found_.dependences.push_back({j, combinations.terms_of(j)});
+    if (!has_exchanged) return;
     found_.factor = factorize_columns(C_, all_but(dependent, C_.num_columns()), -1.0, factorize_);
     found_.factor.dependent = std::move(dependent);
     found_.smallest_singular_value = find_smallest_singular_value(found_.factor);
-    return true;
   }
 
   const SparseColumns& C_;
@@ -160,6 +220,8 @@ class Decision {
   const double tolerance_;
   QrFunction& factorize_;
   DependentColumns found_;
+  std::vector<int> place_;                 // [column] its place among the independent ones, or -1
+  std::vector<double> x_, dx_, residual_;  // of the present dependent column
 };
 
 }  // namespace

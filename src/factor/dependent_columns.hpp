@@ -18,9 +18,12 @@ struct Dependence {
 
 /// The decomposition C = C_I [1 X], where I names independent columns.
 struct DependentColumns {
-  std::vector<Dependence> dependences;  ///< X by its columns, increasing; terms as they come, with rounding
-  TriangularFactor factor;              ///< factor of C_I
-  double smallest_singular_value;       ///< estimate for R11 from above
+  std::vector<Dependence> dependences;  ///< X by its columns, increasing; terms above the tolerance
+  /// Combinations of other columns that span the same null space, to rounding. They have fewer terms where |X| <= 2
+  /// asks for long ones.
+  std::vector<Dependence> short_dependences;
+  TriangularFactor factor;         ///< factor of C_I
+  double smallest_singular_value;  ///< estimate for R11 from above
 };
 
 /// Decides which columns depend on others, as RankSolver says. C must have columns of unit length.

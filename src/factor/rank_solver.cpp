@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <span>
 
 #include "base/numbers.hpp"
@@ -35,8 +36,9 @@ RankSolver::RankSolver(SparseColumns C, double least_tolerance, QrFunction& fact
     scale_.push_back(length > 0.0 ? 1.0 / length : 1.0);
     for (double& value : column) value *= scale_[j];
   }
+  null_space_.num_rows = static_cast<int>(d);
   find_dependences();
-  span_null_space();
+  null_factor_ = factorize_(null_space_, -1.0);
   drop_rounding();
 }
 
@@ -45,6 +47,7 @@ void RankSolver::find_dependences() {
   if (groups.size() == 1 && groups.front().size() == num_columns()) {
     DependentColumns found = find_dependent_columns(C_, tolerance_, factorize_);
     dependences_ = std::move(found.dependences);
+    span_null_space(found.short_dependences);
     smallest_singular_value_ = found.smallest_singular_value;
     sigma_in_question_ = std::min(1.0, found.smallest_singular_value);
     factor_ = std::move(found.factor);
@@ -54,11 +57,14 @@ void RankSolver::find_dependences() {
   for (const std::vector<int>& group : groups) {
     DependentColumns found = find_dependent_columns(take_group(group, &row_name), tolerance_, factorize_);
     sigma_in_question_ = std::min(sigma_in_question_, found.smallest_singular_value);
-    for (Dependence& dependence : found.dependences) {
-      dependence.column = group[static_cast<std::size_t>(dependence.column)];
-      for (Dependence::Term& term : dependence.terms) term.column = group[static_cast<std::size_t>(term.column)];
-      dependences_.push_back(std::move(dependence));
+    for (std::vector<Dependence>* dependences : {&found.dependences, &found.short_dependences}) {
+      for (Dependence& dependence : *dependences) {
+        dependence.column = group[static_cast<std::size_t>(dependence.column)];
+        for (Dependence::Term& term : dependence.terms) term.column = group[static_cast<std::size_t>(term.column)];
+      }
     }
+    std::ranges::move(found.dependences, std::back_inserter(dependences_));
+    span_null_space(found.short_dependences);
   }
   std::ranges::sort(dependences_, {}, &Dependence::column);
 }
@@ -94,20 +100,18 @@ double RankSolver::smallest_singular_value() {
   return *smallest_singular_value_;
 }
 
-/// Computes Z = D [-X; 1] with unit columns, and its QR.
-void RankSolver::span_null_space() {
-  null_space_.num_rows = static_cast<int>(num_columns());
-  for (const Dependence& dependence : dependences_) {
+/// Appends the columns D [-x; 1] of Z, with unit length.
+void RankSolver::span_null_space(const std::vector<Dependence>& dependences) {
+  for (const auto& [own, terms] : dependences) {
     const auto append = [&](int column, double value) {
       null_space_.rows.push_back(column);
       null_space_.values.push_back(value * scale_[static_cast<std::size_t>(column)]);
     };
-    for (const Dependence::Term& term : dependence.terms) append(term.column, -term.coefficient);
-    append(dependence.column, 1.0);
+    for (const Dependence::Term& term : terms) append(term.column, -term.coefficient);
+    append(own, 1.0);
     normalize({null_space_.values.begin() + null_space_.start.back(), null_space_.values.end()});
     null_space_.start.push_back(static_cast<int>(null_space_.rows.size()));
   }
-  null_factor_ = factorize_(null_space_, -1.0);
 }
 
 /// Drops coefficients near eps/sigma_min, to which X is known, since they may be zeros. Sorts the largest terms first.
@@ -161,19 +165,20 @@ void RankSolver::minimize_norm(double* x) const {
 }
 
 std::vector<RankSolver::Contradiction> RankSolver::contradictions(std::span<const double> b) const {
+  // With unit columns c_j = sum x_k c_k, so that b_j asks for as much as sum x_k b_k.
   std::vector<Contradiction> result;
-  for (std::size_t k = 0; k < dependences_.size(); ++k) {
-    // b is in the range of C' if Z' b = 0.
-    Contradiction contradiction{dependences_[k].column, 0.0, 0.0};
-    double own = 1.0;  // coefficient of the dependent column
-    for_each_entry(null_space_, static_cast<int>(k), [&](int column, double coefficient) {
-      const double part = coefficient * b[static_cast<std::size_t>(column)];
-      contradiction.excess += part;
+  for (const auto& [own, terms] : dependences_) {
+    const auto scaled = [&](int column) {
+      return scale_[static_cast<std::size_t>(column)] * b[static_cast<std::size_t>(column)];
+    };
+    Contradiction contradiction{own, scaled(own), std::abs(scaled(own))};
+    for (const Dependence::Term& term : terms) {
+      const double part = term.coefficient * scaled(term.column);
+      contradiction.excess -= part;
       contradiction.magnitude += std::abs(part);
-      if (column == contradiction.column) own = coefficient;
-    });
-    contradiction.excess /= own;
-    contradiction.magnitude /= own;
+    }
+    contradiction.excess /= scale_[static_cast<std::size_t>(own)];
+    contradiction.magnitude /= scale_[static_cast<std::size_t>(own)];
     result.push_back(contradiction);
   }
   return result;

@@ -62,7 +62,7 @@ class RankSolver {
   void find_dependences();
   SparseColumns take_group(const std::vector<int>& group, std::vector<int>* row_name) const;
   const TriangularFactor& factor();
-  void span_null_space();
+  void span_null_space(const std::vector<Dependence>& dependences);
   void drop_rounding();
 
   QrFunction& factorize_;
@@ -73,7 +73,7 @@ class RankSolver {
   std::vector<Dependence> dependences_;
   std::optional<TriangularFactor> factor_;  ///< of (C D)_I
   std::optional<double> smallest_singular_value_;
-  SparseColumns null_space_;  ///< [d x (d - rho)] Z = D [-X; 1], unit columns: they span the null space of C
+  SparseColumns null_space_;  ///< [d x (d - rho)] Z, unit columns that span the null space of C
   TriangularFactor null_factor_;
 };
 
