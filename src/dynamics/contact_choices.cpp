@@ -35,7 +35,7 @@ ContactChoices::ContactChoices(ContactState& state, FrictionSolver& friction, Co
 /// Solves with static friction until a contact gives way, then with kinetic friction there, until no other one gives
 /// way. `released` [contact] marks those that have given way already. Of several motions the one with friction nearest
 /// to the last is taken.
-void ContactChoices::solve(std::vector<char> released, std::size_t most_modes, ContactChoice* choice) const {
+void ContactChoices::solve(std::vector<char> released, std::size_t* work_left, ContactChoice* choice) const {
   const FrictionLaws& laws = state_.laws;
   ContactProblem& problem = choice->problem;
   ContactVerdict verdict;
@@ -47,7 +47,7 @@ void ContactChoices::solve(std::vector<char> released, std::size_t most_modes, C
           released[contact] != 0 ? laws.coefficient_of_sliding(contact) : laws.static_coefficient(contact);
     }
     ContactSolutions& solutions = choice->solutions =
-        find_all(problem, most_modes, pass == 0 ? choice->before : choice->x);
+        find_all(problem, work_left, pass == 0 ? choice->before : choice->x);
     verdict.note(solutions.uniqueness, solutions.reason);
     choice->x.resize(0);
     if (solutions.found.empty()) break;
@@ -81,18 +81,18 @@ bool ContactChoices::release_moving(const ContactChoice& choice, std::vector<cha
 
 /// Contacts that share a load give way only where no share bears it, so static friction is tried for all of them first.
 void ContactChoices::choose(bool is_start, const std::vector<char>& released, ContactChoice* choice) const {
-  // The limit of the search: seconds at a start, some hundredths of a second in the middle of a run.
-  const std::size_t most_modes = is_start ? 1000000 : 20000;
+  // All searches share it: 0.6 s of a slow processor at a start, some hundredths of a second in the middle of a run.
+  std::size_t work_left = is_start ? 500000 : 40000;
   const FrictionLaws& laws = state_.laws;
   const auto gets_weaker = [&](std::size_t c) {
     return released[c] != 0 && laws.static_coefficient(c) > laws.coefficient_of_sliding(c);
   };
   if (std::any_of(choice->members.begin(), choice->members.end(), gets_weaker)) {
-    solve(std::vector<char>(released.size(), 0), most_modes, choice);
+    solve(std::vector<char>(released.size(), 0), &work_left, choice);
     find_share(is_start, choice);
     if (choice->load < 1.0 - ContactState::to_spare) return;
   }
-  solve(released, most_modes, choice);
+  solve(released, &work_left, choice);
   find_share(is_start, choice);
 }
 

@@ -36,7 +36,7 @@ class ContactChoices {
   void hold_again(const std::vector<std::size_t>& contacts);
   Outcome solve_without_members(const ModeSwitch& at, ContactVerdict* verdict, std::vector<ContactChoice>* choices);
   void choose(bool is_start, const std::vector<char>& released, ContactChoice* choice) const;
-  void solve(std::vector<char> released, std::size_t most_modes, ContactChoice* choice) const;
+  void solve(std::vector<char> released, std::size_t* work_left, ContactChoice* choice) const;
   bool release_moving(const ContactChoice& choice, std::vector<char>* released) const;
   void find_share(bool is_start, ContactChoice* choice) const;
   void set_modes(const ModeSwitch& at, const ContactChoice& choice);

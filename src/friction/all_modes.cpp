@@ -38,7 +38,7 @@ void try_starts(const ContactProblem& problem, const VectorXd& guess, int starts
 
 }  // namespace
 
-ContactSolutions find_all(const ContactProblem& problem, std::size_t most_work, const VectorXd& guess) {
+ContactSolutions find_all(const ContactProblem& problem, std::size_t* work_left, const VectorXd& guess) {
   ContactSolutions result;
   if (is_monotone(problem)) {
     try_starts(problem, guess, 0, &result.found);
@@ -51,8 +51,9 @@ ContactSolutions find_all(const ContactProblem& problem, std::size_t most_work, 
     result.reason = "modes of more than ten contacts are too many to try";
     return result;
   }
-  ModeSearch search(problem, most_work);
+  ModeSearch search(problem, *work_left);
   search.run();
+  *work_left -= std::min(*work_left, search.work);
   for (const VectorXd& x : search.found) {
     if (!add_motion(problem, x, &result.found) && search.reason.empty())
       search.reason = "rounding hides whether one more motion obeys the law";

@@ -63,9 +63,10 @@ bool is_monotone(const ContactProblem& problem);
 constexpr std::size_t most_contacts_counted = 10;
 
 /// Finds all motions that obey the law by trying all modes of stick and slip in a ModeSearch. The result is complete
-/// for up to `most_contacts_counted` contacts, unless that takes more than `most_work`, the sum of unknowns^2 of linear
-/// programs. `guess` is the first start of Newton's method, which is used where a search is not needed or not complete.
-ContactSolutions find_all(const ContactProblem& problem, std::size_t most_work, const Eigen::VectorXd& guess);
+/// for up to `most_contacts_counted` contacts, unless that takes more than `*work_left`, the sum of unknowns^2 of
+/// linear programs and eigenproblems, from which it takes what it used. `guess` is the first start of Newton's method,
+/// which is used where a search is not needed or not complete.
+ContactSolutions find_all(const ContactProblem& problem, std::size_t* work_left, const Eigen::VectorXd& guess);
 
 /// Finds some motion that obeys the law, near `guess`; empty if none was found. A semismooth Newton method is tried
 /// first. Then the limits mu |N| and the convex problem for fixed limits are solved in turn. The result is certified by

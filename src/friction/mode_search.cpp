@@ -79,12 +79,13 @@ void ModeSearch::run() {
     return;
   }
   for (std::size_t subset = 0; subset < (std::size_t{1} << contacts_.size()); ++subset) {
-    if (stick(subset)) search();
     if (work >= most_work_) {
       reason = "modes of stick and slip are too many to try";
       return;
     }
+    if (stick(subset)) search();
   }
+  if (!open_.empty() && !is_finished_) reason = "modes of stick and slip are too many to try";
 }
 
 /// Eliminates the contacts that stick. Returns false if others are then at rest, too, or if nothing lets these rest.
@@ -110,6 +111,7 @@ bool ModeSearch::stick(std::size_t subset) {
   if (!held.empty()) {
     const MatrixXd A_SS = A_(held, held), A_SJ = A_(held, free_);
     const VectorXd a0_S = a0_(held);
+    work += held.size() * held.size();
     const Range range(A_SS, rank_rounding, A_.diagonal().maxCoeff());
     num_shares = range.null.cols();
     const MatrixXd inverse = range.vectors * range.values.cwiseInverse().asDiagonal() * range.vectors.transpose();

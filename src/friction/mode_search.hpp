@@ -32,7 +32,7 @@ class ModeSearch {
 
   std::vector<Eigen::VectorXd> found;
   std::string reason;    ///< why there may be others; empty if there are none
-  std::size_t work = 0;  ///< unknowns^2 of all linear programs
+  std::size_t work = 0;  ///< unknowns^2 of all linear programs and eigenproblems
 
  private:
   /// Directions at most `half` from `middle`, rad; half < 0 means any direction.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 #include <random>
 #include <tanor/tanor.hpp>
 
@@ -235,6 +236,28 @@ TEST(FrictionOnPlanes, BeadsAtRestHaveAsManyMotionsAsTheLaw) {
   EXPECT_LE(unproven, 3);
   EXPECT_GT(unique, 40);
   EXPECT_GT(several, 0);
+}
+
+// Some contacts give way, then others, and each time the law is searched again. All of that has one budget.
+TEST(FrictionOnPlanes, SearchesOfHardIslandsEndSoonAndSaySo) {
+  double longest = 0.0;
+  int unproven = 0;
+  for (unsigned seed = 1; seed <= 14; ++seed) {
+    System system = make_planes(seed, 3 + seed % 7);
+    for (Friction& friction : system.friction) {
+      auto& coulomb = std::get<Coulomb>(friction);
+      coulomb.static_coefficient = 1.5 * coulomb.coefficient;
+    }
+    Dynamics dynamics(system);
+    std::vector<double> w(system.positions.size());
+    const std::clock_t begin = std::clock();
+    const SolveReport report = dynamics.solve(
+        {.time = 0.0, .positions = system.positions, .velocities = system.velocities}, {.accelerations = w});
+    longest = std::max(longest, static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
+    unproven += report.friction.uniqueness == Uniqueness::Unproven ? 1 : 0;
+  }
+  EXPECT_GT(unproven, 3);
+  EXPECT_LT(longest, 1.2);  // s; 0.6 s where the library is optimized, and half of it on a fast processor
 }
 
 }  // namespace
