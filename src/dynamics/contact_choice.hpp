@@ -15,6 +15,8 @@ namespace tanor {
 
 /// An acceleration is rounding if it is smaller than this part of the terms that cancel in it.
 inline constexpr double rounding_of_accelerations = 1e-9;
+/// Friction that is nearer to its limit than this part of it is at the limit.
+inline constexpr double rounding_of_limits = 1e-9;
 /// Relative excess of friction over its limit that counts as rounding.
 inline constexpr double limit_slack = 1e-12;
 
@@ -75,6 +77,19 @@ struct ContactChoice {
   /// Returns mu |N| of a member at x, N.
   double limit(std::size_t member, const Eigen::VectorXd& at) const {
     return problem.contacts[member].mu * problem.normal_force(member, at).norm();
+  }
+  /// Returns true if a member at rest begins to move in the solution x.
+  bool begins(std::size_t member) const { return !problem.contacts[member].moves && sticks[member] == 0; }
+  /// Returns true if a member at rest bears at least `load` times its limit with the friction `given` [k].
+  bool is_at_limit(std::size_t member, const Eigen::VectorXd& given, double load) const {
+    const ContactProblem::Contact& contact = problem.contacts[member];
+    return !contact.moves && given.segment(contact.first, contact.dimension).norm() > load * limit(member, given);
+  }
+  /// Returns true if all contacts are on curves and friction changes no reaction.
+  bool keeps_reactions() const {
+    constexpr double rounding = 1e-11;
+    return std::ranges::all_of(problem.contacts, [](const auto& each) { return each.dimension == 1; }) &&
+           problem.W.norm() <= rounding;
   }
   /// Returns the acceleration below which a contact counts as at rest, m/s^2: the rounding of the terms that cancel at
   /// x.

@@ -33,9 +33,10 @@ ContactChoices::ContactChoices(ContactState& state, FrictionSolver& friction, Co
 // ---- one island ----
 
 /// Solves with static friction until a contact gives way, then with kinetic friction there, until no other one gives
-/// way. `released` [contact] marks those that have given way already. Of several motions the one with friction nearest
-/// to the last is taken.
-void ContactChoices::solve(std::vector<char> released, std::size_t* work_left, ContactChoice* choice) const {
+/// way. `released` [contact] marks those that have given way already. Of several motions the one nearest to the last is
+/// taken.
+void ContactChoices::solve(bool is_start, std::vector<char> released, std::size_t* work_left,
+                           ContactChoice* choice) const {
   const FrictionLaws& laws = state_.laws;
   ContactProblem& problem = choice->problem;
   ContactVerdict verdict;
@@ -50,28 +51,30 @@ void ContactChoices::solve(std::vector<char> released, std::size_t* work_left, C
         find_all(problem, work_left, pass == 0 ? choice->before : choice->x);
     verdict.note(solutions.uniqueness, solutions.reason);
     choice->x.resize(0);
+    choice->load = std::numeric_limits<double>::quiet_NaN();
     if (solutions.found.empty()) break;
-    const auto nearer = [&](const auto& a, const auto& b) {
-      return (a - choice->before).squaredNorm() < (b - choice->before).squaredNorm();
+    // Shares of one load are the same motion, so that friction is compared by the accelerations that it makes.
+    const auto distance = [&](const Eigen::VectorXd& x) {
+      const Eigen::VectorXd change = x - choice->before;
+      return change.dot(problem.A * change);
     };
+    const auto nearer = [&](const auto& a, const auto& b) { return distance(a) < distance(b); };
     choice->x = *std::min_element(solutions.found.begin(), solutions.found.end(), nearer);
-    const bool has_released = release_moving(*choice, &released);
+    find_share(is_start, choice);
+    const bool has_released = release_beginning(*choice, &released);
     if (!has_released || verdict.uniqueness == Uniqueness::Several) break;
   }
   choice->solutions.uniqueness = verdict.uniqueness;
   choice->solutions.reason = verdict.reason;
 }
 
-/// Gives kinetic friction to the contacts that move at x. Returns true if some contact has become weaker by that.
-bool ContactChoices::release_moving(const ContactChoice& choice, std::vector<char>* released) const {
+/// Gives kinetic friction to the contacts that begin to move. Returns true if some contact has become weaker by that.
+bool ContactChoices::release_beginning(const ContactChoice& choice, std::vector<char>* released) const {
   const FrictionLaws& laws = state_.laws;
-  const Eigen::VectorXd a = choice.problem.accelerations(choice.x);
-  const double least = choice.rest_threshold();
   bool has_released = false;
   for (std::size_t c = 0; c < choice.size(); ++c) {
-    const auto& [first, dimension, moves, mu] = choice.problem.contacts[c];
     const std::size_t contact = choice.members[c];
-    if (moves || (*released)[contact] != 0 || a.segment(first, dimension).norm() <= least) continue;
+    if (!choice.begins(c) || (*released)[contact] != 0) continue;
     if (laws.static_coefficient(contact) <= laws.coefficient_of_sliding(contact)) continue;
     (*released)[contact] = 1;
     has_released = true;
@@ -79,44 +82,55 @@ bool ContactChoices::release_moving(const ContactChoice& choice, std::vector<cha
   return has_released;
 }
 
-/// Contacts that share a load give way only where no share bears it, so static friction is tried for all of them first.
-void ContactChoices::choose(bool is_start, const std::vector<char>& released, ContactChoice* choice) const {
+/// Static friction is tried for all contacts first, and those that it lets move give way, whichever of them has met its
+/// event. Where it lets none move, what bears its load alone gives way at its limit. Contacts that share a load do so
+/// only if no share is left and `take` does not hold them. So who gives way follows from forces and limits, and not
+/// from the rounding by which one contact reached its limit before another.
+void ContactChoices::choose(bool is_start, const std::vector<char>& met, ContactChoice* choice) const {
   // All searches share it: 0.6 s of a slow processor at a start, some hundredths of a second in the middle of a run.
   std::size_t work_left = is_start ? 500000 : 40000;
-  const FrictionLaws& laws = state_.laws;
-  const auto gets_weaker = [&](std::size_t c) {
-    return released[c] != 0 && laws.static_coefficient(c) > laws.coefficient_of_sliding(c);
-  };
-  if (std::any_of(choice->members.begin(), choice->members.end(), gets_weaker)) {
-    solve(std::vector<char>(released.size(), 0), &work_left, choice);
-    find_share(is_start, choice);
-    if (choice->load < 1.0 - ContactState::to_spare) return;
+  solve(is_start, std::vector<char>(met.size(), 0), &work_left, choice);
+  const auto has_met = [&](std::size_t contact) { return met[contact] != 0; };
+  if (!choice->has_solution() || std::ranges::none_of(choice->members, has_met)) return;
+  const bool shares = !std::isnan(choice->load);
+  const double least_load = 1.0 - (shares ? ContactState::to_spare : rounding_of_limits);
+  if (shares && (choice->load < least_load || !choice->keeps_reactions())) return;
+  std::vector<char> released(met.size(), 0);
+  for (std::size_t c = 0; c < choice->size(); ++c) {
+    if (choice->begins(c)) return;
+    const std::size_t contact = choice->members[c];
+    released[contact] = choice->is_at_limit(c, choice->share, least_load) || (!shares && has_met(contact));
   }
-  solve(released, &work_left, choice);
-  find_share(is_start, choice);
+  solve(is_start, std::move(released), &work_left, choice);
 }
 
-/// Finds which contacts stick in the solution x, and how they share their load.
+/// Finds which contacts stick in the solution x, and how they share their load. An acceleration below the threshold of
+/// rest counts as sliding where friction is at its limit and opposes it, unless another share leaves something to
+/// spare.
 void ContactChoices::find_share(bool is_start, ContactChoice* choice) const {
-  choice->load = std::numeric_limits<double>::quiet_NaN();
-  if (!choice->has_solution()) return;
   const ContactProblem& problem = choice->problem;
   const Eigen::VectorXd a = problem.accelerations(choice->x);
   const double least = choice->rest_threshold();
   choice->sticks.assign(choice->size(), 0);
+  std::vector<std::size_t> slow;
   for (std::size_t c = 0; c < choice->size(); ++c) {
     const auto& [first, dimension, moves, mu] = problem.contacts[c];
     const Eigen::VectorXd own_a = a.segment(first, dimension), own_x = choice->x.segment(first, dimension);
-    const double limit = choice->limit(c, choice->x), size = own_x.norm();
-    // A smaller acceleration counts as sliding where friction is at its limit and opposes the acceleration.
-    const bool begins = own_a.norm() > 1e-3 * least && size > (1.0 - 1e-9) * limit &&
-                        -own_x.dot(own_a) > (1.0 - 1e-6) * size * own_a.norm();
-    choice->sticks[c] = !moves && own_a.norm() <= least && !begins;
+    choice->sticks[c] = !moves && own_a.norm() <= least;
+    const bool opposes = own_a.norm() > 1e-3 * least && choice->is_at_limit(c, choice->x, 1.0 - rounding_of_limits) &&
+                         -own_x.dot(own_a) > (1.0 - 1e-6) * own_x.norm() * own_a.norm();
+    if (choice->sticks[c] != 0 && opposes) slow.push_back(c);
   }
-  choice->share = choice->x;
   // At a start a few contacts take the least friction, if it obeys the law.
   const bool prefers_least = is_start && choice->size() <= most_contacts_counted;
-  choice->load = share_load(problem, choice->sticks, prefers_least, &choice->share, &choice->weights);
+  const auto share = [&] {
+    choice->share = choice->x;
+    choice->load = share_load(problem, choice->sticks, prefers_least, &choice->share, &choice->weights);
+  };
+  share();
+  if (slow.empty() || choice->load < 1.0 - ContactState::to_spare) return;
+  for (const std::size_t c : slow) choice->sticks[c] = 0;
+  share();
 }
 
 /// Reports that an island has no motion, or lists the several ones.
@@ -235,14 +249,11 @@ void ContactChoices::set_modes(const ModeSwitch& at, const ContactChoice& choice
 /// Returns true if pivoting decides. On curves where friction changes no reaction, pivoting finds exactly the contacts
 /// that give way in the middle of a run.
 bool ContactChoices::is_left_to_search(const ModeSwitch& at, const ContactChoice& choice) const {
-  constexpr double rounding = 1e-11;
   const bool shares = !std::isnan(choice.load);
   const bool is_overloaded = std::any_of(choice.members.begin(), choice.members.end(),
                                          [&](std::size_t contact) { return state_.overloads[contact] != 0; });
   if (!shares && !is_overloaded) return true;
-  const bool on_curves = std::all_of(choice.problem.contacts.begin(), choice.problem.contacts.end(),
-                                     [](const auto& each) { return each.dimension == 1; });
-  return !at.is_start() && on_curves && choice.problem.W.norm() <= rounding;
+  return !at.is_start() && choice.keeps_reactions();
 }
 
 Outcome ContactChoices::take(const ModeSwitch& at, bool all, std::vector<ContactChoice>* choices) {

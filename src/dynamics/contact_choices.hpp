@@ -35,9 +35,9 @@ class ContactChoices {
   std::vector<std::size_t> free_members(const std::vector<ContactChoice>& choices);
   void hold_again(const std::vector<std::size_t>& contacts);
   Outcome solve_without_members(const ModeSwitch& at, ContactVerdict* verdict, std::vector<ContactChoice>* choices);
-  void choose(bool is_start, const std::vector<char>& released, ContactChoice* choice) const;
-  void solve(std::vector<char> released, std::size_t* work_left, ContactChoice* choice) const;
-  bool release_moving(const ContactChoice& choice, std::vector<char>* released) const;
+  void choose(bool is_start, const std::vector<char>& met, ContactChoice* choice) const;
+  void solve(bool is_start, std::vector<char> released, std::size_t* work_left, ContactChoice* choice) const;
+  bool release_beginning(const ContactChoice& choice, std::vector<char>* released) const;
   void find_share(bool is_start, ContactChoice* choice) const;
   void set_modes(const ModeSwitch& at, const ContactChoice& choice);
   bool is_left_to_search(const ModeSwitch& at, const ContactChoice& choice) const;

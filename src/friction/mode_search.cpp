@@ -78,7 +78,8 @@ void ModeSearch::run() {
     reason = "reactions that turn in space are not searched";
     return;
   }
-  for (std::size_t subset = 0; subset < (std::size_t{1} << contacts_.size()); ++subset) {
+  // Rest comes first. It costs least, and where it is possible a run goes on with it.
+  for (std::size_t subset = std::size_t{1} << contacts_.size(); subset-- > 0;) {
     if (work >= most_work_) {
       reason = "modes of stick and slip are too many to try";
       return;
