@@ -10,8 +10,8 @@
 #include <tanor/export.hpp>
 #include <tanor/system.hpp>
 
-/// \file A system that is spread over several processes, its ranks. tanor knows them through `Ranks` alone. tanor-mpi
-/// implements it for MPI, and a host may bring its own.
+/// \file
+/// A system that is spread over several processes, its ranks, which tanor knows through `Ranks` alone (MPI: tanor-mpi).
 namespace tanor {
 
 /// Equations that join points of several ranks. Each rank eliminates all its other equations; the remaining matrices on
