@@ -72,9 +72,8 @@ ROOMS = {
     "picture":  Sees("base/vec3.hpp system/operations.hpp report/guides.hpp report/stored_frame.hpp report/motion_extent.hpp", "system", "cairo.h"),
     "view":     Sees("", "export", "httplib.h sys/socket.h"),
     "cli":      Sees("scene report view picture", "tanor",
-                     "nlohmann/ fmt/ CLI/ poll.h unistd.h fcntl.h spawn.h sys/file.h sys/stat.h dlfcn.h"),
+                     "nlohmann/ fmt/ CLI/ poll.h unistd.h fcntl.h spawn.h sys/file.h sys/mman.h sys/resource.h sys/stat.h dlfcn.h"),
     "python":   Sees("scene", "tanor", "pybind11/ cxxabi.h"),
-    "launcher": Sees("", "export", "unistd.h dlfcn.h fcntl.h sys/mman.h sys/syscall.h"),
 }
 
 INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*([<"])([^>"]+)[>"]', re.MULTILINE)

@@ -10,6 +10,7 @@
 
 #include "cli/command_line.hpp"
 #include "cli/messages.hpp"
+#include "cli/process.hpp"
 
 namespace tanor::cli {
 
@@ -52,15 +53,27 @@ ExitCode close_output(ExitCode code) {
   return ExitCode::MachineFailure;
 }
 
+/// Runs what the command line asks for and returns the exit code.
+ExitCode answer(int argc, const char* const* argv) {
+  const ExitCode code = run_command(argc, argv);
+  const bool is_told = code == ExitCode::MachineFailure || code == ExitCode::Unread;
+  return is_told ? code : close_output(code);
+}
+
 }  // namespace
 
 }  // namespace tanor::cli
 
-/// Runs the `tanor` program: scene files in, reports out. It is called by the launcher, which has loaded it.
-extern "C" __attribute__((visibility("default"))) int tanor_run_program(int argc, char** argv) {
+/// The `tanor` program: scene files in, reports out.
+int main(int argc, char** argv) {
   using namespace tanor::cli;
+  prepare_process(argv);
   std::set_terminate(end_with_last_words);
-  const ExitCode code = run_command(argc, argv);
-  const bool is_told = code == ExitCode::MachineFailure || code == ExitCode::Unread;
-  return static_cast<int>(is_told ? code : close_output(code));
+  try {
+    const ExitCode code = answer(argc, argv);
+    mark_as_answered();
+    return static_cast<int>(code);
+  } catch (...) {
+    give_up("out of memory");
+  }
 }

@@ -108,6 +108,7 @@ scene::Scene prepare(scene::Scene scene) {
   for (const std::string& each : report::list_left_out(scene.left_out, find_warnings(scene.system)))
     print_message(scene.file.string() + ": warning: " + each, Tone::Warning);
   require_threads(scene.solver.threads);
+  require_work_space_of_blas();
   return scene;
 }
 

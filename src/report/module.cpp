@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <stdexcept>
+#include <system_error>
 
 #include <tanor/error.hpp>
 
@@ -12,10 +13,10 @@ namespace tanor::report {
 namespace fs = std::filesystem;
 
 void* load_function(const std::string& module, const char* symbol, const std::string& without) {
-  Dl_info here{};
-  const fs::path folder =
-      dladdr(reinterpret_cast<void*>(&load_function), &here) != 0 ? fs::path(here.dli_fname).parent_path() : fs::path();
-  const fs::path file = folder / (module + ".so");
+  std::error_code error;
+  const fs::path folder = fs::read_symlink("/proc/self/exe", error).parent_path();
+  fs::path file = folder / (module + ".so");
+  if (!fs::exists(file)) file = folder / TANOR_MODULE_FOLDER / (module + ".so");
   if (!fs::exists(file)) throw InputError("", without);
   void* const library = dlopen(file.c_str(), RTLD_NOW);
   void* const function = library ? dlsym(library, symbol) : nullptr;
