@@ -5,8 +5,8 @@
 #include <limits>
 #include <string>
 
+#include "base/root_bracket.hpp"
 #include "base/text.hpp"
-#include "motion/root_bracket.hpp"
 
 namespace tanor {
 

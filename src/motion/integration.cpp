@@ -47,7 +47,7 @@ Integration::Integration(Method method, const IntegrationOptions& options, Mecha
 
 void Integration::begin() {
   trial_.begin();
-  trial_.watch.forget();
+  trial_.watch.begin(state.t);
   drives_.begin(state.t);
   singular_.begin(state.t);
   keep_memory();
@@ -90,7 +90,8 @@ void Integration::take_trial(const StepAttempt& attempt, const Taken& taken) {
   if (attempt.has_switched) singular_.forget();
   if (attempt.is_extrapolated) trial_.events.forget();
   if (attempt.has_stopped) has_stopped_ = true;
-  trial_.watch.accept();
+  trial_.watch.accept(state.t);
+  report_.events_may_be_missed = trial_.watch.explain_missed();
   report_.events = trial_.events.count();
   report_.last_event = trial_.events.last_time();
   if (h > 0.0) {

@@ -140,7 +140,7 @@ void Integration::resume(const Snapshot& snapshot) {
     exchange_memory(memory);
   }
   if (!trial_.is_before) trial_.state = state;
-  trial_.watch.forget();
+  trial_.watch.begin(state.t);
   singular_.resume();
   keep_memory();
 }

@@ -63,6 +63,7 @@ void StepTrial::detect_user_events(StepAttempt* attempt) {
   if (step.outcome = watch.look(motion_.state, &state, by_ends, dense, &stop); !step.outcome.ok()) return;
   if (stop > state.t) return;
   attempt->has_stopped = true;
+  if (!attempt->is_extrapolated) watch.end_at(stop);
   if (stop == state.t || attempt->is_extrapolated) return;
   events.forget();
   if (step.outcome = mechanics_.linearise(motion_.state.t, motion_.state.x.data()); !step.outcome.ok()) return;

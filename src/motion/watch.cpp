@@ -1,20 +1,21 @@
 #include "motion/watch.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <string>
 #include <utility>
 
 #include "base/text.hpp"
-#include "motion/root_bracket.hpp"
 
 namespace tanor {
 
 namespace {
 
-constexpr std::array<double, 5> places{0.0, 0.25, 0.5, 0.75, 1.0};
+/// A passage so near to the end of a step, over its time or length, is at its end, since states are rounded.
+constexpr double at_end = 1e-12;
+/// Interpolation from the two ends of a step may miss a value by this part of the largest one in the step.
+constexpr double missed_by_ends = 0.05;
 
 double sign_of(double value) {
   return value > 0.0 ? 1.0 : value < 0.0 ? -1.0 : 0.0;
@@ -24,129 +25,202 @@ double sign_of(double value) {
 
 void Watch::add(Function function) {
   functions_.push_back(std::move(function));
-  signs_.push_back(0.0);
-  samples_.assign(places.size(), std::vector<double>(functions_.size()));
+  signs_.push_back(std::numeric_limits<double>::quiet_NaN());
+  samples_.emplace_back(RootIsolation::places.size());
+  rounding_.push_back(0.0);
   for (std::vector<double>* array : {&x_, &v_}) array->resize(mechanics_.size());
-  forget();
 }
 
-Outcome Watch::evaluate_inside(DenseOutput* output, double fraction, const State& from, const State& to) {
-  const double t = fraction == 1.0 ? to.t : from.t + fraction * (to.t - from.t);
+void Watch::begin(double t) {
+  std::fill(signs_.begin(), signs_.end(), std::numeric_limits<double>::quiet_NaN());
+  std::erase_if(passages_, [t](const Passage& passage) { return passage.time > t; });
+}
+
+std::string Watch::name_of(std::size_t k) const {
+  const std::string& name = functions_[k].name;
+  return "event " + (name.empty() ? text(k) : "\"" + name + "\"");
+}
+
+/// Sets the state inside the step.
+Outcome Watch::go_to(const Step& step, double fraction) {
   if (fraction == 0.0 || fraction == 1.0) {
-    x_ = fraction == 0.0 ? from.x : to.x;
-    v_ = fraction == 0.0 ? from.v : to.v;
-  } else if (Outcome found = output->evaluate(mechanics_.parallel(), fraction, x_.data(), v_.data()); !found.ok()) {
+    const State& end = fraction == 0.0 ? step.from : step.to;
+    x_ = end.x;
+    v_ = end.v;
+  } else if (Outcome found = step.dense->evaluate(mechanics_.parallel(), fraction, x_.data(), v_.data()); !found.ok()) {
     return found;
   }
-  mechanics_.prescribe(t, x_.data(), v_.data());
+  mechanics_.prescribe(step.time(fraction), x_.data(), v_.data());
   return {};
 }
 
-Outcome Watch::report_not_finite(std::size_t k, double t) const {
-  const std::string& name = functions_[k].name;
-  return {Status::NotFinite,
-          "event " + (name.empty() ? text(k) : "\"" + name + "\"") + " is not finite at t = " + text(t)};
+/// Evaluates a function at the state inside the step. A value that is not finite is a failure, "event "vertical" is not
+/// finite at t = 1.5".
+double Watch::evaluate(std::size_t k, double t) {
+  const double value = functions_[k].value(t, x_.data(), v_.data());
+  if (!std::isfinite(value) && failure_.ok())
+    failure_ = {Status::NotFinite, name_of(k) + " is not finite at t = " + text(t)};
+  return value;
 }
 
-/// Evaluates all functions at all places.
-Outcome Watch::sample(DenseOutput* output, const State& from, const State& to) {
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    if (Outcome found = evaluate_inside(output, places[i], from, to); !found.ok()) return found;
-    const double t = output->time(places[i]);
-    for (std::size_t k = 0; k < functions_.size(); ++k) {
-      samples_[i][k] = functions_[k].value(t, x_.data(), v_.data());
-      if (!std::isfinite(samples_[i][k])) return report_not_finite(k, t);
-    }
+/// Evaluates all functions at the first places.
+Outcome Watch::sample(const Step& step) {
+  failure_ = {};
+  for (std::size_t i = 0; i < RootIsolation::places.size(); ++i) {
+    const double s = RootIsolation::places[i];
+    if (Outcome found = go_to(step, s); !found.ok()) return found;
+    for (std::size_t k = 0; k < functions_.size(); ++k) samples_[k][i] = evaluate(k, step.time(s));
+    if (!failure_.ok()) return failure_;
   }
   return {};
 }
 
-bool Watch::changes_sign() const {
-  for (std::size_t k = 0; k < functions_.size(); ++k) {
-    for (const std::vector<double>& values : samples_) {
-      if (values[k] * signs_[k] < 0.0) return true;
+/// Measures what rounding of the state makes of the values: a function that should be 0 is the difference of large
+/// ones. Each number is moved by some roundings of the largest of three, as of the coordinates of a point.
+void Watch::measure_rounding(const Step& step) {
+  constexpr double roundings = 4.0 * std::numeric_limits<double>::epsilon();
+  const auto shake = [](const std::vector<double>& given, std::vector<double>* to) {
+    for (std::size_t i = 0; i < given.size(); ++i) {
+      double size = 0.0;
+      for (std::size_t j = i - i % 3; j < std::min(i - i % 3 + 3, given.size()); ++j)
+        size = std::max(size, std::abs(given[j]));
+      const bool is_up = (i * 2654435761U >> 13U) % 2U == 0U;
+      (*to)[i] = given[i] + (is_up ? roundings : -roundings) * size;
     }
+  };
+  shake(step.to.x, &x_);
+  shake(step.to.v, &v_);
+  mechanics_.prescribe(step.to.t, x_.data(), v_.data());
+  for (std::size_t k = 0; k < functions_.size(); ++k) {
+    const double moved = std::abs(functions_[k].value(step.to.t, x_.data(), v_.data()) - samples_[k].back());
+    rounding_[k] = std::isfinite(moved) ? 4.0 * moved : 0.0;
+  }
+}
+
+/// Returns true if the function is 0 at the first or last sample, or would be within rounding of that time.
+bool Watch::reaches_zero(const Step& step, std::size_t sample) const {
+  const double value = isolation_.samples()[sample].value;
+  const double near = at_end * std::max(std::abs(step.to.t), step.h()) / step.h();
+  return std::abs(value) <= near * std::abs(isolation_.slope(sample));
+}
+
+void Watch::add_crossing(std::size_t k, double t, bool rises) {
+  const Event::Direction wanted = functions_[k].direction;
+  const bool is_wanted = wanted == Event::Direction::Both || (wanted == Event::Direction::Rising) == rises;
+  pending_.push_back({{k, t, rises}, is_wanted});
+}
+
+/// Follows the sign of a function through the samples, between which it changes once at most.
+Outcome Watch::follow_sign(const Step& step, std::size_t k, const RootIsolation::Function& g) {
+  const std::span<const RootIsolation::Sample> samples = isolation_.samples();
+  const std::size_t last = samples.size() - 1;
+  double sign = signs_[k];
+  if (std::isnan(sign)) sign = reaches_zero(step, 0) ? 0.0 : sign_of(samples[0].value);
+  first_signs_[k] = sign;
+  for (std::size_t i = sign == 0.0 ? 1 : 0; i <= last; ++i) {
+    const double now = sign_of(samples[i].value);
+    if (now * sign < 0.0) {
+      double fraction = samples[i == 0 ? 0 : i - 1].s;
+      if (i > 0 && samples[i - 1].value != 0.0) fraction = isolation_.find_root(i - 1, g);
+      if (!failure_.ok()) return failure_;
+      add_crossing(k, step.time(fraction), now > 0.0);
+    }
+    if (first_signs_[k] == 0.0) first_signs_[k] = now;
+    if (now != 0.0) sign = now;
+  }
+  // A passage right behind the end counts here.
+  if (sign * isolation_.slope(last) < 0.0 && reaches_zero(step, last)) add_crossing(k, step.to.t, sign < 0.0);
+  return {};
+}
+
+Outcome Watch::find_crossings(const Step& step, std::size_t k) {
+  const auto g = [&](double s) {
+    if (Outcome found = go_to(step, s); !found.ok()) failure_ = found;
+    return failure_.ok() ? evaluate(k, step.time(s)) : std::numeric_limits<double>::quiet_NaN();
+  };
+  constexpr double finest = 2.0 * std::numeric_limits<double>::epsilon();
+  isolation_.isolate(samples_[k], g, {rounding_[k], finest * std::max(1.0, std::abs(step.to.t) / step.h())});
+  if (!failure_.ok()) return failure_;
+  if (const double s = isolation_.doubtful_place(); !std::isnan(s) && doubt_.empty())
+    doubt_ = name_of(k) + " may pass 0 unseen near t = " + text(step.time(s));
+  return follow_sign(step, k, g);
+}
+
+/// Returns true if a function comes near 0 in a step that is interpolated roughly.
+bool Watch::may_pass(const Step& step) {
+  for (std::size_t k = 0; k < functions_.size(); ++k) {
+    const auto g = [&](double s) { return go_to(step, s).ok() ? evaluate(k, step.time(s)) : 0.0; };
+    double least = std::numeric_limits<double>::infinity(), largest = 0.0;
+    for (const double value : samples_[k]) {
+      least = std::min(least, signs_[k] * value);
+      largest = std::max(largest, std::abs(value));
+    }
+    if (!(least > missed_by_ends * largest)) return true;  // also if the sign is not known
+    isolation_.isolate(samples_[k], g, {missed_by_ends * largest, missed_by_ends});
+    for (const RootIsolation::Sample& sample : isolation_.samples())
+      if (!(signs_[k] * sample.value > missed_by_ends * largest)) return true;
   }
   return false;
 }
 
-/// Narrows a passage between the previous place and this one, where the value differs in sign from the one that was
-/// kept.
-Outcome Watch::narrow(DenseOutput* dense, const State& from, const State& to, std::size_t k, std::size_t place,
-                      double sign, double* fraction) {
-  const double before = sign * samples_[place - 1][k], after = sign * samples_[place][k];
-  *fraction = places[place - 1];
-  if (!(before > 0.0)) return {};
-  constexpr double finest = 2.0 * std::numeric_limits<double>::epsilon();
-  const double scale = std::max(1.0, std::abs(to.t) / (to.t - from.t));
-  RootBracket bracket(places[place - 1], before, places[place], after, finest * scale);
-  while (!bracket.is_narrow()) {
-    const double s = bracket.next();
-    if (s <= bracket.low() || s >= bracket.high()) break;
-    if (Outcome found = evaluate_inside(dense, s, from, to); !found.ok()) return found;
-    const double t = dense->time(s), value = functions_[k].value(t, x_.data(), v_.data());
-    if (!std::isfinite(value)) return report_not_finite(k, t);
-    bracket.narrow(s, sign * value);
-  }
-  *fraction = bracket.root();
-  return {};
-}
-
-Outcome Watch::find_crossings(DenseOutput* dense, const State& from, const State& to) {
-  for (std::size_t k = 0; k < functions_.size(); ++k) {
-    double sign = signs_[k];
-    for (std::size_t i = 1; i < places.size(); ++i) {
-      const double now = sign_of(samples_[i][k]);
-      if (now * sign < 0.0) {
-        double fraction = 0.0;
-        if (Outcome found = narrow(dense, from, to, k, i, sign, &fraction); !found.ok()) return found;
-        const Event::Direction wanted = functions_[k].direction;
-        const bool is_wanted = wanted == Event::Direction::Both || (wanted == Event::Direction::Rising) == (now > 0.0);
-        pending_.push_back({{k, dense->time(fraction), now > 0.0}, is_wanted});
-      }
-      if (now != 0.0) sign = now;
-    }
-  }
-  std::stable_sort(pending_.begin(), pending_.end(),
-                   [](const Crossing& a, const Crossing& b) { return a.passage.time < b.passage.time; });
-  return {};
+/// Returns when the first event that stops is passed.
+double Watch::find_stop(const Step& step) const {
+  const auto stops = [&](const Crossing& one) { return one.is_reported && functions_[one.passage.event].stops; };
+  const auto first = std::find_if(pending_.begin(), pending_.end(), stops);
+  if (first == pending_.end()) return std::numeric_limits<double>::infinity();
+  const double finest = time_resolution(step.to.t, step.h()), t = first->passage.time;
+  return t + finest >= step.to.t ? step.to.t : std::max(t, step.from.t + finest);
 }
 
 Outcome Watch::look(const State& from, State* to, DenseOutput ends, DenseOutput dense, double* stop) {
   *stop = std::numeric_limits<double>::infinity();
   pending_.clear();
-  if (Outcome found = sample(&ends, from, *to); !found.ok()) return found;
-  if (!knows_signs_) {
-    for (std::size_t k = 0; k < functions_.size(); ++k) signs_[k] = sign_of(samples_[0][k]);
-    knows_signs_ = true;
+  doubt_.clear();
+  end_ = to->t;
+  first_signs_ = signs_;
+  if (!dense.is_at_once()) {
+    const Step by_ends{from, *to, &ends};
+    if (Outcome found = sample(by_ends); !found.ok()) return found;
+    const bool passes = may_pass(by_ends);
+    if (!failure_.ok()) return failure_;
+    if (!passes) return leave(dense, to);
   }
-  // A function that began at 0 has a sign as soon as it leaves 0.
-  for (std::size_t k = 0; k < functions_.size(); ++k) {
-    for (std::size_t i = 1; signs_[k] == 0.0 && i < places.size(); ++i) signs_[k] = sign_of(samples_[i][k]);
-  }
-  const bool passes = changes_sign();
-  if (passes) {
-    Outcome found = sample(&dense, from, *to);
-    if (found.ok()) found = find_crossings(&dense, from, *to);
-    if (!found.ok()) return found;
-  }
-  for (std::size_t i = 0; i < pending_.size(); ++i) {
-    if (!pending_[i].is_reported || !functions_[pending_[i].passage.event].stops) continue;
-    *stop = pending_[i].passage.time;
-    pending_.resize(i + 1);
-  }
+  const Step step{from, *to, &dense};
+  if (Outcome found = sample(step); !found.ok()) return found;
+  measure_rounding(step);
+  for (std::size_t k = 0; k < functions_.size(); ++k)
+    if (Outcome found = find_crossings(step, k); !found.ok()) return found;
+  std::stable_sort(pending_.begin(), pending_.end(),
+                   [](const Crossing& a, const Crossing& b) { return a.passage.time < b.passage.time; });
+  *stop = find_stop(step);
+  return leave(dense, to);
+}
+
+/// Returns the mechanics to the end of the step.
+Outcome Watch::leave(const DenseOutput& dense, State* to) {
   mechanics_.prescribe(to->t, to->x.data(), to->v.data());
   // Variables other than positions change what they are converted with.
   if (!dense.has_moved() && mechanics_.keeps_variables()) return {};
   return mechanics_.accelerations(to->at(), options_.request(Gradients::Evaluate), to->output_without_power());
 }
 
-void Watch::accept() {
+void Watch::end_at(double stop) {
+  const double same = 2.0 * time_resolution(stop, end_ - stop);
+  std::erase_if(pending_, [&](const Crossing& one) { return one.passage.time > stop + same; });
+  for (Crossing& one : pending_)
+    if (one.passage.time > stop - same) one.passage.time = stop;
+  end_ = stop;
+}
+
+void Watch::accept(double t) {
+  if (t != end_) return;
+  signs_ = first_signs_;
   for (const Crossing& crossing : pending_) {
-    signs_[crossing.passage.event] = crossing.passage.rises ? 1.0 : -1.0;
+    signs_[crossing.passage.event] = crossing.passage.time >= end_ ? 0.0 : crossing.passage.rises ? 1.0 : -1.0;
     if (crossing.is_reported) passages_.push_back(crossing.passage);
   }
-  pending_.clear();
+  end_ = std::numeric_limits<double>::quiet_NaN();
+  if (may_be_missed_.empty()) may_be_missed_ = doubt_;
 }
 
 }  // namespace tanor

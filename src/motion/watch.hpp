@@ -1,18 +1,20 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
 #include <tanor/motion.hpp>
 
+#include "base/root_isolation.hpp"
 #include "motion/dense_output.hpp"
 
 namespace tanor {
 
-/// Finds where functions of a motion pass through 0. Each function keeps its last sign. In a step it is evaluated at
-/// the ends and at three places between, and a change of sign is narrowed to rounding on the scheme's dense output. Two
-/// passages between neighbouring places are missed. A function that begins at 0 does not pass there.
+/// Finds where functions of a motion pass through 0, on the scheme's dense output (`RootIsolation`). Each function
+/// keeps its last sign from step to step. At the beginning, and after a passage at the end of a step, a function is at
+/// 0: it has a sign as soon as it leaves 0, and does not pass there.
 class Watch {
  public:
   /// A function in the variables of the mechanics.
@@ -29,40 +31,63 @@ class Watch {
   bool is_empty() const { return functions_.empty(); }
   const std::vector<Passage>& passages() const { return passages_; }
 
-  /// Forgets the signs; call this if the next step does not start where the last one ended.
-  void forget() { knows_signs_ = false; }
+  /// Begins at t, which need not be where the last step ended. Later passages are forgotten.
+  void begin(double t);
 
-  /// Looks for passages in a good step, up to the first one that stops, whose time is written to `stop` (infinite if
-  /// none stops). `ends` interpolates where passages are looked for, `dense` where one is narrowed. The mechanics is at
-  /// `to` again afterwards.
+  /// Looks for passages in a good step. The time of the first one that stops is written to `stop` (infinite if none
+  /// stops). It lies behind the beginning of the step, so that a step can end there. `ends` interpolates from the two
+  /// ends of the step: if `dense` costs evaluations of the mechanics, it is needed only where a function comes near 0.
+  /// The mechanics is at `to` again afterwards.
   Outcome look(const State& from, State* to, DenseOutput ends, DenseOutput dense, double* stop);
-  /// Accepts the step, so that its passages count.
-  void accept();
+  /// Tells that the step is made again, to end at `stop`. What lies beyond is forgotten.
+  void end_at(double stop);
+  /// Accepts a step that ends at t, so that its passages count if it was examined.
+  void accept(double t);
+  /// Returns which event may have been missed first, and when; empty if none.
+  const std::string& explain_missed() const { return may_be_missed_; }
 
  private:
   struct Crossing {
     Passage passage;
     bool is_reported;
   };
+  /// A step that is examined.
+  struct Step {
+    const State &from, &to;
+    DenseOutput* dense;
+    double h() const { return to.t - from.t; }
+    double time(double fraction) const { return fraction == 1.0 ? to.t : dense->time(fraction); }
+  };
 
-  Outcome evaluate_inside(DenseOutput* output, double fraction, const State& from, const State& to);
-  /// Returns the failure "event "vertical" is not finite at t = 1.5", with the event's number if it has no name.
-  Outcome report_not_finite(std::size_t k, double t) const;
-  Outcome sample(DenseOutput* output, const State& from, const State& to);
-  bool changes_sign() const;
-  Outcome find_crossings(DenseOutput* dense, const State& from, const State& to);
-  Outcome narrow(DenseOutput* dense, const State& from, const State& to, std::size_t k, std::size_t place, double sign,
-                 double* fraction);
+  std::string name_of(std::size_t k) const;
+  Outcome go_to(const Step& step, double fraction);
+  double evaluate(std::size_t k, double t);
+  Outcome sample(const Step& step);
+  void measure_rounding(const Step& step);
+  Outcome find_crossings(const Step& step, std::size_t k);
+  Outcome follow_sign(const Step& step, std::size_t k, const RootIsolation::Function& g);
+  bool reaches_zero(const Step& step, std::size_t sample) const;
+  void add_crossing(std::size_t k, double t, bool rises);
+  bool may_pass(const Step& step);
+  double find_stop(const Step& step) const;
+  Outcome leave(const DenseOutput& dense, State* to);
 
   IntegrationOptions options_;
   Mechanics& mechanics_;
   std::vector<Function> functions_;
-  std::vector<double> signs_;  // +1, -1; 0 if not known yet
-  bool knows_signs_ = false;
-  std::vector<std::vector<double>> samples_;  // [place][function] values in the step
-  std::vector<double> x_, v_;                 // state inside the step
-  std::vector<Crossing> pending_;             // passages of the last step that was examined
+  std::vector<double> signs_;  // +1, -1; 0 at 0; NaN if not known yet
+  // The last step that was examined.
+  std::vector<double> first_signs_;                        // the same, where functions that were at 0 have left it
+  std::vector<std::vector<double>> samples_;               // [function][place] values
+  std::vector<double> rounding_;                           // [function] of its values
+  std::vector<Crossing> pending_;                          // its passages
+  double end_ = std::numeric_limits<double>::quiet_NaN();  // s; NaN if there is none
+  Outcome failure_;                                        // of a function inside it
+  std::string doubt_;
+  RootIsolation isolation_;
+  std::vector<double> x_, v_;  // state inside the step
   std::vector<Passage> passages_;
+  std::string may_be_missed_;
 };
 
 }  // namespace tanor

@@ -97,6 +97,7 @@ void bind_motion_reports(py::module_& module) {
       .field("accuracy_warning", &MotionReport::accuracy_warning)
       .field("events", &MotionReport::events)
       .field("last_event", &MotionReport::last_event)
+      .field("events_may_be_missed", &MotionReport::events_may_be_missed)
       .field("start", &MotionReport::start)
       .field("position_violation", "Violations.position", &MotionReport::violation, &Violations::position)
       .field("velocity_violation", "Violations.velocity", &MotionReport::violation, &Violations::velocity)

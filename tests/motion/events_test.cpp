@@ -7,7 +7,7 @@
 
 #include "base/parallel.hpp"
 #include "methods.hpp"
-#include "motion/root_bracket.hpp"
+#include "base/root_bracket.hpp"
 #include "motion/toys.hpp"
 
 namespace tanor {

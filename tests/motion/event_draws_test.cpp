@@ -1,0 +1,264 @@
+/// Events of drawn functions, whose passages are known.
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "motion/by_method.hpp"
+#include "motion/elliptic.hpp"
+#include "motion/method_options.hpp"
+#include "scenes.hpp"
+
+namespace tanor {
+namespace {
+
+using std::numbers::pi;
+using Points = std::span<const double>;
+
+constexpr double gravity = 9.81, rise = 12.0, t_end = 3.0;  // m/s^2, m/s, s
+
+/// Returns a bead at x = t, z = rise t - gravity t^2/2.
+System make_throw() {
+  System system;
+  system.add_point({.position = {0, 0, 0}, .velocity = {1, 0, rise}, .mass = 1.0});
+  system.forces = {Gravity{"gravity", {0, 0, -gravity}}};
+  return system;
+}
+
+struct Draw {
+  Event event;
+  std::vector<double> times;  // s, of its passages
+};
+
+class Draws {
+ public:
+  explicit Draws(unsigned seed) : random_(seed) {}
+
+  Draw draw() {
+    Draw result;
+    switch (random_() % 4) {
+      case 0:
+        result = draw_polynomial();
+        break;
+      case 1:
+        result = draw_sine();
+        break;
+      case 2:
+        result = draw_level();
+        break;
+      default:
+        result = draw_curve();
+        break;
+    }
+    std::erase_if(result.times, [](double t) { return !(t > 0.0 && t < t_end); });
+    std::sort(result.times.begin(), result.times.end());
+    return result;
+  }
+
+ private:
+  double part() { return std::uniform_real_distribution<double>(0.0, 1.0)(random_); }
+
+  /// A product of x - x_k.
+  Draw draw_polynomial() {
+    std::vector<double> roots(1 + random_() % 7);
+    for (double& root : roots) root = -1.0 + 5.0 * part();
+    return {{"polynomial",
+             [roots](double, Points r, Points) {
+               double product = 1.0;
+               for (const double root : roots) product *= r[0] - root;
+               return product;
+             }},
+            roots};
+  }
+
+  /// c + sin(w x + p), with up to 13 turns.
+  Draw draw_sine() {
+    const double w = 27.0 * part(), p = 2.0 * pi * part(), c = 1.96 * part() - 0.98;
+    Draw result{{"sine", [=](double, Points r, Points) { return c + std::sin(w * r[0] + p); }}, {}};
+    for (int turn = -1; turn < 20; ++turn)
+      for (const double angle : {std::asin(-c), pi - std::asin(-c)})
+        result.times.push_back((angle + 2.0 * pi * turn - p) / w);
+    return result;
+  }
+
+  /// A level by 1e-1 … 1e-11 of a metre below the top of the throw, or above it.
+  Draw draw_level() {
+    const double below = std::pow(10.0, -1.0 - 10.0 * part()) * (part() < 0.5 ? -1.0 : 1.0);
+    const double top = rise / gravity, apart = below > 0.0 ? std::sqrt(2.0 * below / gravity) : 0.0;
+    const double level = 0.5 * rise * top - below;
+    Draw result{{"level", [=](double, Points r, Points) { return r[2] - level; }}, {}};
+    if (below > 0.0) result.times = {top - apart, top + apart};
+    return result;
+  }
+
+  /// The distance from an oblique line, by a velocity and a time as well.
+  Draw draw_curve() {
+    const double first = 4.0 * part() - 0.5, second = 4.0 * part() - 0.5, size = std::exp(10.0 * part() - 5.0);
+    return {{"curve",
+             [=](double t, Points, Points v) {
+               // v_z = rise - gravity t
+               const double now = (rise - v[2]) / gravity;
+               return size * (now - first) * (t - second);
+             }},
+            {first, second}};
+  }
+
+  std::mt19937 random_;
+};
+
+class EventDraws : public testing::TestWithParam<Method> {
+ protected:
+  MotionOptions options() const { return with(GetParam(), 0.25); }
+};
+
+TEST_P(EventDraws, HaveAllPassagesOfAThousandFunctionsAndNoneTwice) {
+  Draws draws(static_cast<unsigned>(GetParam()));
+  Simulation simulation(make_throw(), options());
+  std::vector<Draw> all;
+  for (int k = 0; k < 1000; ++k) {
+    all.push_back(draws.draw());
+    simulation.add_event(all.back().event);
+  }
+
+  ASSERT_TRUE(simulation.advance_to(t_end).ok()) << simulation.outcome().what;
+
+  std::vector<std::vector<double>> found(all.size());
+  for (const Passage& passage : simulation.passages()) found[passage.event].push_back(passage.time);
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    SCOPED_TRACE(all[k].event.name + " " + std::to_string(k));
+    ASSERT_EQ(found[k].size(), all[k].times.size());
+    // Two roots of a polynomial that nearly coincide are known less well.
+    for (std::size_t i = 0; i < found[k].size(); ++i) EXPECT_NEAR(found[k][i], all[k].times[i], 1e-7);
+  }
+  EXPECT_EQ(simulation.report().events_may_be_missed, "");
+}
+
+/// sin(3 x) vanishes nine times in 10 s.
+TEST_P(EventDraws, AStoppingSineEndsAtItsFirstRoot) {
+  System system;
+  system.add_point({.position = {0, 0, 0}, .velocity = {1, 0, 0}, .mass = 1.0});
+  const Event sine{"sine", [](double, Points r, Points) { return std::sin(3.0 * r[0]); }};
+  Event stops = sine;
+  stops.stops = true;
+  Simulation all(system, options()), first(system, options());
+  all.add_event(sine);
+  first.add_event(stops);
+
+  ASSERT_TRUE(all.advance_to(10.0).ok());
+  ASSERT_EQ(all.passages().size(), 9U);
+  for (std::size_t k = 0; k < 9; ++k) {
+    EXPECT_NEAR(all.passages()[k].time, static_cast<double>(k + 1) * pi / 3.0, 1e-9);
+    ASSERT_TRUE(first.advance_to(10.0).ok());
+    EXPECT_NEAR(first.time(), static_cast<double>(k + 1) * pi / 3.0, 1e-9);
+    EXPECT_EQ(first.passages().size(), k + 1);
+  }
+  ASSERT_TRUE(first.advance_to(10.0).ok());
+  EXPECT_EQ(first.time(), 10.0);
+  EXPECT_EQ(first.passages().size(), 9U);
+}
+
+/// A root at t_end counts there, and not again afterwards. One where the motion begins does not count.
+TEST_P(EventDraws, ARootAtTheEndCountsOnceAndOneAtTheBeginningDoesNot) {
+  System system;
+  system.add_point({.position = {0, 0, 0}, .velocity = {1, 0, 0}, .mass = 1.0});
+  for (const double root : {1.0, 1.1, pi / 3.0}) {
+    Simulation simulation(system, options());
+    simulation.add_event({"level", [=](double, Points r, Points) { return r[0] - root; }});
+    simulation.add_event({"sine", [=](double, Points r, Points) { return std::sin(pi / root * r[0]); }});
+
+    for (int k = 1; k <= 3; ++k) {
+      ASSERT_TRUE(simulation.advance_to(k * root).ok());
+      ASSERT_EQ(simulation.passages().size(), static_cast<std::size_t>(k + 1)) << root;
+      EXPECT_NEAR(simulation.passages().back().time, k * root, 1e-12);
+      EXPECT_EQ(simulation.passages().back().event, 1U);
+    }
+    ASSERT_TRUE(simulation.advance_to(3.5 * root).ok());
+    EXPECT_EQ(simulation.passages().size(), 4U);
+  }
+}
+
+TEST_P(EventDraws, TwoEventsAtOneTimeAreBothReportedWhereOneStops) {
+  const auto through = [](double x0, double factor) {
+    return [=](double, Points r, Points) { return factor * (r[0] - x0); };
+  };
+  Simulation simulation(make_throw(), options());
+  simulation.add_event({"first", through(1.3, 1.0), {}, true});
+  simulation.add_event({"second", through(1.3, -7.0)});
+
+  ASSERT_TRUE(simulation.advance_to(t_end).ok());
+  EXPECT_NEAR(simulation.time(), 1.3, 1e-9);
+  EXPECT_EQ(simulation.passages().size(), 2U);
+  for (const Passage& passage : simulation.passages()) EXPECT_EQ(passage.time, simulation.time());
+
+  ASSERT_TRUE(simulation.advance_to(t_end).ok());
+  EXPECT_EQ(simulation.time(), t_end);
+  EXPECT_EQ(simulation.passages().size(), 2U);
+}
+
+/// Restored bytes hold no events. The passages behind them are found again, those before them stay.
+TEST_P(EventDraws, AreFoundAgainAfterRestoring) {
+  Simulation simulation(make_throw(), options());
+  simulation.add_event({"sine", [](double, Points r, Points) { return std::sin(pi * r[0]); }, {}, true});
+  ASSERT_TRUE(simulation.advance_to(t_end).ok());
+  const std::vector<std::byte> at_first = simulation.save();
+  ASSERT_TRUE(simulation.advance_to(2.5).ok());
+  ASSERT_EQ(simulation.passages().size(), 2U);
+
+  simulation.restore(at_first);
+  EXPECT_EQ(simulation.passages().size(), 1U);
+  ASSERT_TRUE(simulation.advance_to(2.5).ok());
+
+  EXPECT_EQ(simulation.passages().size(), 2U);
+  EXPECT_NEAR(simulation.time(), 2.0, 1e-9);
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, EventDraws,
+                         testing::Values(Method::Taylor, Method::Dop853, Method::Dopri5, Method::Radau5, Method::Rk4,
+                                         Method::Rattle, Method::Rattle4, Method::Rattle6, Method::GeneralizedAlpha),
+                         name_method);
+
+/// The pendulum turns 17 times in 34 quarters of its period, and passes a level 1e-6 m below its turn twice each time.
+TEST(EventDraws, ALevelRightBelowTheTurnsOfAPendulumIsPassedTwiceAtEach) {
+  const double quarter = elliptic::quarter_period(0.5 * pi, std::sqrt(9.81 / scenes::spacing));
+  for (const Method method : {Method::Taylor, Method::Dop853, Method::Radau5}) {
+    Simulation simulation(scenes::make_pendulum(), {.method = method, .rtol = 1e-12, .atol = 1e-14});
+    simulation.add_event({"right", [](double, Points r, Points) { return r[3] - (0.1 - 1e-6); }});
+    simulation.add_event({"left", [](double, Points r, Points) { return r[3] + (0.1 - 1e-6); }});
+
+    ASSERT_TRUE(simulation.advance_to(35.0 * quarter).ok());
+
+    // The pendulum begins on the right, where it passes the level once.
+    ASSERT_EQ(simulation.passages().size(), 35U) << name_of(method);
+    for (std::size_t k = 1; k < 35; k += 2) {
+      const double turn = (static_cast<double>(k) + 1.0) * quarter;
+      EXPECT_NEAR(0.5 * (simulation.passages()[k].time + simulation.passages()[k + 1].time), turn, 1e-7);
+    }
+  }
+}
+
+TEST(EventDraws, ALevelAtTheTopIsInDoubt) {
+  const double top = 0.5 * rise * rise / gravity;
+  Simulation simulation(make_throw());
+  simulation.add_event({"top", [=](double, Points r, Points) { return r[2] - top; }});
+
+  ASSERT_TRUE(simulation.advance_to(t_end).ok());
+
+  EXPECT_NE(simulation.report().events_may_be_missed.find("event \"top\" may pass 0 unseen near t = 1.2"),
+            std::string::npos)
+      << simulation.report().events_may_be_missed;
+}
+
+TEST(EventDraws, NoiseIsInDoubt) {
+  Simulation simulation(make_throw());
+  simulation.add_event({"", [=](double, Points r, Points) { return std::sin(1e13 * r[0] * r[0]); }});
+
+  ASSERT_TRUE(simulation.advance_to(0.1).ok());
+
+  EXPECT_NE(simulation.report().events_may_be_missed.find("event 0"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tanor
