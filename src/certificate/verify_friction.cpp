@@ -210,7 +210,7 @@ void Verifier::verify_law(const std::vector<Sliding>& contacts) {
 }
 
 /// At rest the law holds for accelerations: a contact that sticks has none, and one that begins to slide moves against
-/// tau.
+/// tau. One that is about to stop still moves against tau, by more than rounding, and obeys the law of velocities.
 void Verifier::verify_rest(const std::vector<Sliding>& contacts) {
   Worst moves, stays, turns;
   bool starts = false;
@@ -221,8 +221,10 @@ void Verifier::verify_rest(const std::vector<Sliding>& contacts) {
       moves.see(norm(contact.velocity) / speed_at(contact.place.point), point);
       stays.see(norm(a) / at_point(scale_, point), point);
     } else if (contact.may_stick() && norm(contact.velocity) <= 1e-11 * speed_at(contact.place.point)) {
+      const Vec3 direction = to_unit(load(answer_.tau.data(), point));
+      if (dot(contact.velocity, direction) < -16.0 * eps * speed_at(contact.place.point)) continue;
       starts = true;
-      turns.see((norm(a) + dot(a, to_unit(load(answer_.tau.data(), point)))) / at_point(scale_, point), point);
+      turns.see((norm(a) + dot(a, direction)) / at_point(scale_, point), point);
     }
   }
   const double allowed = 1e-10 + rounding_of_places();

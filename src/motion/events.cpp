@@ -22,6 +22,9 @@ constexpr double vanishing = 1e-10;
 constexpr double hint = 0.5;
 /// A predicted minimum below this is sampled, since shapes are parabolas in short pieces alone.
 constexpr double near = 0.05;
+/// A function that would be 0 so soon after the end of a step, over its time or length, is 0 there, since states are
+/// rounded.
+constexpr double at_end = 1e-12;
 /// The dense output narrows the root to this part of the step. Secants over repeated steps do the rest.
 constexpr double dense_tolerance = 1e-7;
 /// A step is repeated 2 to 4 times if functions are smooth. Bisection takes over after `most_secants`, as for jumps.
@@ -222,6 +225,18 @@ bool Events::falls_from_zero(std::span<const double> values) const {
 }
 
 /// Returns the least of the watched values over their scales. It falls through 0 with the first of the functions.
+/// Returns true if a function falls to 0 within `part` of the step behind its end, or is rounding there already.
+bool Events::reaches_zero(double part) {
+  const Sample &before = samples_[num_samples_ - 2], &last = samples_[num_samples_ - 1];
+  bool any = false;
+  for (std::size_t k = 0; k < num_; ++k) {
+    const double fall = (before.values[k] - last.values[k]) / (last.fraction - before.fraction);
+    is_watched_[k] = !is_at_zero(k) && last.values[k] < fall && last.values[k] <= part * fall + 2.0 * rounding;
+    any = any || is_watched_[k] != 0;
+  }
+  return any;
+}
+
 double Events::least(std::span<const double> values) const {
   double result = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < num_; ++k) {
@@ -233,8 +248,12 @@ double Events::least(std::span<const double> values) const {
 /// Finds the first interval at whose end a function is not positive.
 Outcome Events::bracket(DenseOutput* dense, Root* root) {
   *root = Root::None;
+  const double h = dense->time(1.0) - dense->time(0.0);
   const std::size_t i = first_not_positive();
-  if (i == num_samples_) return {};
+  if (i == num_samples_) {
+    if (reaches_zero(at_end * std::max(std::abs(dense->time(1.0)), h) / h)) *root = Root::AtEnd;
+    return {};
+  }
 
   bracket_.low = samples_[i - 1].fraction;
   bracket_.high = samples_[i].fraction;
@@ -381,6 +400,7 @@ Events::Meeting Events::meet(Scheme& scheme, const State& from, int pieces, Stat
     shapes_ = samples_[num_samples_ - 1].shapes;
     if (looked_inside) found = return_to(to);
     if (!found.ok()) return meeting;
+    if (root == Root::AtEnd) choose_vanishing(values_);
   }
   const double h = to->t - from.t;
   if (root == Root::None) {

@@ -64,7 +64,7 @@ class Events {
     double fraction = 0.0;
     std::vector<double> values, shapes;
   };
-  enum class Root { None, AtStart, Inside };
+  enum class Root { None, AtStart, Inside, AtEnd };
 
   void resize();
   Outcome return_to(State* state);
@@ -80,6 +80,7 @@ class Events {
   Outcome bracket(DenseOutput* dense, Root* root);
   bool is_at_zero(std::size_t k) const;
   bool falls_from_zero(std::span<const double> values) const;
+  bool reaches_zero(double part);
   double least(std::span<const double> values) const;
   Outcome remake(Scheme& scheme, DenseOutput* dense, const State& from, State* to, StepResult* step);
   void choose_vanishing(std::span<const double> values);
