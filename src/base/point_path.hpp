@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <limits>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "base/vec3.hpp"
@@ -29,6 +31,24 @@ class PointPath {
   std::vector<const double*> positions, velocities;  ///< [knot] arrays [3n] each; at least two knots
   std::vector<const double*> variables, rates;       ///< [knot] variables of the mechanics: the points' own or others
   std::span<const double> accelerations;             ///< [point] m/s^2, upper bounds; empty if none are known
+
+  /// Where a force jumps first: fractions of the step before and after that, between which its side is known to
+  /// rounding alone. They are infinite if none is known to jump.
+  struct Jump {
+    double before = std::numeric_limits<double>::infinity(), after = before;
+    const std::string* force = nullptr;  ///< its name, if this process knows it
+
+    bool exists() const { return after < std::numeric_limits<double>::infinity(); }
+    void include(const Jump& other) {
+      if (other.after < after) force = other.force;
+      before = std::min(before, other.before);
+      after = std::min(after, other.after);
+    }
+  } jump;
+
+  /// Returns the part of the path between two fractions, whose cubics are exact to rounding if they are near to
+  /// each other; null if the path cannot be magnified. The next call invalidates it.
+  virtual const PointPath* magnify(double /*begin*/, double /*end*/) { return nullptr; }
 
   /// Adds knots until the cubics miss the motion by no more than `error` times the distance that each number moves.
   virtual void refine(double error) = 0;

@@ -15,6 +15,7 @@ class PointPassages final : public ForcePassages {
   std::size_t num_points() const override { return work_.model().num_points(); }
   Kinematics find_points(const Kinematics& at, double*, double*) override { return at; }
   bool act_briefly() const override { return work_.forces.act_briefly() || !work_.constraint_passages.empty(); }
+  bool may_jump() const override { return work_.forces.may_jump(); }
   double find_passage(PointPath* path) override { return work_.find_passage(work_.constraint_passages, path); }
   std::string find_collision(const Kinematics& points, double within) override {
     return work_.find_collision(points, within);

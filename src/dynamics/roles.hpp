@@ -114,10 +114,13 @@ class ForcePassages {
   /// Returns true if fixed steps must look, too, and warn: for forces that act briefly, but not for angles alone, where
   /// laws end.
   virtual bool act_briefly() const = 0;
-  /// Returns the part of the step along `path` to make so that it passes no forces unseen, or 1 if it passes none.
+  /// Returns the part of the step along `path` to make so that it passes no forces unseen, or 1 if it passes none. Notes
+  /// in `path` where a force jumps first.
   virtual double find_passage(PointPath* path) = 0;
   /// Names two points that collide within so many seconds, pulled without bound, or returns an empty string.
   virtual std::string find_collision(const Kinematics& points, double within) = 0;
+  /// Returns true if a force may jump where points reach a certain place.
+  virtual bool may_jump() const = 0;
 
  protected:
   ~ForcePassages() = default;

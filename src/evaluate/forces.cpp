@@ -51,6 +51,7 @@ class Forces::Reader {
   }
   void add(const PairForces& pairs) {
     forces_.pairs_.emplace_back(system_, pairs, numbering_);
+    forces_.pairs_.back().name = name_;
     auto of_supports = std::make_unique<PairField>(system_, pairs, numbering_, PairField::Which::OfSupports);
     forces_.pairs_of_supports_.push_back(of_supports->empty() ? nullptr : std::move(of_supports));
     if (EnergyGroup smooth = make_pair_energies(system_, pairs); !smooth.points.empty())
@@ -122,7 +123,9 @@ class Forces::Reader {
     forces_.angle_passages_.append(triple, ends);
   }
   void watch(std::unique_ptr<FormulaPassages> passages) {
-    if (passages) forces_.formula_passages_.push_back(std::move(passages));
+    if (passages == nullptr) return;
+    passages->name = name_;
+    forces_.formula_passages_.push_back(std::move(passages));
   }
   std::vector<Index> list_moving(std::span<const Index> points) const {
     std::vector<Index> moving;
@@ -201,10 +204,17 @@ void Forces::evaluate_powers(const Parallel& parallel, double t, const double* r
   if (energies_.depends_on_time()) energies_.evaluate(parallel, t, r);
 }
 
+bool Forces::may_jump() const {
+  return std::ranges::any_of(pairs_, [](const PairField& pairs) { return pairs.may_jump(); }) ||
+         std::ranges::any_of(formula_passages_, [](const auto& formula) { return formula->may_jump(); });
+}
+
 double Forces::find_passage(const Parallel& parallel, PointPath* path) {
-  constexpr double path_error = 1e-5;
-  if (has_pairs()) path->refine(path_error);
+  constexpr double path_error = 1e-5, path_error_at_jumps = 1e-7;
+  if (has_pairs()) path->refine(path->follows_tolerance && may_jump() ? path_error_at_jumps : path_error);
   double part = 1.0;
+  for (PairField& pairs : pairs_)
+    if (pairs.may_jump() && path->follows_tolerance) pairs.note_jumps(parallel, path, mass_);
   for (PairField& pairs : pairs_) part = std::min(part, pairs.find_passage(parallel, *path, mass_));
   for (const auto& pairs : pairs_beyond_) part = std::min(part, pairs->find_passage(*path, mass_));
   for (const auto& formula : formula_passages_) part = std::min(part, formula->find(parallel, path));

@@ -71,7 +71,10 @@ class Forces {
   bool may_be_passed() const { return act_briefly() || !angle_passages_.empty(); }
   /// Returns the same but for the angles.
   bool act_briefly() const { return has_pairs() || !formula_passages_.empty(); }
-  /// Returns the part of a step to make instead of one that passes such forces unseen, or 1 if it passes none.
+  /// Returns true if some of these forces may jump where points reach a certain place.
+  bool may_jump() const;
+  /// Returns the part of a step to make instead of one that passes such forces unseen, or 1 if it passes none. Notes
+  /// in `path` where a force jumps first; pairs with points of other processes are left out.
   double find_passage(const Parallel& parallel, PointPath* path);
   /// Returns the pair forces of moving points, as the system lists them.
   std::span<const PairField> pairs() const { return pairs_; }

@@ -19,6 +19,7 @@ class TuplePassages : public FormulaPassages {
     append_points(points);
   }
 
+  bool is_force() const override { return true; }
   std::size_t num_accelerations() const override { return num_numbers(); }
   std::span<const Index> own(std::size_t member) const {
     const std::size_t p = num_numbers() / 3;
@@ -57,14 +58,8 @@ class ForcePassages final : public TuplePassages {
  private:
   void accelerate(const PointPath& path, std::size_t member, double s, double* a) const override {
     thread_local std::vector<double> variables;
-    const std::size_t count = num_numbers();
-    variables.resize(2 * count + 1);
-    for (std::size_t i = 0; const Index point : own(member)) {
-      const auto [r, v] = path.at(point, s);
-      store(variables.data(), i, r);
-      store(variables.data() + count, i++, v);
-    }
-    variables.back() = path.t + s * path.h;
+    variables.resize(2 * num_numbers() + 1);
+    load_variables(path, member, s, variables.data());
     formula().evaluate(variables.data(), a);
     divide_by_masses(member, a);
   }

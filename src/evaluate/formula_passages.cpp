@@ -127,6 +127,9 @@ double FormulaPassages::find(const Parallel& parallel, PointPath* path) {
       grain);
   if (doubtful == 0.0) return 1.0;
   path->refine(1e-7);
+  for (std::size_t k = 0; k < members && path->follows_tolerance && may_jump(); ++k)
+    if (is_doubtful_[k]) note_jumps(path, k);
+  if (path->jump.exists()) return 1.0;  // what comes after the jump differs
   std::atomic<double> part = 1.0;
   const Parallel serial(1);
   (thread_safe_ ? parallel : serial)
@@ -281,6 +284,15 @@ bool FormulaPassages::is_doubtful(const PointPath& path, std::size_t member) con
   return false;
 }
 
+/// Divides the step, see below.
+double FormulaPassages::divide(const PointPath& path, std::size_t member, std::vector<Part>* parts) const {
+  double sum = 0.0;
+  const int depth = path.num_pieces() > num_lanes ? most_divisions - 1 : most_divisions;
+  for (std::size_t k = 0; k < path.num_pieces(); ++k)
+    sum += divide(path, member, path.knot(k), path.knot(k + 1), depth, parts);
+  return sum;
+}
+
 /// Divides [begin, end] into parts in each of which the formula changes little. Returns the sum of what the parts may
 /// change.
 double FormulaPassages::divide(const PointPath& path, std::size_t member, double begin, double end, int depth,
@@ -349,11 +361,7 @@ double FormulaPassages::examine(const PointPath& path, std::size_t member) const
   thread_local std::vector<Part> parts;
   thread_local Integrals sums;
   parts.clear();
-  double changes = 0.0;
-  const int depth = path.num_pieces() > num_lanes ? most_divisions - 1 : most_divisions;
-  for (std::size_t k = 0; k < path.num_pieces(); ++k)
-    changes += divide(path, member, path.knot(k), path.knot(k + 1), depth, &parts);
-  if (changes <= resolved_by(path.order)) return 1.0;
+  if (const double changes = divide(path, member, &parts); changes <= resolved_by(path.order)) return 1.0;
 
   const bool counts_jumps = has_jumps() && !path.follows_tolerance;
   const double part = counts_jumps ? part_of_jumps : 1.0, more = counts_jumps ? 1.0 : tolerances;

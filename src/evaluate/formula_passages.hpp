@@ -4,11 +4,13 @@
 #include <cmath>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <tanor/kernel.hpp>
 #include <tanor/system.hpp>
 
+#include "base/numbers.hpp"
 #include "base/parallel.hpp"
 #include "base/point_path.hpp"
 #include "evaluate/narrowness.hpp"
@@ -40,6 +42,10 @@ class FormulaPassages {
   bool is_needed() const { return narrowness_.is_possible() && num_members() > 0; }
   /// Returns the part of the step to make instead, or 1 if nothing is hidden in it.
   double find(const Parallel& parallel, PointPath* path);
+  /// Returns true if what the formula causes may jump.
+  bool may_jump() const { return is_force() && narrowness_.num_turns() > 0; }
+
+  std::string name;  ///< of the force in messages
 
  protected:
   /// The numbers of a path that the variables of the formula are. Constants that each member has of its own and the
@@ -51,6 +57,8 @@ class FormulaPassages {
     double r, v;  // m, m/s: what a member may miss
   };
   virtual Allowed allow(const PointPath& path, std::size_t member) const = 0;
+  /// Returns true if steps end where the formula jumps, since it is a force.
+  virtual bool is_force() const { return false; }
   /// Returns true if accelerations jump where the formula has its kinks. Fixed steps then miss something each time they
   /// pass one, so a warning is due from a tenth of the error that is worth one elsewhere.
   virtual bool has_jumps() const { return false; }
@@ -80,6 +88,8 @@ class FormulaPassages {
     return std::span(constants_).subspan(member * num_constants_, num_constants_);
   }
   const Narrowness& formula() const { return narrowness_; }
+  /// Writes the variables of the formula at the fraction s of a path.
+  void load_variables(const PointPath& path, std::size_t member, double s, double* to) const;
 
  private:
   /// A part of a step in which the formula changes its course a few times at most, or that is as short as parts may be.
@@ -93,6 +103,12 @@ class FormulaPassages {
   Counts count_parts(const PointPath& path, std::size_t member, double begin, double end) const;
   double divide(const PointPath& path, std::size_t member, double begin, double end, int depth,
                 std::vector<Part>* parts) const;
+  double divide(const PointPath& path, std::size_t member, std::vector<Part>* parts) const;
+  void measure_turns(const PointPath& path, std::size_t member, double s, double* values) const;
+  double uncertainty(const PointPath& path, std::size_t member, std::size_t turn, double s) const;
+  bool jumps(const PointPath& path, std::size_t member, const PointPath::Jump& at) const;
+  PointPath::Jump find_jump(PointPath* path, std::size_t member, double low, double high) const;
+  void note_jumps(PointPath* path, std::size_t member) const;
   struct Integrals;
   double examine(const PointPath& path, std::size_t member) const;
   double integrate(const PointPath& path, std::size_t member, std::span<const Part> parts, const Allowed& allowed,

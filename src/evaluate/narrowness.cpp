@@ -55,6 +55,11 @@ bool is_smooth(Operation operation) {
   }
 }
 
+bool turns(Operation operation) {
+  return operation == Operation::Abs || operation == Operation::Min || operation == Operation::Max ||
+         operation == Operation::Atan2;
+}
+
 constexpr double faint = 60.0;           // e^-60 is negligible beside any other number
 constexpr double saturated = 20.0;       // tanh is 1 to rounding
 constexpr double most_exponent = 104.0;  // e^104 = 1e45
@@ -331,6 +336,7 @@ Narrowness::Narrowness(const Expression& expression) {
     const bool counts = is_needed[i] && !is_smooth(instruction.operation);
     if (counts) ++num_to_count_;
     if (counts) counts_[i] = 1;
+    if (counts && turns(instruction.operation)) turns_.push_back(i);
     const OperandsRead operands = operands_of(instruction.operation);
     for (const auto& [is_there, operand] : {std::pair{operands.a, instruction.a}, {operands.b, instruction.b}}) {
       if (!is_there) continue;
@@ -358,7 +364,8 @@ std::array<double, num_lanes> Narrowness::count(const Intervals* variables) cons
   return result;
 }
 
-void Narrowness::evaluate(const double* variables, double* results) const {
+/// Returns the values of all instructions.
+const std::vector<double>& Narrowness::evaluate_all(const double* variables) const {
   thread_local std::vector<double> values;
   values.resize(instructions_.size());
   for (std::size_t i = 0; i < variables_.size(); ++i) values[static_cast<std::size_t>(variables_[i])] = variables[i];
@@ -369,7 +376,22 @@ void Narrowness::evaluate(const double* variables, double* results) const {
     const bool is_tanh = instruction.operation == Operation::Divide && instruction.c > 0;
     values[i] = is_tanh ? std::tanh(values[static_cast<std::size_t>(instruction.c) - 1]) : perform(instruction, values);
   }
+  return values;
+}
+
+void Narrowness::evaluate(const double* variables, double* results) const {
+  const std::vector<double>& values = evaluate_all(variables);
   for (std::size_t m = 0; m < results_.size(); ++m) results[m] = values[static_cast<std::size_t>(results_[m])];
+}
+
+void Narrowness::measure_turns(const double* variables, double* turns) const {
+  const std::vector<double>& values = evaluate_all(variables);
+  for (std::size_t k = 0; k < turns_.size(); ++k) {
+    const Instruction& instruction = instructions_[turns_[k]];
+    const bool compares = instruction.operation == Operation::Min || instruction.operation == Operation::Max;
+    turns[k] = values[static_cast<std::size_t>(instruction.a)] -
+               (compares ? values[static_cast<std::size_t>(instruction.b)] : 0.0);
+  }
 }
 
 }  // namespace tanor

@@ -38,11 +38,20 @@ class Narrowness {
   /// Evaluates the expression itself.
   void evaluate(const double* variables, double* results) const;
 
+  /// Returns the number of operations at which the expression or its derivatives may jump.
+  std::size_t num_turns() const { return turns_.size(); }
+  /// Writes for each of these the number that changes its sign there: a of abs, a - b of min and max, and y of atan2,
+  /// whose cut lies where y = 0 and x < 0.
+  void measure_turns(const double* variables, double* values) const;
+
  private:
+  const std::vector<double>& evaluate_all(const double* variables) const;
+
   std::vector<Expression::Instruction> instructions_;  // equal ones once; c of sinh/cosh: 1 + its argument, else 0
   std::vector<int> variables_, results_;
   std::vector<char> counts_;      // [instruction] not 0 if `count` needs it
   std::vector<char> is_asked_;    // [instruction] not 0 if `count` needs its value
+  std::vector<std::size_t> turns_;  // instructions
   std::size_t num_to_count_ = 0;  // number of functions among those that `count` needs
 };
 

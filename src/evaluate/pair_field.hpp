@@ -4,6 +4,7 @@
 #include <functional>
 #include <limits>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <tanor/system.hpp>
@@ -54,6 +55,12 @@ class PairField {
   /// Returns the part of a step to make instead if a pair comes so near between two looks that these do not show it, or
   /// 1 if none does. `masses` [moving point, or all], kg, are those of what is pushed. See pair_passages.cpp.
   double find_passage(const Parallel& parallel, const PointPath& path, std::span<const double> masses);
+  /// Returns true if the force does not vanish at the cutoff.
+  bool may_jump() const { return potential_.jumps(); }
+  /// Notes in the path where a pair first comes to its cutoff. See pair_jumps.cpp.
+  void note_jumps(const Parallel& parallel, PointPath* path, std::span<const double> masses);
+
+  std::string name;  ///< of the force in messages
 
   /// Two inner points that fall onto each other.
   struct Collision {
@@ -88,9 +95,12 @@ class PairField {
     double speed = 0.0;                                           // m/s there
   };
   class Nearness;
+  class Crossing;
   Reach measure_reach(const Parallel& parallel, const PointPath& path);
   const NeighbourLists* find_near(const Parallel& parallel, double move);
   bool are_too_many(double radius) const;
+  using VisitApproach = std::function<void(const Approach&)>;
+  void for_each_image(std::size_t i, std::size_t j, double far, const VisitApproach& visit) const;
   double find_passage_of_pair(const PointPath& path, const Nearness& nearness, std::size_t i, std::size_t j,
                               std::span<const double> masses) const;
   double examine(const PointPath& path, const Approach& approach, std::span<const double> masses) const;
@@ -122,6 +132,8 @@ class PairField {
                     Pairs* excluded) const;
   void exclude_same_place(const System& system, const Numbering& numbering, Pairs* excluded) const;
   void prepare_search(double sigma, Pairs excluded);
+
+  void note_jump(PointPath* path, const Crossing& crossing, std::span<const double> masses) const;
 
   std::vector<Index> points_;   // inner ones, those that move first; numbered from 0 on in what follows
   std::size_t num_moving_ = 0;  // the others interact with these alone; for supports, all

@@ -279,23 +279,28 @@ const NeighbourLists* PairField::find_near(const Parallel& parallel, double move
   return &*far_;
 }
 
-/// Examines each image of j that comes near. There are several if the box is not large beside the step.
-double PairField::find_passage_of_pair(const PointPath& path, const Nearness& nearness, std::size_t i, std::size_t j,
-                                       std::span<const double> masses) const {
+/// Visits each image of j that may come nearer to i than `far`. There are several if the box is not large beside the
+/// step.
+void PairField::for_each_image(std::size_t i, std::size_t j, double far, const VisitApproach& visit) const {
   const Vec3 d = begins_[j] - begins_[i], nearest = box_.nearest_image(d);
   std::array<int, 3> images{};
   const std::array<double, 3> edges{box_.edges().x, box_.edges().y, box_.edges().z};
   for (std::size_t k = 0; k < 3; ++k)
-    images[k] = edges[k] > 0.0 ? static_cast<int>(std::floor(nearness.far() / edges[k] + 0.5)) : 0;
-  double part = 1.0;
+    images[k] = edges[k] > 0.0 ? static_cast<int>(std::floor(far / edges[k] + 0.5)) : 0;
   for (int a = -images[0]; a <= images[0]; ++a) {
     for (int b = -images[1]; b <= images[1]; ++b) {
-      for (int c = -images[2]; c <= images[2]; ++c) {
-        const Approach approach{i, j, nearest + Vec3{a * edges[0], b * edges[1], c * edges[2]} - d};
-        if (nearness.may_pass(approach)) part = std::min(part, examine(path, approach, masses));
-      }
+      for (int c = -images[2]; c <= images[2]; ++c)
+        visit(Approach{i, j, nearest + Vec3{a * edges[0], b * edges[1], c * edges[2]} - d});
     }
   }
+}
+
+double PairField::find_passage_of_pair(const PointPath& path, const Nearness& nearness, std::size_t i, std::size_t j,
+                                       std::span<const double> masses) const {
+  double part = 1.0;
+  for_each_image(i, j, nearness.far(), [&](const Approach& approach) {
+    if (nearness.may_pass(approach)) part = std::min(part, examine(path, approach, masses));
+  });
   return part;
 }
 

@@ -55,6 +55,12 @@ double PairPotential::signed_force_at(double r) const {
   return 24.0 * epsilon_ * s6 * (2.0 * s6 - 1.0) / r;
 }
 
+bool PairPotential::jumps() const {
+  if (std::isinf(cutoff_)) return false;
+  constexpr double vanishing = 1e-9;  // beside the force a little nearer
+  return force_at(std::nextafter(cutoff_, 0.0)) > vanishing * force_at(0.9 * cutoff_);
+}
+
 double PairPotential::largest_force(double nearest, double farthest) const {
   if (nearest >= cutoff_) return 0.0;
   double force = std::max(force_at(nearest), force_at(std::min(farthest, std::nextafter(cutoff_, 0.0))));

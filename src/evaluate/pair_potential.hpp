@@ -19,6 +19,8 @@ class PairPotential {
   double strength() const { return strength_; }
   /// Returns u at the cutoff, J, which energies of pairs leave out.
   double shift() const { return shift_; }
+  /// Returns true if the force does not vanish at the cutoff.
+  bool jumps() const;
 
   struct Radial {
     double energy;        // J, without the shift

@@ -269,6 +269,40 @@ Outcome Integration::extrapolate_adaptively(double t_end, const Taken& taken) {
   return step_adaptively(t_end, taken);
 }
 
+/// Returns the step to make instead of one of length h in which a force jumps: up to the jump, or, from there, over it.
+/// Stages inside a step may lie beyond its end by a part of it that falls with its length, so that schemes with stages
+/// come nearer in a few steps, each of which leaves the square of the part that the last one left.
+Integration::Cut Integration::cut_at(const PointPath::Jump& jump, double h, double resolution) const {
+  constexpr double most_left = 0.1;
+  const double rounding = 0.25 * resolution;  // of instants
+  const bool has_stages = scheme_->looks().size() > 2;
+  const double left = has_stages ? std::min(jump.before, most_left) : 0.0;
+  if (const double before = (1.0 - left) * jump.before * h - rounding; before > 2.0 * resolution)
+    return {before, false};
+  return {std::max(jump.after * h, resolution) + rounding, true};
+}
+
+/// Returns a step to try after one of the above has failed: stages beyond its end, or at the jump itself, where the
+/// force does not exist, are avoided by another length. There is none if that does not help any more.
+Integration::Cut Integration::cut_again(const Cut& cut, double resolution) const {
+  constexpr double shorter = 0.7, longer = 1.37, most = 1e6;
+  if (cut.is_over) return cut.length < most * resolution ? Cut{longer * cut.length, true} : Cut{};
+  return cut.length > 2.0 * resolution ? Cut{shorter * cut.length, false} : Cut{};
+}
+
+/// Takes note that the next step leads over a jump. Forces that drive points back to it from both sides end the motion.
+Outcome Integration::note_jump(const PointPath::Jump& jump, double h) {
+  constexpr double no_time = 1e-5;  // part of a step
+  constexpr int most = 200;
+  const bool is_next = state.t - chatter_.last_time < no_time * h;
+  chatter_ = {is_next ? chatter_.count + 1 : 0, state.t};
+  if (chatter_.count < most) return {};
+  return {Status::NotConverged, (jump.force != nullptr ? *jump.force : std::string("a force")) +
+                                    " jumps without end at t = " + text(state.t) +
+                                    ": it drives points back to where it jumps from both sides, and no motion along "
+                                    "that is defined"};
+}
+
 /// Tries a step once. Afterwards `next_step` is the length to try next.
 Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
   if (Outcome found = trial_.events.start(state); !found.ok()) return found;
@@ -283,27 +317,48 @@ Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
   const double resolution = time_resolution(state.t, left);
   const bool reaches = next_step >= nearly_all * left && left <= longest_step();
   const double fitting = reaches ? left : std::min(next_step, nearly_half * left > next_step ? next_step : 0.5 * left);
-  const double h = drives_.shorten(state, fitting, resolution);
+  const double whole = drives_.shorten(state, fitting, resolution);
+  const Cut cut = std::exchange(cut_, {});
+  const bool is_cut = cut.length < whole;
+  const double h = is_cut ? cut.length : whole;
   const bool last = reaches && h == fitting;
-  if (!last && !(h >= resolution)) return step_too_small(resolution, refusal_);
+  if (!last && !is_cut && !(h >= resolution)) return step_too_small(resolution, refusal_);
   if (h != expected) rounding_.allow(state, h, scheme_->rounding_gain());
-  const StepAttempt attempt = trial_.step_and_remember(last ? t_end : state.t + h, true);
+  const auto looks = is_cut && cut.is_over ? StepTrial::Looks::None : StepTrial::Looks::Between;
+  const StepAttempt attempt = trial_.step_and_remember(last ? t_end : state.t + h, true, looks);
   if (attempt.is_good()) {
     const double wanted = scheme_->choose_step(h, h * control_.accept(attempt.error));
     // A step cut short by t_end, or by functions of time, tells little about the next one, so that the next length
     // stays as planned, up to 5 times what this step allows. The error of a step cut short by an event is that of the
-    // whole step, but does not show that the next step may be longer.
-    next_step = last || h < fitting ? std::max(wanted, std::min(next_step, 5.0 * wanted)) : wanted;
+    // whole step, but does not show that the next step may be longer. One that ends at a jump tells nothing about the
+    // next.
+    next_step = is_cut                ? std::max(wanted, next_step)
+                : last || h < fitting ? std::max(wanted, std::min(next_step, 5.0 * wanted))
+                                      : wanted;
     if (attempt.has_switched) next_step = std::min(next_step, h);
     rounding_.note_step(state);
-    stiff_steps_.note_step();
+    is_cut ? stiff_steps_.note_cut_step() : stiff_steps_.note_step();
     refusal_ = {};
     take_trial(attempt, taken);
     return {};
   }
+  return reject(attempt, is_cut ? cut : Cut{}, h, resolution);
+}
+
+/// Chooses the length to try after an attempt of length h, perhaps cut, has failed.
+Outcome Integration::reject(const StepAttempt& attempt, const Cut& cut, double h, double resolution) {
   const StepResult& step = attempt.step;
   if (attempt.has_switched) return step.outcome;
   ++report_.rejected;
+  if (attempt.jump.exists()) {
+    // A path with a large error may meet a jump that the motion does not, so that the plan has to shrink.
+    constexpr double shrinks = 0.3;
+    if (!cut.exists() && attempt.error > 1.0) next_step = shrinks * h;
+    cut_ = cut_at(attempt.jump, h, resolution);
+    return cut_.is_over ? note_jump(attempt.jump, h) : Outcome{};
+  }
+  if (cut.exists()) cut_ = cut_again(cut, resolution);
+  if (cut_.exists()) return {};
   singular_.note_rejection();
   if (step.outcome.ok() && attempt.error > 1.0) rounding_.note_rejection(h, attempt.error, scheme_->estimate_order());
   if (attempt.has_surprised) {

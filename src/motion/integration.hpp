@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <memory>
 
 #include <tanor/motion.hpp>
@@ -81,6 +82,14 @@ class Integration {
   double next_step = 0.0;  ///< s, first length to try (adaptive schemes); 0 if not known yet
 
  private:
+  /// A shorter step to try next from the present state, which leads up to a jump of a force or over it.
+  struct Cut {
+    double length = std::numeric_limits<double>::infinity();  // s
+    bool is_over = false;
+
+    bool exists() const { return length < std::numeric_limits<double>::infinity(); }
+  };
+
   void exchange_memory(Memory& memory);
   void exchange_states(Memory& memory, bool* is_after_rejection);
   void keep_memory();
@@ -88,6 +97,10 @@ class Integration {
   Outcome advance_adaptively(double t_end, const Taken& taken, const Observer& observer);
   Outcome extrapolate_adaptively(double t_end, const Taken& taken);
   Outcome step_adaptively(double t_end, const Taken& taken);
+  Outcome reject(const StepAttempt& attempt, const Cut& cut, double h, double resolution);
+  Cut cut_at(const PointPath::Jump& jump, double h, double resolution) const;
+  Cut cut_again(const Cut& cut, double resolution) const;
+  Outcome note_jump(const PointPath::Jump& jump, double h);
   void take_scheme(Method method, double first_step);
   Outcome look_for_stiffness(double t_end);
   Outcome advance_in_equal_steps(double t_end, const Taken& taken, const Observer& observer);
@@ -104,6 +117,12 @@ class Integration {
   MotionReport& report_;
   std::unique_ptr<Scheme> scheme_;
   StepControl control_;
+  Cut cut_;
+  /// Jumps of forces that were passed one after the other in no time.
+  struct {
+    int count = 0;
+    double last_time = 0.0;
+  } chatter_;
   Outcome refusal_;  // reason of the last failed try since the last step
   DriveControl drives_;
   SingularConfigurations singular_;

@@ -41,7 +41,9 @@ ForcePassages* find_passages(ForcePassages* all, bool adapts) {
 }  // namespace
 
 Passages::Passages(const IntegrationOptions& options, Mechanics& mechanics, bool adapts)
-    : mechanics_(mechanics), forces_(find_passages(mechanics.force_passages(), adapts)) {
+    : mechanics_(mechanics),
+      forces_(find_passages(mechanics.force_passages(), adapts)),
+      may_jump_(adapts && forces_ != nullptr && forces_->may_jump()) {
   // Fixed steps have no tolerance. An unseen change of velocity by one percent is worth a warning.
   constexpr double worth_a_warning = 1e-2;
   follows_tolerance = adapts;
@@ -79,37 +81,47 @@ double Passages::measure_bend() const {
   });
 }
 
-/// Sets the mechanics' variables at the knots by interpolation of the scheme, and the points there.
-void Passages::set_knots(std::size_t pieces) {
+/// Sets the mechanics' variables by interpolation of the scheme, and the points, at knots between two fractions of the
+/// step.
+void Passages::set_knots(double begin, double end, std::size_t pieces, Knots* room, PointPath* path) {
   const std::size_t n = 3 * forces_->num_points();
-  for (auto* arrays : {&positions_, &velocities_, &variables_, &rates_})
+  for (auto* arrays : {&room->positions, &room->velocities, &room->variables, &room->rates})
     if (arrays->size() < pieces + 1) arrays->resize(pieces + 1);
-  for (auto* pointers : {&positions, &velocities, &variables, &rates}) pointers->resize(pieces + 1);
+  for (auto* pointers : {&path->positions, &path->velocities, &path->variables, &path->rates})
+    pointers->resize(pieces + 1);
   DenseOutput inside(*scheme_, *from_, *to_, !scheme_->interpolates_at_once());
   for (std::size_t k = 0; k <= pieces; ++k) {
-    const double s = static_cast<double>(k) / static_cast<double>(pieces);
-    const State* const end = k == 0 ? from_ : k == pieces ? to_ : nullptr;
-    positions_[k].resize(n);
-    velocities_[k].resize(n);
+    const double s = k == pieces ? end : begin + (end - begin) * static_cast<double>(k) / static_cast<double>(pieces);
+    const State* const state = s == 0.0 ? from_ : s == 1.0 ? to_ : nullptr;
+    room->positions[k].resize(n);
+    room->velocities[k].resize(n);
     double time = t + s * h;
-    if (end != nullptr) {
-      time = end->t;
-      variables[k] = end->x.data();
-      rates[k] = end->v.data();
+    if (state != nullptr) {
+      time = state->t;
+      path->variables[k] = state->x.data();
+      path->rates[k] = state->v.data();
     } else {
-      std::vector<double>&x = variables_[k], &v = rates_[k];
+      std::vector<double>&x = room->variables[k], &v = room->rates[k];
       x.resize(from_->x.size());
       v.resize(from_->x.size());
       (void)inside.evaluate(mechanics_.parallel(), s, x.data(), v.data());  // cannot fail, as nothing is prepared
       mechanics_.prescribe(time, x.data(), v.data());
-      variables[k] = x.data();
-      rates[k] = v.data();
+      path->variables[k] = x.data();
+      path->rates[k] = v.data();
     }
-    const Kinematics points =
-        forces_->find_points({time, variables[k], rates[k]}, positions_[k].data(), velocities_[k].data());
-    positions[k] = points.x;
-    velocities[k] = points.v;
+    const Kinematics points = forces_->find_points({time, path->variables[k], path->rates[k]},
+                                                   room->positions[k].data(), room->velocities[k].data());
+    path->positions[k] = points.x;
+    path->velocities[k] = points.v;
   }
+}
+
+const PointPath* Passages::magnify(double begin, double end) {
+  constexpr std::size_t pieces = 4;
+  part_.t = t + begin * h;
+  part_.h = (end - begin) * h;
+  set_knots(begin, end, pieces, &knots_of_part_, &part_);
+  return &part_;
 }
 
 /// Takes enough cubics to meet the error, which falls with the fourth power of their length.
@@ -117,10 +129,11 @@ void Passages::refine(double error) {
   constexpr double most_pieces = 64.0;
   const double wanted = std::clamp(std::ceil(std::pow(bend_ / error, 0.25)), 1.0, most_pieces);
   if (const auto pieces = static_cast<std::size_t>(wanted); positions.empty() || pieces > num_pieces())
-    set_knots(pieces);
+    set_knots(0.0, 1.0, pieces, &knots_, this);
 }
 
 double Passages::look(Scheme& scheme, const State& from, const State& to) {
+  jump = {};
   if (forces_ == nullptr) return 1.0;
   constexpr double error = 1e-2;  // forces that need a better path call `refine`
   scheme_ = &scheme;

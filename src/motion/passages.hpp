@@ -17,11 +17,25 @@ class Passages final : private PointPath {
   /// Returns the part of the step to make instead; 1 if the step passes nothing unseen. The mechanics is not moved, and
   /// the result depends only on the two states and on the scheme.
   double look(Scheme& scheme, const State& from, const State& to);
+  /// Returns true if forces may jump where points reach certain places.
+  bool may_find_jumps() const { return may_jump_; }
+  /// Returns where on the last step a force jumps first.
+  const Jump& found_jump() const { return jump; }
 
  private:
+  /// A part of the step.
+  struct Part final : PointPath {
+    void refine(double) override {}
+  };
+  /// What a path is at its knots, [knot][number].
+  struct Knots {
+    std::vector<std::vector<double>> positions, velocities, variables, rates;
+  };
+
+  const PointPath* magnify(double begin, double end) override;
   void refine(double error) override;
   void weigh_looks();
-  void set_knots(std::size_t pieces);
+  void set_knots(double begin, double end, std::size_t pieces, Knots* room, PointPath* path);
   double measure_bend() const;
 
   Mechanics& mechanics_;
@@ -31,8 +45,9 @@ class Passages final : private PointPath {
   const State *from_ = nullptr, *to_ = nullptr;
   double bend_ = 0.0;
   std::vector<double> looks_, weights_;
-  // Workspaces [knot].
-  std::vector<std::vector<double>> positions_, velocities_, variables_, rates_;
+  const bool may_jump_;
+  Part part_;
+  Knots knots_, knots_of_part_;
 };
 
 }  // namespace tanor

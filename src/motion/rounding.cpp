@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <string>
+#include <utility>
 
 #include "base/numbers.hpp"
 #include "base/text.hpp"
@@ -28,6 +29,7 @@ Rounding::Rounding(const IntegrationOptions& options, Mechanics& mechanics)
       mechanics_(mechanics),
       groups_(options.stabilisation == Stabilisation::Projection ? mechanics.rounding_groups() : nullptr),
       num_groups_(groups_ != nullptr ? groups_->num_groups() : 0),
+      may_jump_(mechanics.force_passages() != nullptr && mechanics.force_passages()->may_jump()),
       whole_(num_groups_, 0.0),
       along_(num_groups_, 0.0),
       is_due_(num_groups_ > 0 ? 1.0 : 0.0),
@@ -56,21 +58,41 @@ void Rounding::note_rejection(double h, double error, int order) {
   rejected_ = {h, error};
 }
 
-/// Measures da = a(x + dx, v + dv) - a(x, v) with |dx| = eps |x| and |dv| = eps |v|.
+/// Finds a_ = a(x + dx, v + dv) with |dx| = eps |x| and |dv| = eps |v|, whose signs are those of sample k or opposite.
+/// Returns false if there are no accelerations; the step itself reports that.
+bool Rounding::accelerate_beside(const State& from, std::size_t k, double side) {
+  const std::size_t n = from.x.size(), first = 2 * n * k;
+  for (std::vector<double>* array : {&x_, &v_, &a_}) array->resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    x_[i] = from.x[i] + side * eps * sign_of(first + 2 * i) * std::abs(from.x[i]);
+    v_[i] = from.v[i] + side * eps * sign_of(first + 2 * i + 1) * std::abs(from.v[i]);
+  }
+  mechanics_.prescribe(from.t, x_.data(), v_.data());
+  return mechanics_.accelerations({from.t, x_.data(), v_.data()}, options_.request(Gradients::Evaluate), a_.data())
+      .ok();
+}
+
+/// Returns the largest |a_ - a|.
+double Rounding::largest_difference(const State& from) const {
+  double largest = 0.0;
+  for (std::size_t i = 0; i < from.a.size(); ++i) largest = larger(largest, std::abs(a_[i] - from.a[i]));
+  return mechanics_.largest(largest);
+}
+
+/// Measures da = a_ - a. A force that jumps at x does so on one side of it alone, so the smaller one of two opposite
+/// differences is rounding.
 Outcome Rounding::measure(const State& from) {
   if (is_due_ == 0.0) return {};
   is_due_ = 0.0;
   measured_at_ = num_steps_;
-  const std::size_t n = from.x.size(), first = 2 * n * static_cast<std::size_t>(num_samples_++);
-  for (std::vector<double>* array : {&x_, &v_, &a_}) array->resize(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    x_[i] = from.x[i] + eps * sign_of(first + 2 * i) * std::abs(from.x[i]);
-    v_[i] = from.v[i] + eps * sign_of(first + 2 * i + 1) * std::abs(from.v[i]);
+  const auto sample = static_cast<std::size_t>(num_samples_++);
+  bool is_known = accelerate_beside(from, sample, 1.0);
+  if (is_known && may_jump_) {
+    const double difference = largest_difference(from);
+    std::swap(a_, other_);
+    is_known = accelerate_beside(from, sample, -1.0);
+    if (!(largest_difference(from) < difference)) std::swap(a_, other_);
   }
-  mechanics_.prescribe(from.t, x_.data(), v_.data());
-  // A state that has no accelerations is reported by the step itself.
-  const bool is_known =
-      mechanics_.accelerations({from.t, x_.data(), v_.data()}, options_.request(Gradients::Evaluate), a_.data()).ok();
   if (Outcome found = mechanics_.linearise(from.t, from.x.data()); !found.ok()) return found;
   if (is_known) take_sample(from);
   // Leaves the mechanics as it was before the measurement.
@@ -81,12 +103,9 @@ Outcome Rounding::measure(const State& from) {
 /// The part along them is what the projection leaves of v + s da, less v, where s makes s da as large as v.
 void Rounding::take_sample(const State& from) {
   const std::size_t n = from.x.size();
-  double largest = 0.0, fastest = 0.0;
-  for (std::size_t i = 0; i < n; ++i) {
-    largest = larger(largest, std::abs(a_[i] - from.a[i]));
-    fastest = std::max(fastest, std::abs(from.v[i]));
-  }
-  largest = mechanics_.largest(largest);
+  double fastest = 0.0;
+  for (std::size_t i = 0; i < n; ++i) fastest = std::max(fastest, std::abs(from.v[i]));
+  const double largest = largest_difference(from);
   fastest = mechanics_.largest(fastest);
   if (!(largest > 0.0 && std::isfinite(largest))) return;
   const double s = (fastest > 0.0 ? fastest : 1.0) / largest;

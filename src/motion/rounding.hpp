@@ -34,12 +34,15 @@ class Rounding {
   void exchange_memory(Memory& memory);
 
  private:
+  bool accelerate_beside(const State& from, std::size_t k, double side);
+  double largest_difference(const State& from) const;
   void take_sample(const State& from);
 
   IntegrationOptions options_;
   Mechanics& mechanics_;
   RoundingGroups* const groups_;  // null if rounding is not measured
   std::size_t num_groups_;
+  bool may_jump_;
   std::vector<double> whole_, along_;  // see RoundingLevels
   struct {
     double h = 0.0, error = 0.0;
@@ -51,7 +54,7 @@ class Rounding {
   double num_exceeding_ = 0.0, sum_of_excesses_ = 0.0, since_ = 0.0;
   double is_due_;  // not 0 if rounding is to be measured before the next step
   double num_samples_ = 0.0, num_steps_ = 0.0, measured_at_ = 0.0;
-  std::vector<double> x_, v_, a_, now_;  // scratch
+  std::vector<double> x_, v_, a_, other_, now_;  // scratch
 };
 
 }  // namespace tanor

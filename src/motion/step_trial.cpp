@@ -22,14 +22,14 @@ void StepTrial::begin() {
   is_before = false;
 }
 
-StepAttempt StepTrial::step(double t, bool may_surprise) {
+StepAttempt StepTrial::step(double t, bool may_surprise, Looks looks) {
   StepAttempt attempt;
   StepResult& step = attempt.step;
   state.t = t;
   is_before = false;
   step = motion_.scheme->step(motion_.state, t - motion_.state.t, &state);
   attempt.error = step.error;
-  if (attempt.is_good()) look_between(&attempt);
+  if (looks == Looks::Between && step.outcome.ok()) look_between(&attempt);
   attempt.has_surprised = may_surprise && attempt.is_good() && motion_.singular.have_surprised();
   if (!attempt.is_good()) return attempt;
   const Events::Meeting meeting = events.meet(*motion_.scheme, motion_.state, motion_.drives.pieces(), &state, &step);
@@ -43,10 +43,14 @@ StepAttempt StepTrial::step(double t, bool may_surprise) {
 }
 
 /// Looks for forces between the instants at which the scheme evaluated them. A fixed step keeps its length, with a
-/// warning.
+/// warning. The error of an adaptive step over a jump tells nothing.
 void StepTrial::look_between(StepAttempt* attempt) {
   if (motion_.scheme->is_adaptive()) {
-    attempt->part = passages_.look(*motion_.scheme, motion_.state, state);
+    const bool is_good = attempt->is_good();
+    if (!is_good && !passages_.may_find_jumps()) return;
+    const double part = passages_.look(*motion_.scheme, motion_.state, state);
+    if (is_good) attempt->part = part;
+    attempt->jump = passages_.found_jump();
   } else if (report_.accuracy_warning.empty() && passages_.look(*motion_.scheme, motion_.state, state) < 1.0) {
     report_.accuracy_warning =
         "steps are too long: one passes a force between two evaluations at t = " + text(motion_.state.t);
@@ -99,12 +103,12 @@ StepAttempt StepTrial::pass(double t) {
   return step_and_remember(t, false);
 }
 
-StepAttempt StepTrial::step_and_remember(double t, bool may_surprise) {
+StepAttempt StepTrial::step_and_remember(double t, bool may_surprise, Looks looks) {
   const bool remembers = is_before && motion_.singular.may_extrapolate();
-  if (!remembers) return step(t, may_surprise);
+  if (!remembers) return step(t, may_surprise, looks);
   if (beyond_.x.empty()) beyond_ = motion_.state;
   swap(state, beyond_);
-  StepAttempt attempt = step(t, may_surprise);
+  StepAttempt attempt = step(t, may_surprise, looks);
   if (!attempt.is_good() && !attempt.has_switched) {
     swap(state, beyond_);
     is_before = true;

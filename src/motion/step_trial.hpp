@@ -18,12 +18,13 @@ struct StepAttempt {
   StepResult step;
   double error = 0.0;          ///< error of the whole step, even if an event cut it short
   double part = 1.0;           ///< part of the step to make instead; below 1 if the step passes forces unseen
+  PointPath::Jump jump;        ///< where a force jumps first in the step, if one does
   bool has_surprised = false;  ///< true if a singular configuration was not foreseen
   bool is_extrapolated = false;
   bool has_stopped = false;   ///< true if it stopped at an event of the user's
   bool has_switched = false;  ///< true if equations switched at its end; if the outcome failed, no other step helps
 
-  bool is_good() const { return step.outcome.ok() && error <= 1.0 && part >= 1.0 && !has_surprised; }
+  bool is_good() const { return step.outcome.ok() && error <= 1.0 && part >= 1.0 && !jump.exists() && !has_surprised; }
 };
 
 /// Attempts to continue from the state of a motion: by its scheme, or along the last two states past a singular
@@ -43,10 +44,12 @@ class StepTrial {
 
   /// Begins a motion at its state.
   void begin();
+  /// Looks of a step for forces between those of its scheme, or none: a force jumps in it.
+  enum class Looks { Between, None };
   /// Tries a step of the scheme, to t or to the first event on the way.
-  StepAttempt step(double t, bool may_surprise);
+  StepAttempt step(double t, bool may_surprise, Looks looks = Looks::Between);
   /// Does the same. A failed attempt preserves the previous state if the next step may be extrapolated from it.
-  StepAttempt step_and_remember(double t, bool may_surprise);
+  StepAttempt step_and_remember(double t, bool may_surprise, Looks looks = Looks::Between);
   /// Continues along the last two states, past a singular configuration or near it. Events on the way are met at the
   /// end.
   StepAttempt extrapolate(double t, bool takes_least_error = false);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <string>
 
 #include "motion/rounding.hpp"
@@ -16,6 +17,8 @@ class StiffSteps {
   StiffSteps(const IntegrationOptions& options, Mechanics& mechanics, Method explicit_method);
 
   void note_step() { ++num_steps_; }
+  /// Takes note of a step whose length tells nothing, so that no trial is due after it.
+  void note_cut_step() { next_look_ = std::max(next_look_, num_steps_ + 1.0); }
   /// Returns true if a trial is due after a step of length h, with the time `left` to come.
   bool is_due(double h, double left) const;
   /// Tries an implicit step and returns true if implicit steps are to be taken from here on. The mechanics is then

@@ -89,15 +89,20 @@ class SharedMechanics::Passages final : public ForcePassages {
   Passages(ForcePassages* own, SharedMechanics& mechanics)
       : own_(own),
         agreement_(mechanics.agreement_),
-        act_briefly_(agreement_.any(own != nullptr && own->act_briefly())) {}
+        act_briefly_(agreement_.any(own != nullptr && own->act_briefly())),
+        may_jump_(agreement_.any(own != nullptr && own->may_jump())) {}
 
   std::size_t num_points() const override { return own_ != nullptr ? own_->num_points() : 0; }
   Kinematics find_points(const Kinematics& at, double* r_room, double* v_room) override {
     return own_ != nullptr ? own_->find_points(at, r_room, v_room) : at;
   }
   bool act_briefly() const override { return act_briefly_; }
+  bool may_jump() const override { return may_jump_; }
   double find_passage(PointPath* path) override {
-    return agreement_.smallest(own_ != nullptr ? own_->find_passage(path) : 1.0);
+    const double own = own_ != nullptr ? own_->find_passage(path) : 1.0;
+    path->jump.before = agreement_.smallest(path->jump.before);
+    path->jump.after = agreement_.smallest(path->jump.after);
+    return agreement_.smallest(own);
   }
   std::string find_collision(const Kinematics& points, double within) override {
     return agreement_.first_text(own_ != nullptr ? own_->find_collision(points, within) : std::string{});
@@ -106,7 +111,7 @@ class SharedMechanics::Passages final : public ForcePassages {
  private:
   ForcePassages* own_;
   Agreement& agreement_;
-  const bool act_briefly_;
+  const bool act_briefly_, may_jump_;
 };
 
 class SharedMechanics::Series final : public SeriesExpansion {

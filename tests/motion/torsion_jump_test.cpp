@@ -4,6 +4,8 @@
 
 #include <cmath>
 #include <numbers>
+#include <random>
+#include <vector>
 
 #include <tanor/tanor.hpp>
 
@@ -13,29 +15,33 @@ namespace tanor {
 namespace {
 
 using std::numbers::pi;
-constexpr double stiffness = 2.0, mass = 0.5, rest = 0.5, amplitude = 3.6;  // J/rad^2, kg, rad; above pi it goes round
+
+/// A point that goes round the middle bond of a torsion on a circle of 1 m.
+struct Rotor {
+  double stiffness = 2.0, mass = 0.5, rest = 0.5, amplitude = 3.6;  // J/rad^2, kg, rad; above pi it goes round
+};
 
 /// The motion of x = phi - rest between -pi and pi, x'' = -w^2 x, which begins at 0 and jumps from pi to -pi.
 struct Turning {
   double angle, rate;
 
-  explicit Turning(double t) {
-    const double w = std::sqrt(stiffness / mass), half = std::asin(pi / amplitude) / w;
+  explicit Turning(double t, const Rotor& rotor = {}) {
+    const double w = std::sqrt(rotor.stiffness / rotor.mass), half = std::asin(pi / rotor.amplitude) / w;
     const double since = std::fmod(t + half, 2.0 * half) - half;
-    angle = rest + amplitude * std::sin(w * since);
-    rate = amplitude * w * std::cos(w * since);
+    angle = rotor.rest + rotor.amplitude * std::sin(w * since);
+    rate = rotor.amplitude * w * std::cos(w * since);
   }
 };
 
-/// Makes three supports and a point that goes round the middle bond on a circle of 1 m.
-System make_rotor() {
+/// Makes three supports and the point.
+System make_rotor(const Rotor& rotor = {}) {
   System system;
-  const Turning start(0.0);
+  const Turning start(0.0, rotor);
   system.positions = {1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, std::cos(start.angle), std::sin(start.angle), 1.0};
   system.velocities.assign(12, 0.0);
   system.velocities[9] = -start.rate * std::sin(start.angle);
   system.velocities[10] = start.rate * std::cos(start.angle);
-  system.masses = {1.0, 1.0, 1.0, mass};
+  system.masses = {1.0, 1.0, 1.0, rotor.mass};
   system.supports = {{.points = {0, 1, 2}, .displacement = {}}};
   system.constraints = {Circles{
       .name = "way", .points = {3}, .center = Vector3{0.0, 0.0, 1.0}, .normal = Vector3{0.0, 0.0, 1.0}, .radius = 1.0}};
@@ -43,9 +49,14 @@ System make_rotor() {
   system.forces = {Torsions{.name = "hinge",
                             .quadruples = {{3, 2, 1, 0}},
                             .law = TorsionLaw::Harmonic,
-                            .stiffness = stiffness,
-                            .rest = rest}};
+                            .stiffness = rotor.stiffness,
+                            .rest = rotor.rest}};
   return system;
+}
+
+double miss_of(const Simulation& simulation, const Turning& truth) {
+  const double* const r = simulation.positions().data() + 9;
+  return std::hypot(r[0] - std::cos(truth.angle), r[1] - std::sin(truth.angle));
 }
 
 TEST(TorsionJump, IsPassedInTheMotionThatItsClosedFormHas) {
@@ -57,12 +68,44 @@ TEST(TorsionJump, IsPassedInTheMotionThatItsClosedFormHas) {
 
       ASSERT_TRUE(simulation.advance_to(end).ok()) << name_of(method) << ": " << simulation.outcome().what;
 
-      const double* const r = simulation.positions().data() + 9;
-      const double miss = std::hypot(r[0] - std::cos(truth.angle), r[1] - std::sin(truth.angle));
-      EXPECT_LT(miss, 2000.0 * rtol) << name_of(method) << ", rtol " << rtol;
+      EXPECT_LT(miss_of(simulation, truth), 2000.0 * rtol) << name_of(method) << ", rtol " << rtol;
       EXPECT_LT(std::abs(simulation.report().energy.drift_relative()), 100.0 * rtol) << name_of(method);
       EXPECT_LT(simulation.report().steps, 6000u) << name_of(method);
     }
+  }
+}
+
+/// Each jump is located to rounding, so that many of them cost no more than the steps between them.
+TEST(TorsionJump, LeavesEightDigitsAfterManyTurns) {
+  const Rotor fast{.stiffness = 1.0, .mass = 1.0, .rest = 0.0, .amplitude = 8.0};
+  constexpr double end = 60.0;  // some 75 jumps
+  for (const Method method : {Method::Auto, Method::Taylor}) {
+    Simulation simulation(make_rotor(fast), {.method = method, .rtol = 1e-12});
+
+    ASSERT_TRUE(simulation.advance_to(end).ok()) << name_of(method) << ": " << simulation.outcome().what;
+
+    EXPECT_LT(miss_of(simulation, Turning(end, fast)), 1e-8) << name_of(method);
+    EXPECT_LT(simulation.report().steps, 20000u) << name_of(method);
+  }
+}
+
+TEST(TorsionJump, OfRandomRotorsIsPassedRight) {
+  std::mt19937_64 random(4);
+  const auto draw = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+  const std::vector<Method> methods = with_auto(list_adaptive_methods());
+  for (std::size_t scene = 0; scene < 50; ++scene) {
+    const Rotor rotor{.stiffness = draw(0.5, 4.0),
+                      .mass = draw(0.3, 3.0),
+                      .rest = draw(-3.1, 3.1),
+                      .amplitude = pi * (1.0 + std::exp(draw(-6.0, 1.0)))};
+    const double end = draw(2.0, 12.0);
+    const Method method = methods[scene % methods.size()];
+    Simulation simulation(make_rotor(rotor), {.method = method, .rtol = 1e-11, .atol = 1e-13});
+
+    ASSERT_TRUE(simulation.advance_to(end).ok())
+        << scene << ", " << name_of(method) << ": " << simulation.outcome().what;
+
+    EXPECT_LT(miss_of(simulation, Turning(end, rotor)), 1e-8) << scene << ", " << name_of(method);
   }
 }
 

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/point_path.hpp"
+
+namespace tanor {
+
+/// Returns where f falls through 0 between low and high, by regula falsi (Illinois) with bisection where that is slow.
+/// Requires f(low) > 0 >= f(high).
+template <class Function>
+double find_fall(double low, double high, const Function& f) {
+  constexpr int most = 100;
+  constexpr double narrow = 2e-16;
+  double at_low = f(low), at_high = f(high);
+  int same_end = 0;  // how often the low end has moved in turn, or the high one (negative)
+  for (int iteration = 0; iteration < most && high - low > narrow * std::max(1.0, std::abs(high)); ++iteration) {
+    const bool is_slow = std::abs(same_end) > 3;
+    double s = is_slow ? 0.5 * (low + high) : low + (high - low) * (at_low / (at_low - at_high));
+    if (!(s > low && s < high)) s = 0.5 * (low + high);
+    if (!(s > low && s < high)) break;
+    const double value = f(s);
+    if (value > 0.0) {
+      low = s;
+      at_low = value;
+      same_end = same_end > 0 ? same_end + 1 : 1;
+      if (same_end > 1) at_high *= 0.5;
+    } else {
+      high = s;
+      at_high = value;
+      same_end = same_end < 0 ? same_end - 1 : -1;
+      if (same_end < -1) at_low *= 0.5;
+    }
+    if (is_slow) {
+      same_end = 0;
+      at_low = f(low);
+      at_high = f(high);
+    }
+  }
+  return high;
+}
+
+/// Locates a jump of a force to rounding. `side(path, s)` is positive on the side where the step begins and falls
+/// through 0 between `low` and `high`, or at both if they are the same; what is nearer to 0 than `margin` is uncertain.
+/// The path is magnified there until its cubics are exact. Where the other side is only touched within the margin,
+/// there is no jump.
+template <class Side>
+PointPath::Jump locate_jump(PointPath* path, double low, double high, double margin, const Side& side) {
+  constexpr double least_reach = 1e-4, most_reach = 0.1;
+  const double near = low < high ? find_fall(low, high, [&](double s) { return side(*path, s); }) : high;
+  for (double reach = least_reach; reach <= most_reach; reach *= 10.0) {
+    const double begin = std::max(0.0, near - reach), end = std::min(1.0, near + reach);
+    const PointPath* const part = path->magnify(begin, end);
+    if (part == nullptr) break;
+    const auto before = [&](double s) { return side(*part, s) - margin; };
+    const auto after = [&](double s) { return side(*part, s) + margin; };
+    const bool begins_before = before(0.0) > 0.0, ends_after = after(1.0) <= 0.0;
+    if ((!begins_before && begin > 0.0) || (!ends_after && end < 1.0)) continue;
+    if (!begins_before && !ends_after) break;
+    const double last = !ends_after ? 1.0 : after(0.0) > 0.0 ? find_fall(0.0, 1.0, after) : 0.0;
+    const double first = begins_before && before(last) <= 0.0 ? find_fall(0.0, last, before) : 0.0;
+    return {begin + first * (end - begin), begin + last * (end - begin)};
+  }
+  return {};
+}
+
+}  // namespace tanor
