@@ -37,6 +37,7 @@ class Verifier : private AnswerMeasures {
   // ---- constraints, in verify_constraints.cpp ----
   void verify_constraints();
   void verify_equations(const Definitions& definitions, const Vector& user_v);
+  std::vector<std::size_t> number_turning_lines() const;
   void turn_pairs_of_lines(const Definitions& definitions, Vector* lambda) const;
   Vector measure_rows(const Vector& weights) const;
   Vector measure_curvature(const Definitions& definitions, const Vector& user_v);

@@ -73,34 +73,46 @@ void Verifier::verify_equations(const Definitions& definitions, const Vector& us
   verify_power(definitions, user_v, lambda, K_lambda);
 }
 
-/// Expresses the pairs of lines that turn by the definitions' unit vectors, which are a convention and may differ. What
-/// a pair carries, K lambda at its point, is decomposed along theirs.
-void Verifier::turn_pairs_of_lines(const Definitions& definitions, Vector* lambda) const {
-  std::vector<char> turns(d_, 0);
-  std::size_t first = 0;
+/// Numbers the rows of lines that turn: 1 at the first line of a point, 2 at the next one, and 0 at all other rows.
+std::vector<std::size_t> Verifier::number_turning_lines() const {
+  std::vector<std::size_t> number(d_, 0), count(model_.num_points(), 0);
+  std::size_t row = 0;
   for (const Constraint& constraint : model_.system.constraints) {
-    const bool moves = std::visit(
-        []<class Group>(const Group& group) {
-          if constexpr (requires { KindOf<Group>::turning; }) return !(group.*KindOf<Group>::turning).is_constant();
-          return false;
+    const auto [members, rows_per_member] = shape_of(constraint);
+    std::visit(
+        [&]<class Group>(const Group& group) {
+          if constexpr (requires { KindOf<Group>::turning; }) {
+            if ((group.*KindOf<Group>::turning).is_constant()) return;
+            for (std::size_t k = 0; k < members; ++k) {
+              const auto point = static_cast<std::size_t>(member_points(group, k)[0]);
+              std::fill_n(number.begin() + static_cast<std::ptrdiff_t>(row + k * rows_per_member), rows_per_member,
+                          ++count[point]);
+            }
+          }
         },
         constraint);
-    const auto [members, rows_per_member] = shape_of(constraint);
-    const std::size_t rows = members * rows_per_member;
-    std::fill_n(turns.begin() + static_cast<std::ptrdiff_t>(first), rows, moves);
-    first += rows;
+    row += members * rows_per_member;
   }
-  if (std::ranges::none_of(turns, [](char turn) { return turn != 0; })) return;
-  Vector carried(n_, 0.0), along(d_);
-  for (const Incidence& i : model_.incidences) {
-    const std::size_t row = user_row(static_cast<std::size_t>(i.row));
-    if (row >= d_ || turns[row] == 0) continue;
-    const double factor = i.sign * answer_.lambda[static_cast<std::size_t>(i.row)];
-    store(carried.data(), i.point, load(carried.data(), i.point) + factor * load(K_.data(), i.block));
-  }
-  definitions.transposed(model_.parallel, answer_.t, user_r_, to_user(carried), along);
-  for (std::size_t a = 0; a < d_; ++a) {
-    if (turns[a] != 0) (*lambda)[a] = along[a];
+  return number;
+}
+
+/// Expresses the pairs of lines that turn by the definitions' unit vectors, which are a convention and may differ. What
+/// a pair carries, K lambda at its point, is decomposed along theirs. Lines at one point have their turns.
+void Verifier::turn_pairs_of_lines(const Definitions& definitions, Vector* lambda) const {
+  const std::vector<std::size_t> number = number_turning_lines();
+  const std::size_t most = number.empty() ? 0 : *std::ranges::max_element(number);
+  for (std::size_t turn = 1; turn <= most; ++turn) {
+    Vector carried(n_, 0.0), along(d_);
+    for (const Incidence& i : model_.incidences) {
+      const std::size_t row = user_row(static_cast<std::size_t>(i.row));
+      if (row >= d_ || number[row] != turn) continue;
+      const double factor = i.sign * answer_.lambda[static_cast<std::size_t>(i.row)];
+      store(carried.data(), i.point, load(carried.data(), i.point) + factor * load(K_.data(), i.block));
+    }
+    definitions.transposed(model_.parallel, answer_.t, user_r_, to_user(carried), along);
+    for (std::size_t a = 0; a < d_; ++a) {
+      if (number[a] == turn) (*lambda)[a] = along[a];
+    }
   }
 }
 

@@ -208,6 +208,67 @@ TEST(Certificate, LineWhoseUnitVectorsJumpIsNoFailure) {
   }
 }
 
+/// Lines and planes that turn together, around a direction that lies in all of them, hold one point more than once.
+std::vector<Constraint> list_turning(const char* which) {
+  const auto f = [](const char* text) { return ScalarFunction::formula(text); };
+  const auto line = [&](const char* name, double scale) {
+    const auto by = [&](const char* text) { return f((std::to_string(scale) + "*" + text).c_str()); };
+    return Lines{name, {0}, Vector3{}, VectorFunction(by("cos(0.3+t)"), by("sin(0.3+t)"), by("0.2"))};
+  };
+  const Planes upright{"upright", {0}, VectorFunction(f("-sin(0.3+t)"), f("cos(0.3+t)"), f("0")), 0.0};
+  const Planes tilted{"tilted", {0}, VectorFunction(f("-0.2*cos(0.3+t)"), f("-0.2*sin(0.3+t)"), f("1")), 0.0};
+  const Planes reversed{"reversed", {0}, VectorFunction(f("2*sin(0.3+t)"), f("-2*cos(0.3+t)"), f("0")), 0.0};
+  switch (*which) {
+    case 's':
+      return {line("a", 1.0), line("b", 1.0)};
+    case 'r':
+      return {line("a", 1.0), line("b", -1.0)};
+    case 'l':
+      return {line("a", 1.0), line("b", 3.7)};
+    case '3':
+      return {line("a", 1.0), line("b", -2.0), line("c", 0.1)};
+    case 'p':
+      return {upright, reversed};
+    default:
+      return {line("a", -1.5), upright, tilted, reversed};
+  }
+}
+
+TEST(Certificate, PassesConstraintsThatTurnTogetherAndHoldAPointTwice) {
+  // On the line, s'' = w^2 c^2 s + f.d with d along the line and the part c = 1/|d| of it in the plane: s is known.
+  const double length = std::hypot(1.0, 0.2), rate = 1.0 / length;
+  for (const char* which : {"same", "reversed", "longer", "3 lines", "planes", "line and planes"}) {
+    System system;
+    system.positions = {0.0, 0.0, 0.0};
+    system.velocities = {0.0, 0.0, 0.0};
+    system.masses = {1.0};
+    system.constraints = list_turning(which);
+    system.forces = {ConstantForce{"", {0}, Vector3{1.0, 0.7, -2.0}}};
+    Simulation simulation(system);
+
+    ASSERT_TRUE(simulation.advance_to(1.0).ok()) << which << ": " << simulation.outcome().what;
+
+    const Certificate certificate = simulation.certify();
+    EXPECT_TRUE(certificate.passed()) << which << ": " << certificate.line();
+    if (*which == 'p') continue;
+    // s'' = rate^2 s + (cos(0.3 + t) + 0.7 sin(0.3 + t) - 0.4)/length, from rest
+    double s = 0.0, v = 0.0;
+    constexpr int steps = 20000;
+    for (int k = 0; k < steps; ++k) {
+      const double h = 1.0 / steps, t = k * h;
+      const auto a = [&](double at, double x) {
+        return rate * rate * x + (std::cos(0.3 + at) + 0.7 * std::sin(0.3 + at) - 0.4) / length;
+      };
+      const double k1 = a(t, s), k2 = a(t + 0.5 * h, s + 0.5 * h * v + 0.125 * h * h * k1);
+      const double k3 = a(t + h, s + h * v + 0.5 * h * h * k2);
+      s += h * v + h * h * (k1 + 2.0 * k2) / 6.0;
+      v += h * (k1 + 4.0 * k2 + k3) / 6.0;
+    }
+    EXPECT_NEAR(simulation.positions()[2], 0.2 * s / length, 1e-8) << which;
+    EXPECT_NEAR(simulation.positions()[0], std::cos(1.3) * s / length, 1e-8) << which;
+  }
+}
+
 TEST(Certificate, ForceFreeAndFastMotionsPassInEachForm) {
   // No force acts and all masses are equal, so that w_T is nothing but rounding.
   System system;
