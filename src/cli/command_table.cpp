@@ -43,6 +43,15 @@ Value positive(std::optional<double>* target) {
           }};
 }
 
+Value number(std::optional<double>* target) {
+  return {Word::Number, [target](const std::string& given) -> std::string {
+            const std::optional<double> found = read_number<double>(given);
+            if (!found || !std::isfinite(*found)) return "must be a finite number, not '" + given + "'";
+            *target = found;
+            return {};
+          }};
+}
+
 /// Reads a time that a clock can add, s.
 Value interval(std::optional<double>* target) {
   return {Word::Number, [target](const std::string& given) -> std::string {
@@ -170,7 +179,7 @@ Command describe_run() {
                    {"--rtol", "R", positive(&over->rtol), "relative tolerance of a step; default 1e-8"},
                    {"--atol", "A", positive(&over->atol), "absolute tolerance, m; default 1e-10 of the size"},
                    {"--max-step", "H", positive(&over->max_step), "no step is longer, s"},
-                   {"--t-end", "T", positive(&over->t_end), "end of the simulated time, s"},
+                   {"--t-end", "T", number(&over->t_end), "end of the simulated time, s"},
                    {"--threads", "P", threads(&over->threads), "threads; 0: all"},
                    {"--trajectory", "LIST", names(&over->trajectory),
                     "files of the frames, names between commas: xyz, vtp, lammps, h5md, csv, npz; default xyz,vtp"},
@@ -263,7 +272,7 @@ Command describe_error_time() {
                    {"--reference", "FILE", text(Word::File, &options->reference),
                     "file with the state at the end; default: another method"},
                    {"--step", "H", positive(&over->step), "coarsest fixed step, s"},
-                   {"--t-end", "T", positive(&over->t_end), "end of the simulated time, s"},
+                   {"--t-end", "T", number(&over->t_end), "end of the simulated time, s"},
                    {"--threads", "P", threads(&over->threads), "threads; 0: all"}},
        .examples = {{"tanor error-time net.json", "which method is best for this scene?"},
                     {"tanor error-time net.json --methods taylor,dop853", "two of them"}}});

@@ -86,7 +86,7 @@ std::string describe_form(const PlanSummary& plan, Form wanted) {
 }
 
 std::string describe_motion(const scene::Scene& scene, const ChosenMethod& chosen) {
-  const std::string end = scene.t_end > 0.0 ? fmt::format(" to t = {} s", scene.t_end) : "; no t_end";
+  const std::string end = scene.has_end() ? fmt::format(" to t = {} s", scene.t_end) : "; no t_end";
   const bool has_step = scene.motion.step > 0.0, has_atol = scene.motion.atol > 0.0;
   const std::string step = has_step   ? fmt::format("step {} s", scene.motion.step)
                            : has_atol ? fmt::format("rtol {}, atol {}", scene.motion.rtol, scene.motion.atol)
@@ -182,7 +182,7 @@ Json as_json(const Needs& needs) {
           {"factor_flops", plan.factor_flops},
           {"method", name_of(needs.chosen.method)},
           {"method_reason", text_or_null(needs.chosen.reason)},
-          {"t_end", needs.scene.t_end > 0.0 ? Json(needs.scene.t_end) : Json()},
+          {"t_end", needs.scene.has_end() ? Json(needs.scene.t_end) : Json()},
           {"predicted", predicted},
           {"left_out", report::list_left_out(needs.scene.left_out, plan.left_out)}};
 }

@@ -12,7 +12,7 @@ inline double end_at_output(double t_end, double output_every) {
   if (output_every <= 0.0) return t_end;
   const double nearest = std::round(t_end / output_every) * output_every;
   constexpr double rounding = 4.0 * std::numeric_limits<double>::epsilon();  // for both numbers and their product
-  return std::abs(nearest - t_end) <= rounding * t_end ? nearest : t_end;
+  return std::abs(nearest - t_end) <= rounding * std::abs(t_end) ? nearest : t_end;
 }
 
 /// Returns the first of the output times k * output_every (k = 1, 2, …) and t_end that lies after `time`.

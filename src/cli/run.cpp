@@ -96,7 +96,7 @@ void require_memory(const scene::Scene& scene, const Simulation& simulation) {
 
 /// Throws unless this program can write the formats of the frames and has room for all of them.
 void require_output(const scene::Scene& scene, std::size_t num_points) {
-  const double frames = scene.output_every > 0.0 ? scene.t_end / scene.output_every + 2.0 : 2.0;
+  const double frames = scene.output_every > 0.0 ? (scene.t_end - scene.t_start) / scene.output_every + 2.0 : 2.0;
   try {
     report::require_formats(choose_trajectory(scene), num_points, frames);
   } catch (const InputError& error) {

@@ -49,7 +49,7 @@ std::vector<Method> reference_methods(Method method) {
 
 /// The coarsest step: the step of the scene, else a hundredth of the time.
 double coarsest_step(const scene::Scene& scene) {
-  return scene.motion.step > 0.0 ? scene.motion.step : scene.t_end / 100.0;
+  return scene.motion.step > 0.0 ? scene.motion.step : (scene.t_end - scene.t_start) / 100.0;
 }
 
 /// Diagonal of the box around the points, m, at most 1: absolute tolerances of small scenes are as small as they are.

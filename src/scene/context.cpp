@@ -21,9 +21,10 @@ std::vector<ScalarFunction> read_table(const Cursor& file_name, std::size_t num_
   const auto back = std::adjacent_find(times.begin(), times.end(), [](double a, double b) { return !(a < b); });
   if (back != times.end())
     file_name.fail(fmt::format("a table whose times grow, here {} is followed by {}", *back, *(back + 1)));
-  if (times.front() > 0.0 || times.back() < context.t_end)
-    file_name.fail(fmt::format("a table from t = 0 to t_end = {}, this one has {} to {}", context.t_end, times.front(),
-                               times.back()));
+  const double begin = std::min(0.0, context.t_start);
+  if (times.front() > begin || times.back() < context.t_end)
+    file_name.fail(fmt::format("a table from t = {} to t_end = {}, this one has {} to {}", begin, context.t_end,
+                               times.front(), times.back()));
 
   std::vector<ScalarFunction> functions;
   for (std::size_t k = 1; k <= num_values; ++k) {

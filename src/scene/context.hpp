@@ -21,7 +21,7 @@ struct Context {
   std::vector<std::filesystem::path>* files;  ///< the list of all files that were read
   Constants parameters;
   std::size_t num_points = 0;
-  double t_end = 0.0;                         ///< s; a table must reach it
+  double t_start = 0.0, t_end = 0.0;          ///< s; a table must reach from 0, or an earlier start, to the end
   std::optional<Cell> cell{};                 ///< cell of the file that the points come from
   std::span<const Constraint> constraints{};  ///< constraints that were read before
   std::size_t* num_named = nullptr;           ///< points that short words have named so far

@@ -32,31 +32,34 @@ void apply(const Overrides& overrides, Scene* scene) {
   scene->trajectory.files = overrides.trajectory.value_or(scene->trajectory.files);
 }
 
-std::string describe_limit(double t_end, double most, std::string_view what) {
-  return fmt::format("at least t_end/{:.0e} = {} s (t_end = {} s, {:.0e} {} at most)", most, t_end / most, t_end, most,
-                     what);
+std::string describe_limit(const Scene& scene, double most, std::string_view what) {
+  const double duration = scene.t_end - scene.t_start;
+  const std::string_view name = scene.t_start == 0.0 ? "t_end" : "(t_end - t_start)";
+  return fmt::format("at least {}/{:.0e} = {} s ({} = {} s, {:.0e} {} at most)", name, most, duration / most, name,
+                     duration, most, what);
 }
 
 /// Checks that the end can be reached, with output that can be stored.
 void check_counts(const Cursor& motion, const Overrides& overrides, const Scene& scene) {
-  const double t_end = scene.t_end, step = scene.motion.step;
-  if (t_end > 0.0 && !(t_end > scene.t_start)) {
+  if (!scene.has_end()) return;
+  const double step = scene.motion.step, duration = scene.t_end - scene.t_start;
+  if (!(duration > 0.0)) {
     const std::string wanted = fmt::format("a time after t_start = {} s", scene.t_start);
-    if (overrides.t_end) throw InputError("--t-end", fmt::format("found number {}, wanted {}", t_end, wanted));
+    if (overrides.t_end) throw InputError("--t-end", fmt::format("found number {}, wanted {}", scene.t_end, wanted));
     motion["t_end"].fail(wanted);
   }
-  if (step > 0.0 && t_end / step > most_steps) {
-    const std::string wanted = describe_limit(t_end, most_steps, "steps");
+  if (step > 0.0 && duration / step > most_steps) {
+    const std::string wanted = describe_limit(scene, most_steps, "steps");
     if (overrides.step) throw InputError("--step", fmt::format("found number {}, wanted {}", step, wanted));
     motion["step"].fail(wanted);
   }
-  if (const double longest = scene.motion.max_step; longest > 0.0 && t_end / longest > most_steps) {
-    const std::string wanted = describe_limit(t_end, most_steps, "steps");
+  if (const double longest = scene.motion.max_step; longest > 0.0 && duration / longest > most_steps) {
+    const std::string wanted = describe_limit(scene, most_steps, "steps");
     if (overrides.max_step) throw InputError("--max-step", fmt::format("found number {}, wanted {}", longest, wanted));
     motion["max_step"].fail(wanted);
   }
-  if (scene.output_every > 0.0 && t_end / scene.output_every > most_frames) {
-    motion["output_every"].fail(describe_limit(t_end, most_frames, "frames"));
+  if (scene.output_every > 0.0 && duration / scene.output_every > most_frames) {
+    motion["output_every"].fail(describe_limit(scene, most_frames, "frames"));
   }
 }
 
@@ -121,7 +124,7 @@ void read_motion(const Cursor& motion, const Context& context, const Overrides& 
   options.start = motion["start"].choice<StartMode>(options.start);
 
   scene->t_start = motion["t_start"].number(0.0);
-  scene->t_end = motion["t_end"].positive(0.0);
+  scene->t_end = motion["t_end"].number(scene->t_end);
   scene->output_every = motion["output_every"].positive(0.0);
   if (const Cursor points = motion["output_points"]; points && !points.says("all"))
     scene->output_points = read_output_points(points, context);

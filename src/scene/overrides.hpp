@@ -17,7 +17,7 @@ struct Overrides {
   std::optional<double> step;         ///< --step, s, > 0
   std::optional<double> max_step;     ///< --max-step, s, > 0
   std::optional<double> rtol, atol;   ///< --rtol, --atol, > 0; with "auto" they choose an adaptive method
-  std::optional<double> t_end;        ///< --t-end, s, > 0
+  std::optional<double> t_end;        ///< --t-end, s
   std::optional<int> threads;         ///< --threads, 0 (all) to most_threads
   std::optional<std::vector<TrajectoryFormat>> trajectory{};  ///< --trajectory
 };

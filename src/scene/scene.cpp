@@ -149,8 +149,8 @@ Scene load_scene(const std::filesystem::path& file, const Overrides& overrides) 
 
 Scene load_moving_scene(const std::filesystem::path& file, const Overrides& overrides) {
   Scene scene = load_scene(file, overrides);
-  if (scene.t_end > 0.0) return scene;
-  throw InputError(file.string() + ": /motion/t_end", "is missing; give it there or with --t-end (s, > 0)");
+  if (scene.has_end()) return scene;
+  throw InputError(file.string() + ": /motion/t_end", "is missing; give it there or with --t-end (s)");
 }
 
 Scene parse_scene(const std::string& text, const std::filesystem::path& file, const Overrides& overrides) {
@@ -176,7 +176,8 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& file, co
   context.cell = points.cell;
   read_motion(root["motion"], context, overrides, &scene);
   read_solver(root["solver"], overrides, &scene);
-  context.t_end = scene.t_end;
+  context.t_start = scene.t_start;
+  context.t_end = scene.has_end() ? scene.t_end : std::max(0.0, scene.t_start);
 
   std::vector<Constraint> constraints = read_entries<Constraint>(root["constraints"], "a list of constraints", context);
   if (!points.constraints.empty()) name_by_scene_index(&constraints);

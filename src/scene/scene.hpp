@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cmath>
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -31,7 +33,7 @@ struct Scene {
   System system;
   MotionOptions motion;
   double t_start = 0.0;              ///< s
-  double t_end = 0.0;                ///< s; 0: not given
+  double t_end = std::numeric_limits<double>::quiet_NaN();  ///< s, after t_start; NaN: not given
   double output_every = 0.0;         ///< s; 0: start and end only
   std::vector<Index> output_points;  ///< empty: all
   TrajectoryFormats trajectory;
@@ -42,6 +44,8 @@ struct Scene {
   ModesOptions modes;                       ///< without those of `solver`
   std::vector<std::string> buckling_loads;  ///< names of forces; empty if no load factor is requested
   std::vector<std::string> old_names;       ///< old names in use: "/solver/way: its name is linear_solver"
+
+  bool has_end() const { return !std::isnan(t_end); }
 };
 
 /// Reads and validates a scene file, in which values of the command line replace its own. Throws InputError with

@@ -64,6 +64,37 @@ TEST(RunTest, WritesItsFolder) {
   EXPECT_TRUE(summary.at("doubt").is_null());
 }
 
+/// A motion may end before t = 0, or at it. Tables then reach from its start to its end.
+TEST(RunTest, MotionsBeforeZeroRun) {
+  const Folder folder;
+  write_text(folder / "pull.csv", "-5,1,0,0\n-4,1,0,0\n-3,1,0,0\n");
+  write_text(folder / "free.json", R"({"tanor_scene": 1, "points": {"positions": [[0,0,0]], "velocities": [[1,0,0]]},
+    "motion": {"t_start": -5, "t_end": -3}})");
+  write_text(folder / "pulled.json", R"({"tanor_scene": 1, "points": {"positions": [[0,0,0]]},
+    "forces": [{"kind": "constant", "points": [0], "force": {"table": "pull.csv"}}],
+    "motion": {"t_start": -5, "t_end": -3, "output_every": 0.5}})");
+  const auto end_of = [&](const char* name) {
+    return read_xyz(folder / (std::string(name) + ".out/trajectory.xyz")).back();
+  };
+
+  for (const char* const name : {"free", "pulled"}) {
+    const Ended ended = run_program(folder, {"run", std::string(name) + ".json"});
+
+    EXPECT_EQ(ended.code, 0) << ended.err;
+    EXPECT_EQ(read_json(folder / (std::string(name) + ".out/summary.json"))["t_reached"], -3.0);
+    EXPECT_NEAR(end_of(name).positions[0], 2.0, 1e-8) << name;
+  }
+  EXPECT_EQ(list_times(folder / "pulled.out/trajectory.xyz"), (std::vector<double>{-5, -4.5, -4, -3.5, -3}));
+
+  const Ended at_zero = run_program(folder, {"run", "free.json", "--t-end", "0", "--overwrite"});
+  EXPECT_EQ(at_zero.code, 0) << at_zero.err;
+  EXPECT_NEAR(end_of("free").positions[0], 5.0, 1e-8);
+
+  const Ended too_early = run_program(folder, {"run", "free.json", "--t-end=-5", "--overwrite"});
+  EXPECT_EQ(too_early.code, 2);
+  EXPECT_TRUE(contains(too_early.err, "--t-end: found number -5, wanted a time after t_start = -5 s")) << too_early.err;
+}
+
 /// The last output time is a bit behind the table's end.
 TEST(RunTest, ATableThatReachesTheEndReachesTheLastOutputTime) {
   const Folder folder;

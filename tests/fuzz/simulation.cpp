@@ -12,7 +12,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     scene::Scene scene = scene::parse_scene(text, "no_folder/scene.json");
     if (!fuzz::is_small(scene.system)) return;
     scene.solver.threads = 1;
-    const double t_end = scene.t_end > 0.0 ? scene.t_end : 1.0;
+    const double t_end = scene.has_end() ? scene.t_end : 1.0;
     Simulation first(scene.system, scene.motion, scene.solver);
     if (!fuzz::advance_few_steps(&first, t_end)) return;
     Simulation second(scene.system, scene.motion, scene.solver);

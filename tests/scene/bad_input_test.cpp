@@ -313,7 +313,7 @@ const BadInput bad_inputs[] = {
     {"ToleranceIsNegative", three_points(R"("motion": {"rtol": -1e-8})"),
      R"(scene.json: /motion/rtol: found number -1e-08, wanted a number > 0)"},
     {"EndIsNegative", three_points(R"("motion": {"t_end": -1})"),
-     R"(scene.json: /motion/t_end: found number -1, wanted a number > 0)"},
+     R"(scene.json: /motion/t_end: found number -1, wanted a time after t_start = 0 s)"},
     {"LongestStepIsZero", three_points(R"("motion": {"max_step": 0})"),
      R"(scene.json: /motion/max_step: found number 0, wanted a number > 0)"},
     {"OutputIntervalIsZero", three_points(R"("motion": {"output_every": 0})"),
