@@ -309,12 +309,13 @@ Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
   if (Outcome found = rounding_.measure(state); !found.ok()) return found;
   const double expected = std::min(next_step, t_end - state.t);
   rounding_.allow(state, expected, scheme_->rounding_gain());
-  if (const double proposed = scheme_->propose_step(state); proposed > 0.0)
-    next_step = std::min(proposed, control_.limit);
-  next_step = std::min(next_step, longest_step());
-  // End exactly at t_end, without a tiny last step.
   const double left = t_end - state.t;
   const double resolution = time_resolution(state.t, left);
+  // A piece of a table that ends within the resolution of time has ended.
+  if (const double proposed = scheme_->propose_step(state); proposed > 0.0)
+    next_step = std::min(std::max(proposed, resolution), control_.limit);
+  next_step = std::min(next_step, longest_step());
+  // End exactly at t_end, without a tiny last step.
   const bool reaches = next_step >= nearly_all * left && left <= longest_step();
   const double fitting = reaches ? left : std::min(next_step, nearly_half * left > next_step ? next_step : 0.5 * left);
   const double whole = drives_.shorten(state, fitting, resolution);

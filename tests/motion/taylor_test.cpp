@@ -420,6 +420,24 @@ TEST(Taylor, GoesOnFromASnapshotBitByBit) {
   EXPECT_EQ(distance(whole, second), 0.0);
 }
 
+/// Steps of 0.01 s come to within a rounding of the knots of a table, and go on beyond them.
+TEST(Taylor, StepsOverKnotsThatLieARoundingAhead) {
+  std::vector<double> times, places;
+  for (int k = 0; k <= 40; ++k) {
+    times.push_back(0.1 * k);
+    places.push_back(0.1 * std::sin(0.5 * k));
+  }
+  System system = scenes::make_pendulum();
+  system.supports[0].displacement = {ScalarFunction::table(times, places), 0.0, 0.0};
+  const auto end = [&](double max_step) {
+    Simulation simulation(system, {.method = Method::Taylor, .max_step = max_step, .start = StartMode::Project});
+    EXPECT_TRUE(simulation.advance_to(4.0).ok()) << simulation.outcome().what;
+    return simulation.positions()[5];
+  };
+
+  EXPECT_NEAR(end(0.01), end(0.0), 1e-7);
+}
+
 TEST(Taylor, IsWhatAutoTakesWhereEverythingHasASeries) {
   System system = scenes::make_pendulum();
   Simulation simulation(system);
