@@ -143,6 +143,7 @@ void RunFolder::show(const Simulation& simulation) {
   require_folder(report::html_page_name);
   const auto begin = RunPlan::Clock::now();
   facts_.wall = measure_wall();
+  facts_.tensions = report::choose_tension_scale(recording_->tensions());
   report::write_running_page(directory_, facts_, simulation, *recording_);
   remove_from_strange_folder(report::html_page_name);
   const auto end = RunPlan::Clock::now();
@@ -159,6 +160,7 @@ std::string RunFolder::finish(Simulation& simulation, const std::string& stopped
   output_ += seconds_since(begin);
   facts_.wall = measure_wall();
   facts_.stopped_by = stopped_by;
+  if (recording_) facts_.tensions = report::choose_tension_scale(recording_->tensions());
   report::write_summary(directory_, facts_, simulation);
   std::string page = report::format_page(facts_, simulation);
   report::replace_file(directory_ / report::page_name,

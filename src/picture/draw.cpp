@@ -77,22 +77,20 @@ double choose_arrow(double largest) {
 
 Drawn draw(const Picture& picture) {
   const Scale scale = choose_scale(picture);
-  const Layout layout = arrange(picture, scale.tension > 0.0);
+  const Layout layout = arrange(picture, scale.tensions.end() > 0.0);
   const Camera camera(choose_eye(picture), scale.outline, 1.4 * scale.bead, layout.motion);
   const Shapes shapes = build_shapes(picture, scale, camera);
   std::vector<std::uint32_t> pixels = draw_motion(picture, camera, shapes, scale.bead);
 
   const report::MotionExtent& extent = picture.extent;
-  Key key{.tension_scale = scale.tension,
-          .least_tension = extent.least_tension < 0.0 ? -scale.tension : 0.0,
-          .most_tension = extent.most_tension > 0.0 || !(extent.least_tension < 0.0) ? scale.tension : 0.0};
+  Key key{.tensions = scale.tensions};
   if (scale.arrow > 0.0) {
     key.has_normal = picture.style.shows_normal;
     key.has_tangent = picture.style.shows_tangent && extent.has_friction;
     key.arrow = choose_arrow(extent.largest_force);
     key.arrow_pixels = key.arrow * scale.arrow / camera.pixel(camera.middle_depth());
   }
-  return {finish_picture(picture, layout, key, &pixels), scale.tension, key.arrow, shapes.left_out};
+  return {finish_picture(picture, layout, key, &pixels), scale.tensions.end(), key.arrow, shapes.left_out};
 }
 
 }  // namespace tanor::picture

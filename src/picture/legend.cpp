@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <memory>
 #include <stdexcept>
+#include <vector>
 
 #include "picture/colours.hpp"
 
@@ -38,22 +39,27 @@ void write(cairo_t* c, double x, double y, const std::string& text) {
   cairo_show_text(c, text.c_str());
 }
 
-/// Returns 1, 2 or 5 times a power of ten, so that about four ticks fit.
-double choose_tick(double range) {
-  const double rough = range / 4.0, unit = std::pow(10.0, std::floor(std::log10(rough)));
-  for (const double factor : {1.0, 2.0, 5.0})
-    if (factor * unit >= rough) return factor * unit;
-  return 10.0 * unit;
+/// Returns the numbers beside a bar, N: both ends, and multiples of 1, 2 or 5 times a power of ten that keep `room`
+/// away from them.
+std::vector<double> choose_ticks(const report::TensionScale& tensions, double room) {
+  const auto [least, most] = tensions;
+  const double rough = (most - least) / 4.0, unit = std::pow(10.0, std::floor(std::log10(rough)));
+  double tick = 10.0 * unit;
+  for (const double factor : {5.0, 2.0, 1.0})
+    if (factor * unit >= rough) tick = factor * unit;
+  std::vector<double> ticks{least, most};
+  for (double k = std::ceil((least + room) / tick); k * tick <= most - room; ++k) ticks.push_back(k * tick);
+  return ticks;
 }
 
 void draw_bar(cairo_t* c, const Layout& layout, const Key& key) {
   const double font = layout.font, x = layout.motion.left + layout.motion.width + 1.2 * font;
   const double top = layout.motion.top + 0.16 * layout.motion.height, height = 0.68 * layout.motion.height;
-  const double width = 0.9 * font, range = key.most_tension - key.least_tension;
-  const auto place = [&](double tension) { return top + height * (key.most_tension - tension) / range; };
+  const auto [least, most] = key.tensions;
+  const double width = 0.9 * font, range = most - least;
   const int rows = std::max(1, static_cast<int>(std::lround(height)));
   for (int k = 0; k < rows; ++k) {
-    set_colour(c, colour_of(key.most_tension - range * (k + 0.5) / rows, key.tension_scale));
+    set_colour(c, colour_of(most - range * (k + 0.5) / rows, key.tensions.end()));
     cairo_rectangle(c, x, std::round(top) + k, width, 1.0);
     cairo_fill(c);
   }
@@ -62,13 +68,12 @@ void draw_bar(cairo_t* c, const Layout& layout, const Key& key) {
   cairo_rectangle(c, x, std::round(top), width, rows);
   cairo_stroke(c);
   write(c, x - 0.2 * font, top - 0.9 * font, "tension, N");
-  const double tick = choose_tick(range);
-  for (double k = std::ceil(key.least_tension / tick - 1e-9); k * tick <= key.most_tension + 1e-9 * range; ++k) {
-    const double y = place(k * tick);
+  for (const double tick : choose_ticks(key.tensions, 1.2 * font / height * range)) {
+    const double y = top + height * (most - tick) / range;
     cairo_move_to(c, x + width, y);
     cairo_line_to(c, x + width + 0.25 * font, y);
     cairo_stroke(c);
-    write(c, x + width + 0.45 * font, y + 0.35 * font, words(k * tick));
+    write(c, x + width + 0.45 * font, y + 0.35 * font, words(tick));
   }
 }
 
@@ -139,7 +144,7 @@ std::string finish_picture(const Picture& picture, const Layout& layout, const K
     cairo_set_font_size(c, font);
     set_colour(c, ink);
     write(c, font, 1.6 * font, "t = " + words(picture.frame.time) + " s");
-    if (key.tension_scale > 0.0) draw_bar(c, layout, key);
+    if (key.tensions.end() > 0.0) draw_bar(c, layout, key);
     if (key.arrow > 0.0) draw_arrows(c, height - 1.2 * font, layout, key);
   }
   require(cairo_status(c));

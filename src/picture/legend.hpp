@@ -18,9 +18,7 @@ Layout arrange(const Picture& picture, bool has_colours);
 
 /// The content of the legend.
 struct Key {
-  double tension_scale = 0.0;                    ///< N; 0 if there are no colours
-  double least_tension = 0.0;                    ///< N, of the bar
-  double most_tension = 0.0;                     ///< N, of the bar
+  report::TensionScale tensions;                 ///< N, from one end of the bar to the other
   double arrow = 0.0, arrow_pixels = 0.0;        ///< N, and the length of its arrow; 0 if there are no arrows
   bool has_normal = false, has_tangent = false;  ///< arrows of guides and supports, and of friction
 };

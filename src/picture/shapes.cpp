@@ -22,13 +22,6 @@ Vec3 scaled(const Scale& scale, Vec3 place) {
   return (1.0 / scale.size) * (place - scale.middle);
 }
 
-/// Rounds a number up to two digits, so that the ends of the colours are round.
-double round_up(double number) {
-  if (!(number > 0.0)) return 0.0;
-  const double unit = std::pow(10.0, std::floor(std::log10(number)) - 1.0);
-  return std::ceil(number / unit * (1.0 - 1e-12)) * unit;
-}
-
 /// Extends the outline by the tips of the arrows.
 void take_arrows(const Picture& picture, Scale* scale) {
   const report::MotionExtent& extent = picture.extent;
@@ -46,7 +39,7 @@ void add_rods(const Picture& picture, const Scale& scale, const Camera& camera, 
     const Vec3 a = camera.turn(scaled(scale, point(frame.positions, i))),
                b = camera.turn(scaled(scale, point(frame.positions, j)));
     const double radius = std::max(scale.rod, 0.7 * camera.pixel(0.5 * (a.z + b.z)));
-    shapes->cones.push_back({a, b, radius, radius, colour_of(frame.tensions[k], scale.tension)});
+    shapes->cones.push_back({a, b, radius, radius, colour_of(frame.tensions[k], scale.tensions.end())});
   }
 }
 
@@ -150,9 +143,10 @@ Scale choose_scale(const Picture& picture) {
   for (const Vector3& place : extent.outline) scale.outline.push_back(scaled(scale, make_vec3(place)));
   const bool shows_forces = picture.style.shows_normal || (picture.style.shows_tangent && extent.has_friction);
   if (shows_forces && extent.largest_force > 0.0) scale.arrow = largest_arrow / extent.largest_force;
-  if (picture.style.shows_rods && !picture.frame.rods.empty())
-    scale.tension =
-        picture.style.tension_scale.value_or(round_up(std::max(extent.most_tension, -extent.least_tension)));
+  if (picture.style.shows_rods && !picture.frame.rods.empty()) {
+    scale.tensions = extent.tensions;
+    if (const auto& end = picture.style.tension_scale) scale.tensions = extent.tensions.with_end(*end);
+  }
   scale.bead =
       std::min(largest_bead, extent.rod_length > 0.0 ? 0.3 * extent.rod_length / scale.size : 0.12 / std::sqrt(points));
   scale.rod = 0.6 * scale.bead;

@@ -12,10 +12,10 @@ struct Scale {
   double size = 1.0;          ///< m
   Vec3 middle;                ///< m, middle of the box
   std::vector<Vec3> outline;  ///< positions that must be in the picture, with the arrows, from the middle
-  double tension = 0.0;       ///< N, end of the colours
-  double arrow = 0.0;         ///< length of an arrow of 1 N
-  double bead = 0.0;          ///< radius
-  double rod = 0.0;           ///< radius
+  report::TensionScale tensions;
+  double arrow = 0.0;  ///< length of an arrow of 1 N
+  double bead = 0.0;   ///< radius
+  double rod = 0.0;    ///< radius
 };
 Scale choose_scale(const Picture& picture);
 

@@ -7,6 +7,7 @@
 
 #include <tanor/version.hpp>
 
+#include "report/colours.hpp"
 #include "report/error_time_table.hpp"
 #include "report/friction_parts.hpp"
 #include "report/packed_bytes.hpp"
@@ -30,6 +31,30 @@ std::string escape(const Json& json) {
       text += c;
   }
   return text;
+}
+
+/// Returns "#rrggbb".
+std::string describe(Rgb colour) {
+  const auto part = [](float x) { return static_cast<int>(std::lround(255.0f * x)); };
+  return fmt::format("#{:02x}{:02x}{:02x}", part(colour.r), part(colour.g), part(colour.b));
+}
+
+/// Returns the colours of the motion, which are those of its pictures.
+Json describe_colours(const RunFacts& facts) {
+  Json stops_of_pulled = Json::array(), stops_of_pushed = Json::array();
+  for (const Rgb stop : pulled) stops_of_pulled.push_back(describe(stop));
+  for (const Rgb stop : pushed) stops_of_pushed.push_back(describe(stop));
+  const TensionScale tensions = facts.tensions.value_or(TensionScale());
+  return {{"tensions", {tensions.least, tensions.most}},
+          {"pulled", stops_of_pulled},
+          {"pushed", stops_of_pushed},
+          {"bead", describe(bead_colour)},
+          {"support", describe(support_colour)},
+          {"normal", describe(normal_colour)},
+          {"tangent", describe(tangent_colour)},
+          {"guide", describe(guide_colour)},
+          {"ground", describe(ground)},
+          {"ink", describe(ink)}};
 }
 
 struct Range {
@@ -208,6 +233,7 @@ Json describe_run(const RunFacts& facts, const Simulation& simulation, const std
           {"islands", plan.islands},
           {"steps", report.steps},
           {"rejected", report.rejected},
+          {"has_started", facts.has_started},
           {"t_start", facts.t_start},
           {"t_resumed", facts.t_resumed ? Json(*facts.t_resumed) : Json()},
           {"t_end", facts.t_end},
@@ -240,6 +266,7 @@ void write(const std::filesystem::path& directory, const RunFacts& facts, const 
   PackedBytes bytes;
   const Json data{{"run", describe_run(facts, simulation, text)},
                   {"motion", describe_motion(simulation, recording, &bytes)},
+                  {"colours", describe_colours(facts)},
                   {"history", describe_history(recording)},
                   {"events", describe_events(simulation.report(), recording)},
                   {"events_seen", count_events(simulation.report(), recording)},

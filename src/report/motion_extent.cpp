@@ -4,18 +4,22 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <span>
+#include <utility>
 
 namespace tanor::report {
 
 namespace {
 
-constexpr double typical = 0.97;  // part of the numbers for which colours and arrows are scaled
+constexpr double typical = 0.97;   // part of the numbers for which colours and arrows are scaled
+constexpr double rounding = 1e-6;  // of a force or tension, relative to the typical largest one
 constexpr std::size_t most_arrows = 20'000;
 
-double quantile(std::vector<double>* numbers, double part) {
-  if (numbers->empty()) return 0.0;
-  const auto place = numbers->begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(numbers->size() - 1));
-  std::nth_element(numbers->begin(), place, numbers->end());
+/// Returns the number below which a part of them is, and puts it there.
+double quantile(std::span<double> numbers, double part) {
+  if (numbers.empty()) return 0.0;
+  const auto place = numbers.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(numbers.size() - 1));
+  std::nth_element(numbers.begin(), place, numbers.end());
   return *place;
 }
 
@@ -79,25 +83,21 @@ void take_guides(const std::vector<Guide>& guides, double size, MotionExtent* ex
   }
 }
 
-/// Scales the colours to the typical largest tensions.
-void scale_tensions(const std::vector<StoredFrame>& frames, MotionExtent* extent) {
-  std::vector<double> pulled, pushed, lengths;
+/// Rounds a number up to two digits. A larger one by rounding is no larger one.
+double round_up(double number) {
+  if (!(number > 0.0)) return 0.0;
+  const double unit = std::pow(10.0, std::floor(std::log10(number)) - 1.0);
+  return std::ceil(number / unit * (1.0 - rounding)) * unit;
+}
+
+void measure_rods(const std::vector<StoredFrame>& frames, MotionExtent* extent) {
+  std::vector<double> tensions, lengths;
   for (const StoredFrame& frame : frames) {
-    for (std::size_t k = 0; k < frame.rods.size(); ++k) {
-      const auto [i, j] = frame.rods[k];
-      lengths.push_back(distance(row(frame.positions, i), row(frame.positions, j)));
-      const double tension = frame.tensions[k];
-      if (!std::isfinite(tension)) continue;
-      (tension < 0.0 ? pushed : pulled).push_back(std::abs(tension));
-    }
+    tensions.insert(tensions.end(), frame.tensions.begin(), frame.tensions.end());
+    for (const auto& [i, j] : frame.rods) lengths.push_back(distance(row(frame.positions, i), row(frame.positions, j)));
   }
-  extent->most_tension = quantile(&pulled, typical);
-  extent->least_tension = -quantile(&pushed, typical);
-  extent->rod_length = quantile(&lengths, 0.5);
-  // Tensions within rounding are no pushes or pulls.
-  constexpr double rounding = 1e-6;
-  if (-extent->least_tension < rounding * extent->most_tension) extent->least_tension = 0.0;
-  if (extent->most_tension < -rounding * extent->least_tension) extent->most_tension = 0.0;
+  extent->tensions = choose_tension_scale(std::move(tensions));
+  extent->rod_length = quantile(lengths, 0.5);
 }
 
 /// Calls take(position, force, is_friction) for every known force of guides, supports and friction.
@@ -113,7 +113,6 @@ void visit_forces(const std::vector<StoredFrame>& frames, const Take& take) {
 
 /// Collects the forces, without the rounding errors of points at which no force acts.
 void collect_forces(const std::vector<StoredFrame>& frames, MotionExtent* extent) {
-  constexpr double rounding = 1e-6;
   double largest = 0.0;
   visit_forces(frames,
                [&](const Vector3&, const Vector3& force, bool) { largest = std::max(largest, distance(force, {})); });
@@ -127,10 +126,21 @@ void collect_forces(const std::vector<StoredFrame>& frames, MotionExtent* extent
     extent->held.push_back(place);
     extent->forces.push_back(force);
   });
-  extent->largest_force = std::max(quantile(&normal, typical), quantile(&friction, typical));
+  extent->largest_force = std::max(quantile(normal, typical), quantile(friction, typical));
 }
 
 }  // namespace
+
+TensionScale choose_tension_scale(std::vector<double> tensions) {
+  std::erase_if(tensions, [](double tension) { return !std::isfinite(tension); });
+  const auto middle = std::partition(tensions.begin(), tensions.end(), [](double tension) { return tension < 0.0; });
+  for (double& tension : tensions) tension = std::abs(tension);
+  const double least = quantile({tensions.begin(), middle}, typical),
+               most = quantile({middle, tensions.end()}, typical);
+  const double end = round_up(std::max(least, most));
+  // Tensions within rounding are no pushes or pulls.
+  return {.least = least > rounding * most ? -end : 0.0, .most = most > rounding * least ? end : 0.0};
+}
 
 MotionExtent measure_motion(const std::vector<StoredFrame>& frames) {
   constexpr double all = std::numeric_limits<double>::infinity();
@@ -145,7 +155,7 @@ MotionExtent measure_motion(const std::vector<StoredFrame>& frames) {
   const double size = distance(extent.least, extent.most);
   for (const StoredFrame& frame : frames) take_guides(frame.guides, size, &extent, &outline);
   extent.outline = outline.places();
-  scale_tensions(frames, &extent);
+  measure_rods(frames, &extent);
   collect_forces(frames, &extent);
   return extent;
 }

@@ -6,13 +6,30 @@
 
 namespace tanor::report {
 
+/// The tensions over which the colours of a motion extend, N, in its page as in its pictures.
+struct TensionScale {
+  double least = 0.0;  ///< -end(), or 0 if no rod pushes
+  double most = 0.0;   ///< end(), or 0 if no rod pulls
+
+  double end() const { return most > -least ? most : -least; }  ///< 0 without rods
+  /// Returns the same colours with another end, N.
+  TensionScale with_end(double end) const { return {least < 0.0 ? -end : 0.0, most > 0.0 || least == 0.0 ? end : 0.0}; }
+};
+
+/// Key of summary.json under which a run with a page writes both numbers, for its pictures.
+inline constexpr const char* tension_colours_key = "tension_colours";
+
+/// Chooses the scale for the tensions of all rods at many instants, N; those that are not finite do not count. At most
+/// 3 % of those that pull, and of those that push, are beyond its end, so that a few large ones do not grey the others.
+/// The end is rounded up to two digits.
+TensionScale choose_tension_scale(std::vector<double> tensions);
+
 /// Common properties of all pictures of one motion, so that they can be compared side by side.
 struct MotionExtent {
   Vector3 least{}, most{};         ///< box around all points, and around round guides that are not much larger, m
   std::vector<Vector3> outline{};  ///< farthest positions in all directions, m: they must be in a picture
-  double least_tension = 0.0;      ///< N, without the extreme 3 % of the rods; 0 if no rod pushes
-  double most_tension = 0.0;       ///< N, likewise; 0 if no rod pulls
-  double largest_force = 0.0;      ///< N, of guides, supports and friction, likewise
+  TensionScale tensions{};         ///< of all rods
+  double largest_force = 0.0;      ///< N, of guides, supports and friction, without the extreme 3 %
   bool has_friction = false;       ///< true if friction acts somewhere
   double rod_length = 0.0;         ///< median, m; 0 without rods
   std::vector<Vector3> held{};     ///< m, points of attack of the forces

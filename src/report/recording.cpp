@@ -105,6 +105,12 @@ void Recording::add_reactions(const Instant& instant, RecordedFrame* frame) {
   }
 }
 
+std::vector<double> Recording::tensions() const {
+  std::vector<double> all;
+  for (const RecordedFrame& frame : frames()) all.insert(all.end(), frame.tensions.begin(), frame.tensions.end());
+  return all;
+}
+
 bool Recording::fits(const RecordedFrame& frame) const {
   const std::size_t held = 3 * held_.size();
   return frame.positions.size() == 3 * shown_.num_points && frame.tensions.size() == shown_.rods.size() &&

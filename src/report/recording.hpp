@@ -91,6 +91,7 @@ class Recording {
   const Recorded& recorded() const { return recorded_; }
   std::vector<RecordedFrame> frames() const { return recorded_.frames.items(); }
   std::vector<RecordedStep> steps() const { return recorded_.steps.items(); }
+  std::vector<double> tensions() const;  ///< N, of all shown rods in all frames
   /// Returns the times at which the equations changed because a contact began or ceased to slip, s: the last one of a
   /// step, for the first 500 such steps.
   const std::vector<double>& switches() const { return recorded_.switches; }

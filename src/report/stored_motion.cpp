@@ -4,9 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
+#include <optional>
 
 #include <tanor/error.hpp>
 
+#include "report/json_text.hpp"
+#include "report/summary.hpp"
 #include "report/vtp_frame.hpp"
 
 namespace tanor::report {
@@ -40,9 +44,20 @@ std::vector<Guide> mix_guides(std::vector<Guide> guides, const std::vector<Guide
   return guides;
 }
 
+/// Returns the colours that the summary of a run with a page tells, if there is one.
+std::optional<TensionScale> read_colours(const fs::path& directory) {
+  std::ifstream file(directory / summary_name);
+  const Json summary = Json::parse(file, nullptr, false);
+  const auto found = summary.is_object() ? summary.find(tension_colours_key) : summary.end();
+  if (found == summary.end() || !found->is_array() || found->size() != 2) return std::nullopt;
+  const auto number = [&](std::size_t k) { return (*found)[k].is_number() ? (*found)[k].get<double>() : NAN; };
+  const TensionScale scale{.least = number(0), .most = number(1)};
+  return scale.least <= 0.0 && scale.most >= 0.0 ? std::optional(scale) : std::nullopt;
+}
+
 }  // namespace
 
-StoredMotion::StoredMotion(const fs::path& directory) {
+StoredMotion::StoredMotion(const fs::path& directory) : directory_(directory) {
   const fs::path list = directory / VtpTrajectory::list_name;
   const std::string name = directory.string();
   if (!fs::exists(directory)) throw InputError(name, "there is no such folder");
@@ -89,7 +104,9 @@ MotionExtent StoredMotion::measure() const {
   const std::size_t count = std::min(frames_.size(), std::clamp(affordable, least_frames, most_frames));
   for (std::size_t k = 1; k < count; ++k)
     frames.push_back(read_vtp(frames_[k * (frames_.size() - 1) / (count - 1)].file));
-  return measure_motion(frames);
+  MotionExtent extent = measure_motion(frames);
+  if (const auto of_page = read_colours(directory_)) extent.tensions = *of_page;
+  return extent;
 }
 
 }  // namespace tanor::report

@@ -31,10 +31,11 @@ class StoredMotion {
   /// numbers of guides are interpolated linearly.
   Instant at(double time) const;
 
-  /// Measures frames spread over the motion.
+  /// Measures frames spread over the motion. The colours are those of the run's report.html, if it has one.
   MotionExtent measure() const;
 
  private:
+  std::filesystem::path directory_;
   std::vector<ListedFrame> frames_;
 };
 

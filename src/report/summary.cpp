@@ -136,6 +136,7 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
     json.add("certificates", facts.certificates);
     json.add("friction", describe_friction_summary(end.contacts, report.friction));
     json.add("left_out", list_left_out(facts.left_out, end.plan.left_out));
+    if (facts.tensions) json.add(tension_colours_key, {facts.tensions->least, facts.tensions->most});
     json.finish();
   });
 }

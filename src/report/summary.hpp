@@ -8,6 +8,8 @@
 
 #include <tanor/motion.hpp>
 
+#include "report/motion_extent.hpp"
+
 namespace tanor::report {
 
 /// Wall clock of a run, s, over all its parts when it was resumed.
@@ -30,6 +32,7 @@ struct RunFacts {
   bool wants_certificate = true;           ///< at the end at least
   std::optional<Certificate> certificate;  ///< certificate at the end, or the first one that failed
   std::size_t certificates = 0;            ///< made since the run began or was resumed
+  std::optional<TensionScale> tensions;    ///< colours of report.html; none without it
   WallTimes wall;
 };
 

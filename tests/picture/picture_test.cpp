@@ -12,6 +12,7 @@
 #include "picture/decoded.hpp"
 #include "picture/draw.hpp"
 #include "picture/implicit_surface.hpp"
+#include "picture/legend.hpp"
 #include "picture/shapes.hpp"
 #include "report/motion_extent.hpp"
 
@@ -322,6 +323,27 @@ TEST(PictureTest, TheBarHasTheColoursAndTheTimeIsWritten) {
   EXPECT_GT(words.count, 20);
   // The motion keeps away from the bar.
   EXPECT_LT(bound_colour(painted, bead, 10).right, 320);
+}
+
+TEST(PictureTest, TheBarHasNumbersAtBothEnds) {
+  for (const double end : {4.7, 9.3, 0.012, 170.0, 1e-9}) {
+    for (const std::vector<double>& tensions : {std::vector{end}, std::vector{-end}, std::vector{end, -end}}) {
+      Picture picture = make_rod(0.0);
+      picture.style = {.width = 800, .height = 600};
+      picture.frame.rods.assign(tensions.size(), {0, 1});
+      picture.frame.tensions = tensions;
+      const Decoded painted = paint(picture);
+      const Layout layout = arrange(picture, true);
+      const double beside = layout.motion.left + layout.motion.width + 2.5 * layout.font;
+      for (const double part : {0.16, 0.84}) {  // of the height: the ends of the bar
+        const double y = layout.motion.top + part * layout.motion.height;
+        const Bounds words = bound(painted, [&](int px, int py) {
+          return px > beside && std::abs(py - y) < 0.6 * layout.font && painted.at(px, py)[0] < 128;
+        });
+        EXPECT_GT(words.count, 5) << end << " of " << tensions.size() << " at " << part;
+      }
+    }
+  }
 }
 
 TEST(PictureTest, ALargePictureShowsTheSameAsASmallOne) {

@@ -54,6 +54,11 @@ export class Browser {
     });
   }
 
+  /** Gives the page another width, as a phone has it; without one, that of before. */
+  setWidth(width = this.#screen.width) {
+    return this.call("Emulation.setDeviceMetricsOverride", { ...this.#screen, width });
+  }
+
   expect(holds, what) { if (!holds) this.fail(what); }
   fail(what) { this.failures.push(`${this.about}${what}`); }
 

@@ -81,9 +81,10 @@ def table_scene(folder: pathlib.Path) -> pathlib.Path:
     return path
 
 
-# What each page must offer to switch off.
-STOPPED = {"stops_at_once": "1 + 0.1*t^2", "stops_halfway": "1 + 0.1*max(0, t - 0.5)^2"}  # the length of a rod, m
+# The length of a rod, m, beside one of 1 m.
+STOPPED = {"stops_at_once": "1 + 0.1*t^2", "stops_halfway": "1 + 0.1*max(0, t - 0.5)^2"}
 
+# What each page must offer to switch off.
 EXAMPLES = {"pendulum": "points,rods,normal", "net": "points,rods,normal", "rough_hoop": "points,guides,normal,tangent",
             "melt_generated": "points,rods"}
 
@@ -99,11 +100,25 @@ def contradictory_scene(folder: pathlib.Path, name: str, length: str) -> pathlib
     return path
 
 
+def resting_scene(folder: pathlib.Path) -> pathlib.Path:
+    """A bead that hangs at rest."""
+    path = folder / "resting.json"
+    path.write_text(json.dumps({
+        "tanor_scene": 1, "points": {"positions": [[0, 0, 0], [0, 0, -1]]}, "supports": [{"points": [0]}],
+        "constraints": [{"name": "a", "kind": "rod", "pairs": [[0, 1]]}],
+        "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}], "motion": {"t_end": 1, "output_every": 0.1}}))
+    return path
+
+
 def fixed_scene(folder: pathlib.Path) -> pathlib.Path:
     path = folder / "fixed.json"
     path.write_text(json.dumps({"tanor_scene": 1, "points": {"positions": [[0, 0, 0]]}, "supports": [{"points": [0]}],
                                 "motion": {"t_end": 1}}))
     return path
+
+
+def has_module(program: str, name: str) -> bool:
+    return (pathlib.Path(program).parent / f"tanor_{name}.so").exists()
 
 
 def simulate(program: str, scene: pathlib.Path, out: pathlib.Path) -> None:
@@ -125,6 +140,9 @@ def simulate(program: str, scene: pathlib.Path, out: pathlib.Path) -> None:
     done = subprocess.run(command, check=False, stderr=subprocess.DEVNULL if scene.stem in STOPPED else None)
     if done.returncode != (3 if scene.stem in STOPPED else 0):
         raise subprocess.CalledProcessError(done.returncode, command)
+    if scene.stem in EXAMPLES and has_module(program, "picture"):
+        told = subprocess.run([program, "picture", str(out), "--json", "--size", "320x200"], check=True, stdout=subprocess.PIPE)
+        (out / "picture.json").write_bytes(told.stdout)
 
 
 def try_pages(program: str, folder: pathlib.Path, node: str, chromium: str) -> bool:
@@ -132,7 +150,8 @@ def try_pages(program: str, folder: pathlib.Path, node: str, chromium: str) -> b
     switches = {ROOT / "examples" / f"{name}.json": each for name, each in EXAMPLES.items()}
     switches |= {saddle_scene(folder): "points,guides,normal", guides_scene(folder): "points,guides,normal",
                  table_scene(folder): "points,guides,normal,tangent",
-                 hostile_scene(folder): "points,rods,normal", fixed_scene(folder): "=nothing moves"}
+                 hostile_scene(folder): "points,rods,normal", fixed_scene(folder): "=nothing moves",
+                 resting_scene(folder): "=certified"}
     switches |= {contradictory_scene(folder, name, length): "=not made" for name, length in STOPPED.items()}
     with concurrent.futures.ThreadPoolExecutor(2) as pool:
         list(pool.map(lambda scene: simulate(program, scene, folder / scene.stem), switches))
@@ -173,7 +192,7 @@ def main() -> int:
     folder.mkdir(parents=True, exist_ok=True)
     if not try_pages(program, folder, node, chromium):
         return 1
-    if not (pathlib.Path(program).parent / "tanor_view.so").exists():
+    if not has_module(program, "view"):
         print("following a run is left out: this tanor has no server")
         return 1 if os.environ.get("CI") else 0
     return 0 if try_following(program, folder, node, chromium) else 1

@@ -41,9 +41,14 @@ async function tryPage(browser, { folder, switches, scene, begin: toBegin }) {
   browser.expect((await browser.countPixels()).sum !== begin.sum, "the picture at the end is that of the start");
   const clock = await browser.ask(`document.getElementById("clock").textContent`);
   browser.expect(clock.startsWith(`${+final.t.toPrecision(4)} s`), `the clock shows ${clock}`);
-  if (motion.rods) await compareTensions(browser, motion, readArray(folder, final, "multipliers"));
+  if (motion.rods) {
+    await compareTensions(browser, motion, readArray(folder, final, "multipliers"));
+    await compareColours(browser, folder);
+  }
   await compareArrows(browser, findEndForces(folder, final, motion, scene));
   await compareGuides(browser, motion, readArray(folder, final, "positions"), scene);
+
+  if (!isLarge) await tryNarrow(browser);
 
   const placed = await timeInstants(browser);
   browser.expect(placed < 1000, `an instant is placed in ${placed} ms`);
@@ -63,10 +68,12 @@ async function tryStoppedPage(browser, folder, facts) {
   if (why) browser.expect((await text("warnings")).includes(why), `the warnings are ${await text("warnings")}, not ${why}`);
   const headline = await text("headline");
   for (const fact of facts) browser.expect(headline.includes(fact), `the headline ${headline} has no ${fact}`);
-  if (violation.position_max === null) browser.expect(headline.includes("violationundefined"), `the violation is known in ${headline}`);
+  browser.expect(headline.includes("no start was found") === (violation.position_max === null), `the headline is ${headline}`);
+  await readWords(browser);
   browser.expect((certificate.verdict === null) === (await text("certificate")).startsWith("None was made"), await text("certificate"));
   const isShown = await browser.ask(`document.getElementById("moving").offsetParent !== null`);
   browser.expect(isShown === (reached > 0), `the motion is ${isShown ? "" : "not "}shown`);
+  await tryNarrow(browser);
   console.log(`${basename(folder)}: ${facts.join(", ")}`);
 }
 
@@ -132,10 +139,49 @@ async function readOrder(browser, motion) {
   for (const word of ["certified", "error of the motion", "run time", "violation"]) browser.expect(words.includes(word), `the headline has no ${word}`);
   const leftOut = await browser.ask(`document.getElementById("left-out-line").textContent`);
   browser.expect(/^Left out/.test(leftOut) && !/Gamma|xi_t|r_t|[A-Z]\b|form/.test(leftOut), `the headline says ${leftOut}`);
+  await readWords(browser);
   const titles = await browser.ask(`Array.from(document.querySelectorAll("#charts h2"), (each) => each.textContent).join("; ")`);
   const wanted = ["Energy drift", "Violation", "Conditioning"];
   if (motion.has_friction) wanted.push("Friction iterations");
   for (const title of wanted) browser.expect(titles.includes(title), `no history ${title} among ${titles}`);
+}
+
+/** What is not known is said in words. */
+async function readWords(browser) {
+  const odd = (await browser.ask("document.body.innerText")).match(/[^\n]*\b(undefined|NaN|Infinity|null)\b[^\n]*/);
+  browser.expect(!odd, `the page says: ${odd?.[0]}`);
+}
+
+/** Everything fits into the width of a phone. */
+async function tryNarrow(browser) {
+  for (const width of [320, 414]) {
+    await browser.setWidth(width);
+    const beyond = `Array.from(document.querySelectorAll("body *")).filter((each) => each.getBoundingClientRect().right > ${width} + 0.5).map((each) => each.id || each.className || each.tagName)`;
+    const fits = await browser.wait(`${beyond}.length === 0 && document.documentElement.scrollWidth <= ${width}`, 10);
+    if (!fits) browser.fail(`beyond ${width} pixels are ${await browser.ask(`${beyond}.join()`)}`);
+  }
+  await browser.setWidth();
+}
+
+/** The colours of the rods and their legend are those of `tanor picture`, which has told its scale. */
+async function compareColours(browser, folder) {
+  const { tensions: [least, most], pulled, pushed } = await readData(browser, "colours"), scale = Math.max(most, -least);
+  const file = join(folder, "picture.json");
+  if (existsSync(file)) browser.expect(JSON.parse(readFileSync(file, "utf8")).tension_scale === scale, `the colours end at ${scale} N`);
+  const ends = await browser.ask(`Array.from(document.querySelectorAll("#legend .ends span"), (each) => parseFloat(each.textContent.replace("−", "-"))).join()`);
+  browser.expect(ends === (least < 0 && most > 0 ? [least, 0, most] : [least, most]).join(), `the bar of ${least} … ${most} N has ${ends}`);
+  browser.expect(pulled.at(-1) === "#701c08" && pushed.at(-1) === "#0a2161", `the colours end in ${pulled.at(-1)}, ${pushed.at(-1)}`);
+  const read = (text) => [1, 3, 5].map((at) => parseInt(text.slice(at, at + 2), 16) / 255);
+  const { tensions, tints } = await browser.ask(`(() => {
+    const tints = Array.from(tanorPage.scene.getObjectByName("rods").geometry.attributes.tint.array);
+    return { tints, tensions: tints.slice(0, tints.length / 3).map((_, k) => tanorPage.tension(k)) };
+  })()`);
+  const worst = tensions.reduce((most, tension, rod) => {
+    const stops = (tension < 0 ? pushed : pulled).map(read), place = 3 * Math.min(1, Math.abs(tension) / scale), k = Math.min(2, Math.floor(place));
+    const wanted = stops[k].map((x, part) => x + (place - k) * (stops[k + 1][part] - x));
+    return Math.max(most, ...wanted.map((x, part) => Math.abs(x - tints[3 * rod + part])));
+  }, 0);
+  browser.expect(worst < 0.01, `colours of rods differ by ${worst} from those of their tensions`);
 }
 
 /** The table of tanor error-time beside the page is a curve for each method, with the name of the scene where that is another one;

@@ -165,8 +165,8 @@ TEST(StoredMotionTest, TheExtentIsThatOfAllFrames) {
   const Folder folder;
   write_motion(folder, shown);
   const MotionExtent extent = StoredMotion(folder.path()).measure();
-  EXPECT_EQ(extent.least_tension, -1.5) << "0.97 of the five that push";
-  EXPECT_EQ(extent.most_tension, 1.75);
+  EXPECT_EQ(extent.tensions.least, -1.8);
+  EXPECT_EQ(extent.tensions.most, 1.8) << "0.97 of those that pull are below 1.75";
   for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_LE(extent.least[axis], static_cast<double>(axis));
   EXPECT_FALSE(extent.held.empty());
   // No place of any frame lies beyond the outline in one of its directions.
@@ -187,8 +187,39 @@ TEST(MotionExtentTest, RoundingsCountNeitherAsForcesNorAsPushes) {
   const MotionExtent extent = measure_motion({frame});
   EXPECT_EQ(extent.largest_force, 5.0);
   EXPECT_EQ(extent.held.size(), 1u);
-  EXPECT_EQ(extent.least_tension, 0.0);
-  EXPECT_EQ(extent.most_tension, 3.0);
+  EXPECT_EQ(extent.tensions.least, 0.0);
+  EXPECT_EQ(extent.tensions.most, 3.0);
+}
+
+TEST(StoredMotionTest, TheColoursOfAPageAreThoseOfThePictures) {
+  const ShownParts shown = choose_parts(make_system(), {});
+  const Folder folder;
+  write_motion(folder, shown);
+  const auto measure_with = [&](const std::string& summary) {
+    write_text(folder / "summary.json", summary);
+    return StoredMotion(folder.path()).measure().tensions;
+  };
+  EXPECT_EQ(measure_with(R"({"tension_colours": [-170, 0]})").least, -170.0);
+  EXPECT_EQ(measure_with(R"({"tension_colours": [-170, 0]})").most, 0.0);
+  for (const std::string other : {"{}", "", "[1, 2]", R"({"tension_colours": [1, 2]})", R"({"tension_colours": [0]})",
+                                  R"({"tension_colours": ["a", null]})"})
+    EXPECT_EQ(measure_with(other).most, 1.8) << other;
+}
+
+TEST(TensionScaleTest, EndsAtNearlyAllTensionsRoundedUpToTwoDigits) {
+  const auto choose = [](std::vector<double> tensions) {
+    const TensionScale scale = choose_tension_scale(std::move(tensions));
+    return std::pair(scale.least, scale.most);
+  };
+  EXPECT_EQ(choose({}), std::pair(0.0, 0.0));
+  EXPECT_EQ(choose({0.0, 0.0}), std::pair(0.0, 0.0));
+  EXPECT_EQ(choose({4.62, 1.0, std::nan("")}), std::pair(0.0, 1.0)) << "0.97 of two are one";
+  EXPECT_EQ(choose({-4.62}), std::pair(-4.7, 0.0));
+  EXPECT_EQ(choose({4.62, -1.0}), std::pair(-4.7, 4.7));
+  EXPECT_EQ(choose({static_cast<double>(0.1f)}), std::pair(0.0, 0.1)) << "as in double precision";
+  std::vector<double> many(100, 169.2);
+  many[50] = 1e6;
+  EXPECT_EQ(choose(many), std::pair(0.0, 170.0));
 }
 
 TEST(StoredFrameTest, NumbersThatNoMotionHasAreRefused) {

@@ -79,11 +79,9 @@ export class Charts {
     return card;
   }
 
-  private fit(plot: uPlot, card: HTMLElement): void {
-    // A resize and a leaving mouse both empty the legend.
-    const tellAgain = () => plot.setLegend({ idx: this.index });
+  /** Keeps a plot as wide as its card; `tellAgain` fills the legend, which a resize empties. */
+  private fit(plot: uPlot, card: HTMLElement, tellAgain = () => {}): void {
     const watch = new ResizeObserver(() => { plot.setSize({ width: card.clientWidth - 34, height: 190 }); tellAgain(); });
-    plot.over.addEventListener("mouseleave", () => setTimeout(tellAgain));
     watch.observe(card);
     this.watches.push(watch);
   }
@@ -115,7 +113,9 @@ export class Charts {
     }, [times, ...columns] as uPlot.AlignedData, card);
     plot.over.addEventListener("click", (event) => this.seek(plot.posToVal(event.offsetX, "x")));
     this.plots.push(plot);
-    this.fit(plot, card);
+    const tellAgain = () => plot.setLegend({ idx: this.index });
+    plot.over.addEventListener("mouseleave", () => setTimeout(tellAgain)); // which empties the legend, too
+    this.fit(plot, card, tellAgain);
   }
 
   /** Draws the events and the time of the view. */
@@ -142,10 +142,11 @@ export class Charts {
       .filter((point) => point.wall > 0 && point.error > 0).sort((p, q) => p.wall - q.wall);
     if (!points.length) return;
     const card = this.card("Error against run time (m, s), by method");
-    new uPlot({
+    const plot = new uPlot({
       width: card.clientWidth - 34, height: 190, scales: { x: { time: false, ...logarithmic }, y: logarithmic }, axes: this.axes(true).map((axis) => ({ ...axis, values: (_: uPlot, ticks: number[]) => ticks.map((tick) => (tick === null ? "" : tick.toExponential(0))) })),
       cursor: { drag: { x: false, y: false } },
       series: [{ label: "run time / s", value: tell }, ...methods.map((label, k) => ({ label, ...lineOf(k), spanGaps: true, points: { show: true, size: 6 }, value: tell }))],
     }, [points.map((p) => p.wall), ...methods.map((method) => points.map((p) => (p.method === method ? p.error : null)))] as uPlot.AlignedData, card);
+    this.fit(plot, card);
   }
 }

@@ -12,6 +12,7 @@ export interface Run {
   islands: number;
   steps: number;
   rejected: number;
+  has_started: boolean; // false: no start was found, and nothing is known of the motion
   t_start: number;
   t_resumed: number | null;
   t_end: number;
@@ -42,10 +43,25 @@ export interface ErrorTimeRow {
 export interface PageData {
   run: Run;
   motion: Motion;
+  colours: Colours;
   history: Record<string, Figure[]>;
   events: { t: number; kind: string; what: string }[]; // the first ones of each kind
   events_seen: Record<string, number>; // number of each kind
   error_time: ErrorTimeRow[];
+}
+
+/** The colours of src/report/colours.hpp, as "#rrggbb". */
+export interface Colours {
+  tensions: [number, number]; // N, ends of the scale; 0 and 0 without rods
+  pulled: string[]; // from no tension to the end, evenly spaced
+  pushed: string[];
+  bead: string;
+  support: string;
+  normal: string;
+  tangent: string;
+  guide: string;
+  ground: string;
+  ink: string;
 }
 
 export interface Guide {
@@ -150,7 +166,7 @@ export async function unpack(motion: Motion, packed: string): Promise<Arrays> {
 
 /** Returns "1.23e-7 N" and the like, rounded to `digits` digits. */
 export function words(number: Figure | undefined, unit = "", digits = 4): string {
-  if (number === null || number === undefined || !Number.isFinite(number)) return "undefined";
+  if (number === null || number === undefined || !Number.isFinite(number)) return "not known";
   const size = Math.abs(number);
   const text = size !== 0 && (size < 1e-3 || size >= 1e5) ? number.toExponential(digits - 1) : String(+number.toPrecision(digits));
   return unit ? `${text} ${unit}` : text;

@@ -25,16 +25,14 @@ export function fillHeadline(data: PageData): void {
   find("running").hidden = !run.is_running;
   find("done").style.width = `${100 * done}%`;
   find("done-words").textContent = `The run goes on: t = ${words(run.t_reached)} of ${words(run.t_end, "s")} after ${wait(run.wall.total)}. This is its state when the page was written.`;
-  const facts: [string, string][] = [
-    ["equations certified", describeCertificate(run)],
+  const ofMotion = run.has_started ? [
     ["error of the motion", describeError(data)],
-    ["run time", wait(run.wall.total)],
     ["steps", `${run.steps}` + (run.rejected ? ` (+${run.rejected})` : "")],
     ["simulated", words(run.t_reached - run.t_start, "s")],
     ["violation", words(run.position_violation === null || run.velocity_violation === null ? null : Math.max(run.position_violation, run.velocity_violation), "", 2)],
     ["energy drift", words(run.drift, "", 2)],
-    ["threads", String(run.threads)],
-  ];
+  ] : [["motion", "no start was found"]];
+  const facts = [["equations certified", describeCertificate(run)], ["run time", wait(run.wall.total)], ...ofMotion, ["threads", String(run.threads)]];
   find("headline").replaceChildren(...facts.map(([name, text]) => {
     const pair = make("div");
     pair.append(make("dt", name), make("dd", text));
@@ -71,7 +69,7 @@ export function fillDetails(data: PageData, seek: (time: number) => void): void 
   const { run, events } = data;
   fillPhases(run);
   find("certificate").textContent = run.certificate_line
-    || (run.is_running ? "It is made at the end." : run.wants_certificate ? "None was made: the motion did not arrive." : "No certificate was asked for.");
+    || (run.is_running ? "It is made at the end." : run.wants_certificate ? `None was made: ${run.has_started ? "the motion did not arrive" : "there is no start"}.` : "No certificate was asked for.");
   find("checks").replaceChildren(...run.certificate.checks.map((check) => {
     const row = make("tr");
     row.append(make("td", check.identity), make("td", words(check.error)));

@@ -3,7 +3,7 @@ import { readPage, unpack, words, type Arrays, type PageData } from "./data";
 import { find, fillList, make } from "./dom";
 import { fillDetails, fillHeadline } from "./facts";
 import { follow } from "./follow";
-import { Stage, View, chooseTheme } from "./view";
+import { Stage, View } from "./view";
 
 const most_listed = 40;
 const parts = ["points", "rods", "guides", "normal", "tangent"] as const;
@@ -59,6 +59,8 @@ class Page {
     this.data = data;
     this.arrays = arrays;
     [this.begin, this.end] = times.length ? [times[0], times[times.length - 1]] : [0, 0];
+    const { normal, tangent, ground: paper } = data.colours;
+    for (const [name, colour] of Object.entries({ normal, tangent, paper })) document.documentElement.style.setProperty(`--${name}`, colour);
     fillHeadline(data);
     fillDetails(data, (time) => this.seek(time));
     find("moving").hidden = times.length === 0; // the warnings say why
@@ -66,7 +68,7 @@ class Page {
     if (this.stage) {
       const chosen = this.view?.chosen;
       this.view?.dispose();
-      this.view = new View(this.stage, data.motion, arrays, chooseTheme(matchMedia("(prefers-color-scheme: dark)").matches), isFirst);
+      this.view = new View(this.stage, data.motion, arrays, data.colours, isFirst);
       this.view.chosen = chosen ?? this.view.findStrongest(this.end);
       for (const part of parts) this.view.shows[part] = find<HTMLInputElement>(`show-${part}`).checked;
       this.fillLegend();
@@ -177,13 +179,14 @@ class Page {
   }
 
   private fillLegend(): void {
-    const { view } = this, { rods } = this.data.motion;
-    if (!view || !rods) return;
-    const stops = Array.from({ length: 21 }, (_, k) => `rgb(${view.colourOf((k / 10 - 1) * view.scale).map((x) => Math.round(255 * x)).join(",")})`);
+    const { tensions: [least, most], pushed, pulled } = this.data.colours;
+    const stops = least < 0 ? [...pushed].reverse().concat(most > 0 ? pulled.slice(1) : []) : pulled;
+    find("legend").hidden = least === most;
     const bar = make("div", "", "bar"), ends = make("div", "", "ends");
     bar.style.background = `linear-gradient(to right, ${stops.join(",")})`;
-    ends.append(make("span", `−${words(view.scale, "", 3)}`), make("span", "0"), make("span", words(view.scale, "N", 3)));
-    find("legend").replaceChildren(make("div", "tension of rods: pushed … pulled"), bar, ends);
+    const numbers = least < 0 && most > 0 ? [least, 0, most] : [least, most];
+    ends.append(...numbers.map((tension, k) => make("span", words(tension, k === numbers.length - 1 ? "N" : "").replace("-", "−"))));
+    find("legend").replaceChildren(make("div", `tension of rods: ${[least < 0 ? "pushed" : "", most > 0 ? "pulled" : ""].filter((word) => word).join(" … ")}`), bar, ends);
   }
 
   private fillAside(): void {

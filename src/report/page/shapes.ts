@@ -132,13 +132,13 @@ function frameAround(w: Vector3): [Vector3, Vector3, Vector3] {
   return [u, axis.clone().cross(u), axis];
 }
 
-const curve = (points: Vector3[], colour: number) =>
+const curve = (points: Vector3[], colour: string) =>
   new Line(new BufferGeometry().setFromPoints(points), new LineBasicMaterial({ color: colour, transparent: true, opacity: 0.75 }));
 
-const veil = (colour: number) =>
+const veil = (colour: string) =>
   new MeshBasicMaterial({ color: colour, transparent: true, opacity: 0.1, side: DoubleSide, depthWrite: false, blending: NormalBlending });
 
-function net(u: number, v: number, place: (s: number, t: number) => Vector3, colour: number): LineSegments {
+function net(u: number, v: number, place: (s: number, t: number) => Vector3, colour: string): LineSegments {
   const points: Vector3[] = [], fine = 48;
   for (let i = 0; i <= u; ++i) for (let k = 0; k < fine; ++k) points.push(place(i / u, k / fine), place(i / u, (k + 1) / fine));
   for (let i = 0; i <= v; ++i) for (let k = 0; k < fine; ++k) points.push(place(k / fine, i / v), place((k + 1) / fine, i / v));
@@ -149,7 +149,7 @@ function net(u: number, v: number, place: (s: number, t: number) => Vector3, col
 const onSphere = (s: number, t: number) =>
   new Vector3(Math.sin(Math.PI * s) * Math.cos(2 * Math.PI * t), Math.sin(Math.PI * s) * Math.sin(2 * Math.PI * t), Math.cos(Math.PI * s));
 
-function ball(u: Vector3, v: Vector3, w: Vector3, center: Vector3, colour: number): Group {
+function ball(u: Vector3, v: Vector3, w: Vector3, center: Vector3, colour: string): Group {
   const group = new Group();
   group.add(new Mesh(new SphereGeometry(1, 48, 32), veil(colour)), net(8, 12, onSphere, colour));
   group.matrixAutoUpdate = false;
@@ -158,7 +158,7 @@ function ball(u: Vector3, v: Vector3, w: Vector3, center: Vector3, colour: numbe
 }
 
 /** Returns the picture of a guide at one frame; `middle` and `size` bound unbounded guides. */
-export function drawGuide(guide: Guide, row: number[], middle: Vector3, size: number, colour: number): Group {
+export function drawGuide(guide: Guide, row: number[], middle: Vector3, size: number, colour: string): Group {
   const group = new Group(), turn = 2 * Math.PI;
   if (guide.kind === "plane") {
     const normal = vector(row, 0), square = normal.lengthSq();

@@ -1,31 +1,11 @@
 import { Group, Line, Mesh, Object3D, PerspectiveCamera, Points, Scene, Vector3, WebGLRenderer } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
-import { weighRows, type Arrays, type Motion } from "./data";
+import { weighRows, type Arrays, type Colours, type Motion } from "./data";
 import { Beads, Ribbons, drawGuide, makeHaze, type Haze } from "./shapes";
 
-export interface Theme {
-  pushed: [number, number, number];
-  middle: [number, number, number];
-  pulled: [number, number, number];
-  bead: [number, number, number];
-  support: [number, number, number];
-  chosen: [number, number, number];
-  normal: [number, number, number];
-  tangent: [number, number, number];
-  guide: number;
-  ground: [number, number, number];
-}
+type Rgb = [number, number, number]; // sRGB, 0 … 1
 
-/** Returns colours that remain distinct with colour-blindness: blue is pushed, orange is pulled; sRGB, 0 … 1. */
-export function chooseTheme(isDark: boolean): Theme {
-  return isDark
-    ? { pushed: [0.36, 0.66, 0.98], middle: [0.42, 0.45, 0.49], pulled: [1, 0.6, 0.2], bead: [0.72, 0.77, 0.83], support: [0.95, 0.95, 0.95],
-        chosen: [1, 1, 1], normal: [0.27, 0.78, 0.64], tangent: [0.9, 0.51, 0.77], guide: 0x8fb3d9,
-        ground: [0.082, 0.102, 0.125] }
-    : { pushed: [0.1, 0.36, 0.74], middle: [0.72, 0.73, 0.75], pulled: [0.85, 0.38, 0], bead: [0.42, 0.47, 0.54], support: [0.1, 0.12, 0.15],
-        chosen: [0, 0, 0], normal: [0.04, 0.48, 0.36], tangent: [0.69, 0.22, 0.55], guide: 0x3c6c9e,
-        ground: [0.984, 0.988, 0.992] };
-}
+const readColour = (text: string) => [1, 3, 5].map((at) => parseInt(text.slice(at, at + 2), 16) / 255) as Rgb;
 
 /** Returns the largest size below the top 3 %, so that outliers do not grey the others. */
 function typicalLargest(read: (k: number) => number, count: number): number {
@@ -81,7 +61,7 @@ function release(drawn: Object3D): void {
   });
 }
 
-const shades = 256; // from no tension to the largest
+const most_shades = 256; // from no tension to the end of the scale
 
 /** The motion in 3-D. */
 export class View {
@@ -91,8 +71,8 @@ export class View {
   tensionStep = 0; // N, resolution of the packed tensions
   chosen = 0;
   shows = { points: true, rods: true, guides: true, normal: true, tangent: true };
-  private colours: Float32Array; // of tensions from -scale to scale
-  readonly scene = new Scene(); // tests find arrows and guides in it by their names
+  private shades: Float32Array; // of tensions from -scale to scale
+  readonly scene = new Scene(); // tests find rods, arrows and guides in it by their names
   private places: Float32Array;
   private normal: Float32Array;
   private tangent: Float32Array;
@@ -109,19 +89,19 @@ export class View {
   size = 1; // m, size of all that is shown
   private frame = 0;
 
-  constructor(private stage: Stage, private motion: Motion, private arrays: Arrays, private theme: Theme, looksAnew: boolean) {
+  constructor(private stage: Stage, private motion: Motion, private arrays: Arrays, private colours: Colours, looksAnew: boolean) {
     this.places = new Float32Array(arrays.positions.columns);
     this.tensions = new Float32Array(arrays.tensions.columns);
     this.normal = new Float32Array(arrays.normal.columns);
     this.tangent = new Float32Array(arrays.tangent.columns);
     const frames = motion.times.length;
     const over = (rows: Arrays["tensions"]) => typicalLargest((k) => rows.get(Math.floor(k / rows.columns), k % rows.columns), frames * rows.columns);
-    this.scale = over(arrays.tensions);
-    this.colours = this.mixColours();
+    this.scale = Math.max(colours.tensions[1], -colours.tensions[0]);
+    this.shades = this.mixShades();
     this.measure();
     const held = arrays.held.length, many = motion.points > 3000;
     const bead = many ? 0.0017 * this.size : Math.min(0.016, 0.06 / Math.sqrt(motion.points)) * this.size;
-    this.haze = makeHaze(theme.ground, many ? 0.85 : 0.35);
+    this.haze = makeHaze(readColour(colours.ground), many ? 0.85 : 0.35);
     this.beadRadius = bead * (many ? 1.3 : 1);
     this.beads = new Beads(motion.points, this.beadRadius, many ? 1.5 : 4, this.haze);
     this.rods = new Ribbons(motion.rods, bead * (many ? 1.0 : 0.7), many ? 1 : 2, this.haze);
@@ -130,7 +110,7 @@ export class View {
     this.tangentArrows = new Ribbons(held, 0, 3, this.haze, { hasHeads: true });
     this.newtonsPerSize = Math.max(over(arrays.normal), arrays.tangent.columns ? over(arrays.tangent) : 0);
     this.scene.add(this.guides, this.rods.mesh, this.mark.mesh, this.beads.mesh, this.normalArrows.mesh, this.tangentArrows.mesh);
-    [this.normalArrows.mesh.name, this.tangentArrows.mesh.name, this.guides.name] = ["normal", "tangent", "guides"];
+    [this.rods.mesh.name, this.normalArrows.mesh.name, this.tangentArrows.mesh.name, this.guides.name] = ["rods", "normal", "tangent", "guides"];
     this.paint();
     stage.resized = (width, height) => {
       for (const each of [this.rods, this.mark, this.normalArrows, this.tangentArrows]) each.resize(width, height);
@@ -211,12 +191,13 @@ export class View {
 
   private paint(): void {
     const count = this.motion.points, tint = this.beads.tint;
-    for (let k = 0; k < count; ++k) tint.set(this.theme.bead, 3 * k);
-    this.mark.tint.set(this.theme.chosen);
-    for (const k of this.motion.supports) tint.set(this.theme.support, 3 * k);
+    const [bead, support, normal, tangent, ink] = [this.colours.bead, this.colours.support, this.colours.normal, this.colours.tangent, this.colours.ink].map(readColour);
+    for (let k = 0; k < count; ++k) tint.set(bead, 3 * k);
+    this.mark.tint.set(ink);
+    for (const k of this.motion.supports) tint.set(support, 3 * k);
     for (let k = 0; k < this.arrays.held.length; ++k) {
-      this.normalArrows.tint.set(this.theme.normal, 3 * k);
-      this.tangentArrows.tint.set(this.theme.tangent, 3 * k);
+      this.normalArrows.tint.set(normal, 3 * k);
+      this.tangentArrows.tint.set(tangent, 3 * k);
     }
   }
 
@@ -242,17 +223,16 @@ export class View {
     this.placeGuides();
   }
 
-  /** Returns the colours of 513 tensions, evenly spaced in the root of their size. */
-  private mixColours(): Float32Array {
-    const colours = new Float32Array(3 * (2 * shades + 1));
-    for (let k = -shades; k <= shades; ++k) colours.set(this.colourOf((Math.sign(k) * (k / shades) ** 2) * this.scale), 3 * (k + shades));
-    return colours;
-  }
-
-  colourOf(tension: number): [number, number, number] {
-    const x = this.scale > 0 ? Math.min(1, Math.abs(tension) / this.scale) : 0, part = Math.sqrt(x);
-    const { middle, pulled, pushed } = this.theme, end = tension < 0 ? pushed : pulled;
-    return [0, 1, 2].map((k) => middle[k] + part * (end[k] - middle[k])) as [number, number, number];
+  /** Returns the colours of evenly spaced tensions. */
+  private mixShades(): Float32Array {
+    const shades = new Float32Array(3 * (2 * most_shades + 1));
+    for (const [sign, stops] of [[-1, this.colours.pushed.map(readColour)], [1, this.colours.pulled.map(readColour)]] as const)
+      for (let shade = 0; shade <= most_shades; ++shade) {
+        const place = ((stops.length - 1) * shade) / most_shades, k = Math.min(Math.floor(place), stops.length - 2);
+        for (let part = 0; part < 3; ++part)
+          shades[3 * (most_shades + sign * shade) + part] = stops[k][part] + (place - k) * (stops[k + 1][part] - stops[k][part]);
+      }
+    return shades;
   }
 
   private placeRods(): void {
@@ -264,11 +244,11 @@ export class View {
         a[3 * k + axis] = p[i + axis];
         b[3 * k + axis] = p[far + axis] + (image ? image[1 + axis] : 0);
       }
-      const size = this.scale > 0 ? Math.min(1, Math.abs(this.tensions[k]) / this.scale) : 0;
-      const shade = 3 * (shades + Math.sign(this.tensions[k]) * Math.round(shades * Math.sqrt(size)));
-      tint[3 * k] = this.colours[shade];
-      tint[3 * k + 1] = this.colours[shade + 1];
-      tint[3 * k + 2] = this.colours[shade + 2];
+      const part = this.scale > 0 ? Math.max(-1, Math.min(1, this.tensions[k] / this.scale)) : 0;
+      const shade = 3 * (most_shades + Math.round(most_shades * part));
+      tint[3 * k] = this.shades[shade];
+      tint[3 * k + 1] = this.shades[shade + 1];
+      tint[3 * k + 2] = this.shades[shade + 2];
     }
     this.rods.update();
     this.mark.a.set(a.subarray(3 * this.chosen, 3 * this.chosen + 3));
@@ -299,7 +279,7 @@ export class View {
     this.guides.clear();
     for (const guide of this.motion.guides) {
       const row = guide.rows[Math.min(this.frame, guide.rows.length - 1)];
-      const drawn = drawGuide(guide, row, this.middle, this.size, this.theme.guide);
+      const drawn = drawGuide(guide, row, this.middle, this.size, this.colours.guide);
       drawn.name = guide.name;
       this.guides.add(drawn);
     }
