@@ -7,6 +7,7 @@
 #include "base/stopwatch.hpp"
 #include "base/text.hpp"
 #include "dynamics/contact_islands.hpp"
+#include "dynamics/light_points.hpp"
 #include "schur/refinement.hpp"
 
 namespace tanor {
@@ -202,10 +203,19 @@ void ForwardDynamics::refine() {
     const bool is_little = largest <= good_enough(exact_) * problem_.scale && residual <= little;
     return is_little || residual <= good_enough(exact_);
   };
-  report_.refinements = refine_solution(linearization_.acceleration_limits(), measure, is_enough, [&](int pass) {
+  const auto correct = [&](int pass) {
     linearization_.correct_conjugately(pass == 0, rows_.data(), dw_.data());
     for (std::size_t a = 0; a < rows_.size(); ++a) lambda_[a] += rows_[a];
-  });
+  };
+  report_.refinements = refine_solution(linearization_.acceleration_limits(), measure, is_enough, correct);
+  // The noise of points without mass hides what other points still lack.
+  constexpr int most_rounds = 4;
+  for (int round = 0; round < most_rounds && !is_enough(report_.residual); ++round) {
+    if (!settle_light_points(model_, linearization_.blocks().data(), rows_.data(), dw_.data())) return;
+    if (is_enough(measure()) || round + 1 == most_rounds) return;
+    correct(1);
+    (void)measure();
+  }
 }
 
 /// w = w0 + M^-1 K lambda (25)
@@ -315,7 +325,10 @@ Outcome ForwardDynamics::reconsider_rank(double t, const double* r) {
   if (violation > rounding) return {};  // the rank has no meaning off the constraints, so the step's error decides
   linearization_.factor().decide_rank_of_poor_parts(r, rows_, accelerations, rounding);
   find_multipliers();
-  return {};
+  constexpr double hopeless = 1e-3;
+  if (are_fine() || report_.residual <= hopeless) return {};
+  return {Status::Singular, "the accelerations at t = " + text(t) + " miss the constraints by " +
+                                text(report_.residual) + " of themselves: masses are too unequal for double precision"};
 }
 
 }  // namespace tanor

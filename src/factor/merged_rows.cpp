@@ -76,11 +76,18 @@ Groups<EntryPlace> group_by_point(const PointColumns& C) {
 }
 
 /// Applies the Householder reflection to `rows` [num_rows x width], from row `first` on, that takes all of column c
-/// into row `first`. Returns false and does nothing if the column is no longer than `tolerance` there.
+/// into row `first`. Returns false and reduces nothing if the column is no longer than `tolerance` there. The row with
+/// the largest number there comes first, so that rows of very different sizes keep their own digits (M. J. D. Powell,
+/// J. K. Reid 1969).
 bool reflect(double* rows, std::size_t num_rows, std::size_t width, std::size_t first, std::size_t c,
              double tolerance) {
   double square = 0.0;
-  for (std::size_t i = first; i < num_rows; ++i) square += rows[i * width + c] * rows[i * width + c];
+  std::size_t largest = first;
+  for (std::size_t i = first; i < num_rows; ++i) {
+    square += rows[i * width + c] * rows[i * width + c];
+    if (std::abs(rows[i * width + c]) > std::abs(rows[largest * width + c])) largest = i;
+  }
+  if (largest != first) std::swap_ranges(rows + first * width, rows + (first + 1) * width, rows + largest * width);
   const double length = std::sqrt(square);
   if (!(length > tolerance)) return false;
   // H = 1 - u u'/(length |u_1|), u = x + sign(x_1) length e_1; H x = -sign(x_1) length e_1

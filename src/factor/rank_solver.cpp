@@ -30,16 +30,39 @@ RankSolver::RankSolver(SparseColumns C, double least_tolerance, QrFunction& fact
     : factorize_(factorize), C_(std::move(C)) {
   const std::size_t d = C_.num_columns();
   tolerance_ = std::max(least_tolerance, 20.0 * (static_cast<double>(C_.num_rows) + static_cast<double>(d)) * eps);
-  for (std::size_t j = 0; j < d; ++j) {
+  scale_columns();
+  null_space_.num_rows = static_cast<int>(d);
+  find_dependences();
+  null_factor_ = factorize_(null_space_, -1.0);
+  drop_rounding();
+}
+
+RankSolver::RankSolver(SparseColumns C, const RankSolver& decided)
+    : factorize_(decided.factorize_),
+      C_(std::move(C)),
+      tolerance_(decided.tolerance_),
+      sigma_in_question_(decided.sigma_in_question_),
+      dependences_(decided.dependences_),
+      null_space_(decided.null_space_),
+      null_factor_(decided.null_factor_) {
+  scale_columns();
+  // Coefficients are those of columns of unit length, which these have in another norm.
+  const auto ratio = [&](int column) {
+    const auto j = static_cast<std::size_t>(column);
+    return decided.scale_[j] / scale_[j];
+  };
+  for (Dependence& dependence : dependences_) {
+    for (Dependence::Term& term : dependence.terms) term.coefficient *= ratio(term.column) / ratio(dependence.column);
+  }
+}
+
+void RankSolver::scale_columns() {
+  for (std::size_t j = 0; j < C_.num_columns(); ++j) {
     const std::span<double> column(C_.values.begin() + C_.start[j], C_.values.begin() + C_.start[j + 1]);
     const double length = norm(column);
     scale_.push_back(length > 0.0 ? 1.0 / length : 1.0);
     for (double& value : column) value *= scale_[j];
   }
-  null_space_.num_rows = static_cast<int>(d);
-  find_dependences();
-  null_factor_ = factorize_(null_space_, -1.0);
-  drop_rounding();
 }
 
 void RankSolver::find_dependences() {
@@ -190,10 +213,9 @@ std::unique_ptr<RankSolver> decide_rank(const std::function<SparseColumns(Scalin
   auto solver = std::make_unique<RankSolver>(make(Scaling::ByMasses), tolerance);
   const std::size_t found = solver->dependences().size();
   if (found == 0 || find_mass_ratio() < unequal) return solver;
-  const std::size_t of_K = RankSolver(make(Scaling::None), tolerance).dependences().size();
-  if (of_K >= found) return solver;
-  auto finest = std::make_unique<RankSolver>(make(Scaling::ByMasses));
-  return finest->dependences().size() >= of_K ? std::move(finest) : std::move(solver);
+  const RankSolver of_K(make(Scaling::None), tolerance);
+  if (of_K.dependences().size() >= found) return solver;
+  return std::make_unique<RankSolver>(make(Scaling::ByMasses), of_K);
 }
 
 }  // namespace tanor

@@ -28,6 +28,9 @@ class RankSolver {
   /// Decides the rank with the tolerance 20 (m + d) eps for unit columns, or `least_tolerance`, to which C itself is
   /// known, if that is more. Throws std::bad_alloc.
   explicit RankSolver(SparseColumns C, double least_tolerance = 0.0, QrFunction& factorize = factorize_qr);
+  /// Takes over what was decided for columns that differ from C by positive factors of their rows alone, so that the
+  /// same combinations vanish.
+  RankSolver(SparseColumns C, const RankSolver& decided);
 
   std::size_t rank() const { return num_columns() - dependences_.size(); }
   std::size_t num_columns() const { return scale_.size(); }
@@ -59,6 +62,7 @@ class RankSolver {
   std::vector<Contradiction> contradictions(std::span<const double> b) const;
 
  private:
+  void scale_columns();
   void find_dependences();
   SparseColumns take_group(const std::vector<int>& group, std::vector<int>* row_name) const;
   const TriangularFactor& factor();
@@ -80,10 +84,9 @@ class RankSolver {
 /// Says how the columns of K are scaled before QR: not at all, or to those of M^-1/2 K.
 enum class Scaling { None, ByMasses };
 
-/// Decides the rank of the columns `make` of M^-1/2 K. These come together if masses differ much; but columns that K
-/// itself keeps apart do not depend on each other, however little K is known. In that case those of M^-1/2 K are told
-/// apart down to rounding. `find_mass_ratio` returns the largest over the smallest mass and is called if some column
-/// depends on others.
+/// Decides the rank of the columns `make` of M^-1/2 K. These come together if masses differ much; but their rank is
+/// that of K, so that K decides wherever it keeps more columns apart. `find_mass_ratio` returns the largest over the
+/// smallest mass and is called if some column depends on others.
 std::unique_ptr<RankSolver> decide_rank(const std::function<SparseColumns(Scaling)>& make, double tolerance,
                                         const std::function<double()>& find_mass_ratio);
 

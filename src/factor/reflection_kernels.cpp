@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <type_traits>
+#include <utility>
 
 #include "base/instruction_sets.hpp"
 #include "base/pack.hpp"
@@ -60,6 +61,22 @@ template <class Body>
   if (count == 1) return body(std::integral_constant<std::size_t, 1>{});
 }
 
+/// Swaps the row with the largest number of column c into row `first` + `at`, also in the reflections of the block.
+/// Rows of very different sizes, as of points without mass, keep their own digits so (M. J. D. Powell, J. K. Reid
+/// 1969).
+inline void pivot_rows(const RowFront& front, std::size_t first, std::size_t at, std::size_t c, const Block& block) {
+  const double* const x = front.values + c * front.stride;
+  std::size_t largest = first + at;
+  for (std::size_t i = largest + 1; i < front.height[c]; ++i)
+    if (std::abs(x[i]) > std::abs(x[largest])) largest = i;
+  if (largest == first + at) return;
+  for (std::size_t k = c; k < front.columns; ++k) {
+    double* const column = front.values + k * front.stride;
+    std::swap(column[first + at], column[largest]);
+  }
+  for (std::size_t k = 0; k < block.count; ++k) std::swap(block.reflector(k)[at], block.reflector(k)[largest - first]);
+}
+
 /// Appends the reflection that takes x[at …] into x[at], unless x is no longer than the tolerance there.
 template <class Lanes>
 [[gnu::always_inline]] inline bool append_reflection(std::size_t at, double tolerance, double* x, Block* block) {
@@ -105,6 +122,7 @@ std::size_t reduce_rows(const RowFront& front, std::size_t own, double tolerance
         double* const x = front.values + c * front.stride + first;
         with_count(
             block.count, [&](auto count) __attribute__((always_inline)) { apply<Lanes, count>(block, x); });
+        if (end < front.height[c]) pivot_rows(front, first, end - first, c, block);
         const bool begins =
             end < front.height[c] && append_reflection<Lanes>(end - first, c < own ? tolerance : 0.0, x, &block);
         row_at[c] = begins ? static_cast<int>(end++) : -1;
