@@ -132,7 +132,7 @@ Verifier::Vector Verifier::measure_rows(const Vector& weights) const {
 /// supports.
 Verifier::Vector Verifier::measure_curvature(const Definitions& definitions, const Vector& user_v) {
   Vector given(n_, 0.0), xi(d_), rate(d_);
-  std::copy(work_.support_accelerations.begin(), work_.support_accelerations.end(), given.data() + moving_);
+  work_.write_support_accelerations(answer_.t, given.data());
   phi_.resize(d_);
   definitions.taylor(model_.parallel, answer_.t, user_r_, user_v, to_user(given), xi, rate, phi_);
   Vector worst(work_.scales.size(), 0.0);

@@ -92,11 +92,11 @@ std::optional<Outcome> ForwardDynamics::solve_at_once(const Kinematics& at, cons
   const auto find_motion = [&]() -> FreeMotion {
     const Stopwatch watch(&work_.times.evaluate);
     if (request.given != nullptr) {
-      work_.write_support_accelerations(w);
+      work_.write_support_accelerations(at.t, w);
       return {.r = at.x, .v = at.v, .w0 = w, .source = request.given};
     }
     const Vec3* const uniform = model_.uniform_free();
-    scale = uniform != nullptr ? work_.write_unconstrained(w) : evaluate_free(at, request, w);
+    scale = uniform != nullptr ? work_.write_unconstrained(at.t, w) : evaluate_free(at, request, w);
     return {at.x, at.v, w, uniform};
   };
   const std::optional<Elimination> found =
@@ -138,7 +138,7 @@ std::optional<Outcome> ForwardDynamics::solve_at_once(const Kinematics& at, cons
 /// Writes w0 = M^-1 f into w. Returns the largest number.
 double ForwardDynamics::evaluate_free(const Kinematics& at, const Request& request, double* w) {
   if (request.given == nullptr) return work_.evaluate_free(at.t, at.x, at.v, w);
-  work_.write_support_accelerations(w);
+  work_.write_support_accelerations(at.t, w);
   bring(model_.parallel, request.given, 0, model_.num_points());
   return request.given->largest();
 }

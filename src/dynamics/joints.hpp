@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "base/block3.hpp"
+#include "base/memory.hpp"
 #include "dynamics/mechanics.hpp"
 #include "dynamics/scales.hpp"
 #include "evaluate/family.hpp"
@@ -25,6 +26,7 @@ class Joints {
   /// Returns true if the last `allow_rounding` found rounding that matters. `error_ratios` then allows for it.
   bool allows_rounding() const { return allows_rounding_; }
   ErrorRatios error_ratios(const StepErrors& errors, double atol, double rtol, const Scales& scales) const;
+  void exchange_allowance(Memory& memory) { memory.exchange(allows_rounding_, allowed_x_, allowed_v_); }
 
  private:
   std::size_t num_groups_ = 0;

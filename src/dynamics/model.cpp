@@ -94,8 +94,8 @@ void Model::prescribe(const std::vector<PrescribedPoints>& supports, double t, c
     const MovingVec3 d = make_moving(support.displacement(t));
     for (std::size_t k = 0; k < support.points.size(); ++k) {
       const auto point = static_cast<std::size_t>(support.points[k]);
-      store(to.r, point, support.position[k] + d.value);
-      store(to.v, point, d.first);
+      if (to.r != nullptr) store(to.r, point, support.position[k] + d.value);
+      if (to.v != nullptr) store(to.v, point, d.first);
       store(to.accelerations, point - num_moving(), d.second);
     }
   }

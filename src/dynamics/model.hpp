@@ -76,7 +76,7 @@ class Model : public NumberedSystem {
   /// w0 of every moving point if gravity alone acts, otherwise null.
   const Vec3* uniform_free() const { return uniform_free_ ? &*uniform_free_ : nullptr; }
 
-  /// Arrays of all points [3n], and the accelerations of supports [3 supports].
+  /// Arrays of all points [3n], which are not written if they are null, and the accelerations of supports [3 supports].
   struct PrescribedMotion {
     double *r, *v, *accelerations;
   };

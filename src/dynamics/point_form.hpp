@@ -47,6 +47,7 @@ class PointRounding final : public RoundingGroups {
   double allow_rounding(const RoundingLevels& levels, const RoundingGain& gain, const StepTarget& target) override {
     return work_.joints.allow_rounding(levels, gain, target, work_.scales);
   }
+  void exchange_allowance(Memory& memory) override { work_.joints.exchange_allowance(memory); }
 
  private:
   Workspace& work_;

@@ -8,6 +8,7 @@
 
 #include <tanor/dynamics.hpp>
 
+#include "base/memory.hpp"
 #include "base/point_path.hpp"
 #include "base/power_series.hpp"
 #include "dynamics/instant.hpp"
@@ -99,6 +100,8 @@ class RoundingGroups {
   /// group, and gain h^2 along to those of positions. For a damped scheme h is no longer than the response time of the
   /// fastest motion in the group. Returns the largest addition to velocities over the tolerance of its group.
   virtual double allow_rounding(const RoundingLevels& levels, const RoundingGain& gain, const StepTarget& target) = 0;
+  /// Exchanges what the last call of it allowed.
+  virtual void exchange_allowance(Memory& memory) = 0;
 
  protected:
   ~RoundingGroups() = default;

@@ -54,7 +54,7 @@ Outcome StepProjection::free_accelerations(const Kinematics& at, const Request& 
   }
   const Stopwatch watch(&work_.times.evaluate);
   if (model_.uniform_free() != nullptr) {
-    work_.write_uniform(w);
+    work_.write_uniform(at.t, w);
     return {};
   }
   return std::isfinite(work_.evaluate_free(at.t, at.x, at.v, w)) ? Outcome{} : work_.not_finite(at.t, at.x);

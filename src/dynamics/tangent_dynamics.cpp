@@ -97,8 +97,7 @@ bool TangentDynamics::solve_in_closed_form(const Kinematics& at, double* q_ddot)
   } else {
     linearization_.prescribe(t);
   }
-  std::copy(work_.support_accelerations.begin(), work_.support_accelerations.end(),
-            w_.begin() + static_cast<std::ptrdiff_t>(3 * model_.num_moving()));
+  work_.write_support_accelerations(t, w_.data());
   const double condition =
       work_.coordinates.accelerate(model_.parallel, q, q_dot, w0_.data(), uniform, q_ddot, w_.data());
   report_.residual = eps * condition;

@@ -30,8 +30,7 @@ void TangentLinearization::prescribe(double t) {
 void TangentLinearization::evaluate(double t, const double* q, const double* q_dot, bool with_blocks) {
   has_blocks_ = has_blocks_ || with_blocks;
   prescribe(t);
-  std::copy(work_.support_accelerations.begin(), work_.support_accelerations.end(),
-            psi_.begin() + static_cast<std::ptrdiff_t>(3 * model_.num_moving()));
+  work_.write_support_accelerations(t, psi_.data());
   work_.coordinates.evaluate(model_.parallel, q, q_dot, r_.data(), v_.data(), psi_.data(),
                              with_blocks ? blocks_.data() : nullptr);
 }

@@ -130,11 +130,12 @@ Workspace::Workspace(NumberedSystem numbered, double t)
       drives(model_.system, model_.numbering, model_.inverse_mass, model_.scene_size, t),
       scales(find_neighbourhoods(model_.system, t), model_.numbering, model_.incidences, model_.scene_size),
       f(3 * model_.num_points(), 0.0),
-      support_accelerations(3 * (model_.num_points() - model_.num_moving()), 0.0),
       constraint_passages(list_passages(model_.system, model_.numbering)),
       coordinate_passages(coordinates.list_passages()),
       rank(model_.numbering.first_idle_row()),
       time_(t),
+      supports_at_(std::numeric_limits<double>::quiet_NaN()),
+      support_accelerations_(3 * (model_.num_points() - model_.num_moving()), 0.0),
       rows_(model_.num_rows()) {
   // f = m g is constant, and is not evaluated again where w0 is known.
   const System& system = model_.system;
@@ -156,21 +157,31 @@ double Workspace::find_passage(const Formulas& formulas, PointPath* path) {
   return part;
 }
 
+void Workspace::prescribe(double t, double* r, double* v) {
+  supports_at_ = std::numeric_limits<double>::quiet_NaN();  // remains NaN if a table ends before t
+  model_.prescribe(t, {r, v, support_accelerations_.data()});
+  supports_at_ = t;
+}
+
+void Workspace::prescribe_all(double t, double* r, double* v) {
+  supports_at_ = std::numeric_limits<double>::quiet_NaN();
+  model_.prescribe_all(t, {r, v, support_accelerations_.data()});
+  supports_at_ = t;
+}
+
+/// Finds them anew unless the last call was at t, so that nobody reads those of another instant.
+void Workspace::write_support_accelerations(double t, double* w0) {
+  if (t != supports_at_) prescribe(t, nullptr, nullptr);
+  std::copy(support_accelerations_.begin(), support_accelerations_.end(), w0 + 3 * model_.num_moving());
+}
+
 double Workspace::evaluate_free(double t, const double* r, const double* v, double* w0, Forces::Which which) {
   forces.evaluate(model_.parallel, t, r, v, f.data(), which);
-  return accelerate(f.data(), w0);
-}
-
-void Workspace::write_support_accelerations(double* w0) const {
-  std::copy(support_accelerations.begin(), support_accelerations.end(), w0 + 3 * model_.num_moving());
-}
-
-double Workspace::accelerate(const double* given, double* w0) const {
-  write_support_accelerations(w0);
+  write_support_accelerations(t, w0);
   return model_.parallel.max_over_ranges(model_.num_moving(), [&](std::size_t begin, std::size_t end) {
     double worst = 0.0;
     for (std::size_t i = begin; i < end; ++i) {
-      const Vec3 a = model_.inverse_mass[i] * load(given, i);
+      const Vec3 a = model_.inverse_mass[i] * load(f.data(), i);
       store(w0, i, a);
       worst = larger(worst, dot(a, a));
     }
@@ -178,15 +189,15 @@ double Workspace::accelerate(const double* given, double* w0) const {
   });
 }
 
-double Workspace::write_unconstrained(double* w0) const {
-  write_support_accelerations(w0);
+double Workspace::write_unconstrained(double t, double* w0) {
+  write_support_accelerations(t, w0);
   if (model_.uniform_free() == nullptr) return 0.0;
   for (std::size_t i = model_.num_constrained(); i < model_.num_moving(); ++i) store(w0, i, *model_.uniform_free());
   return norm(*model_.uniform_free());
 }
 
-void Workspace::write_uniform(double* w0) const {
-  (void)write_unconstrained(w0);
+void Workspace::write_uniform(double t, double* w0) {
+  (void)write_unconstrained(t, w0);
   model_.parallel.for_ranges(model_.num_constrained(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) store(w0, i, *model_.uniform_free());
   });

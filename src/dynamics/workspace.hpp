@@ -34,10 +34,9 @@ class Workspace : public Families {
 
   Joints joints;  ///< groups of points that forces join, and their rounding
   Drives drives;
-  Scales scales;                              ///< the scales of each neighbourhood
-  double velocity_scale = 1.0;                ///< m/s, largest of the scene
-  std::vector<double> f;                      ///< [3n] active forces of the last `evaluate_free`
-  std::vector<double> support_accelerations;  ///< [3 * supports] of the last `prescribe`
+  Scales scales;                ///< the scales of each neighbourhood
+  double velocity_scale = 1.0;  ///< m/s, largest of the scene
+  std::vector<double> f;        ///< [3n] active forces of the last `evaluate_free`
   /// Formulas of constraints and of coordinates that a step may pass unseen.
   using Formulas = std::vector<std::unique_ptr<FormulaPassages>>;
   Formulas constraint_passages, coordinate_passages;
@@ -51,22 +50,20 @@ class Workspace : public Families {
 
   /// Write the prescribed motion at t into r and v [3n], of moving supports, or of all supports for arrays that come
   /// from outside.
-  void prescribe(double t, double* r, double* v) { model_.prescribe(t, {r, v, support_accelerations.data()}); }
-  void prescribe_all(double t, double* r, double* v) { model_.prescribe_all(t, {r, v, support_accelerations.data()}); }
+  void prescribe(double t, double* r, double* v);
+  void prescribe_all(double t, double* r, double* v);
 
   /// Computes f at (t, r, v), and w0 [3n]: M^-1 f on moving points, the prescribed acceleration at supports. Returns
   /// max |w0|.
   double evaluate_free(double t, const double* r, const double* v, double* w0,
                        Forces::Which which = Forces::Which::All);
-  /// Computes w0 for given forces [3n].
-  double accelerate(const double* given, double* w0) const;
-  /// Writes the prescribed accelerations of supports into w0 [3n].
-  void write_support_accelerations(double* w0) const;
+  /// Writes the prescribed accelerations of supports at t into w0 [3n].
+  void write_support_accelerations(double t, double* w0);
   /// Writes the prescribed accelerations of supports, and those of points without constraints, into w0 [3n]. Returns
   /// the length of `Model::uniform_free`, which holds for the other points, or 0 if it is null.
-  double write_unconstrained(double* w0) const;
+  double write_unconstrained(double t, double* w0);
   /// Writes the accelerations of all points likewise.
-  void write_uniform(double* w0) const;
+  void write_uniform(double t, double* w0);
 
   /// Assembles and factorizes S or H, with time and count.
   GramSolver::Quality factorize(GramSolver* solver, const double* blocks);
@@ -124,7 +121,9 @@ class Workspace : public Families {
   void measure_local_speeds(const double* r, const double* v, const double* w0);
 
   double time_;
-  std::vector<double> rows_;  // [d] scratch
+  double supports_at_;                         // s, the instant of …
+  std::vector<double> support_accelerations_;  // … these, [3 * supports]
+  std::vector<double> rows_;                   // [d] scratch
 };
 
 }  // namespace tanor

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/text.hpp"
+#include "motion/aside.hpp"
 #include "motion/equal_steps.hpp"
 
 namespace tanor {
@@ -207,14 +208,11 @@ Outcome Integration::look_for_stiffness(double t_end) {
   }
   const double h = report_.last_step;
   if (singular_.is_extrapolating() || !stiff_steps_.is_due(h, t_end - state.t)) return {};
-  if (stiff_steps_.look(state, h, &rounding_)) {
-    take_scheme(Method::Radau5, stiff_steps_.implicit_step());
-    report_.method_reason = stiff_steps_.explain();
-  }
-  // The forces of the step are evaluated again, as they were before the look.
-  Outcome found = mechanics_.linearise(state.t, state.x.data());
-  if (found.ok())
-    found = mechanics_.accelerations(state.at(), options_.request(Gradients::Keep), state.output_without_power());
+  bool is_stiff = false;
+  Outcome found = solve_aside(mechanics_, options_, state, [&] { is_stiff = stiff_steps_.look(state, h, rounding_); });
+  if (!is_stiff) return found;
+  take_scheme(Method::Radau5, stiff_steps_.implicit_step());
+  report_.method_reason = stiff_steps_.explain();
   return found;
 }
 

@@ -8,6 +8,7 @@
 
 #include "base/numbers.hpp"
 #include "base/text.hpp"
+#include "motion/aside.hpp"
 
 namespace tanor {
 
@@ -86,17 +87,16 @@ Outcome Rounding::measure(const State& from) {
   is_due_ = 0.0;
   measured_at_ = num_steps_;
   const auto sample = static_cast<std::size_t>(num_samples_++);
-  bool is_known = accelerate_beside(from, sample, 1.0);
-  if (is_known && may_jump_) {
-    const double difference = largest_difference(from);
-    std::swap(a_, other_);
-    is_known = accelerate_beside(from, sample, -1.0);
-    if (!(largest_difference(from) < difference)) std::swap(a_, other_);
-  }
-  if (Outcome found = mechanics_.linearise(from.t, from.x.data()); !found.ok()) return found;
-  if (is_known) take_sample(from);
-  // Leaves the mechanics as it was before the measurement.
-  return mechanics_.accelerations(from.at(), options_.request(Gradients::Keep), a_.data());
+  return solve_aside(mechanics_, options_, from, [&] {
+    bool is_known = accelerate_beside(from, sample, 1.0);
+    if (is_known && may_jump_) {
+      const double difference = largest_difference(from);
+      std::swap(a_, other_);
+      is_known = accelerate_beside(from, sample, -1.0);
+      if (!(largest_difference(from) < difference)) std::swap(a_, other_);
+    }
+    if (is_known && mechanics_.linearise(from.t, from.x.data()).ok()) take_sample(from);
+  });
 }
 
 /// Finds the levels from da = a_ - a. The part of da that breaks constraints is projected away at the end of a step.

@@ -21,10 +21,10 @@ bool StiffSteps::is_due(double h, double left) const {
   return left > few_to_come * h || num_steps_ >= few_taken;
 }
 
-bool StiffSteps::look(const State& from, double h, Rounding* rounding) {
+bool StiffSteps::look(const State& from, double h, Rounding rounding) {
   next_look_ = 4.0 * num_steps_;
   const std::unique_ptr<Scheme> implicit = make_scheme(Method::Radau5, options_, mechanics_);
-  rounding->allow(from, factor * h, implicit->rounding_gain());
+  rounding.allow(from, factor * h, implicit->rounding_gain());
   to_ = from;
   to_.t = from.t + factor * h;
   const StepResult trial = implicit->step(from, factor * h, &to_);

@@ -21,9 +21,9 @@ class StiffSteps {
   void note_cut_step() { next_look_ = std::max(next_look_, num_steps_ + 1.0); }
   /// Returns true if a trial is due after a step of length h, with the time `left` to come.
   bool is_due(double h, double left) const;
-  /// Tries an implicit step and returns true if implicit steps are to be taken from here on. The mechanics is then
-  /// linearised elsewhere.
-  bool look(const State& from, double h, Rounding* rounding);
+  /// Tries an implicit step and returns true if implicit steps are to be taken from here on. Call this aside (see
+  /// aside.hpp), with a copy of what is known of rounding.
+  bool look(const State& from, double h, Rounding rounding);
   /// Returns true if implicit steps fall below the explicit ones, which are then taken for good. Call this with the
   /// next step.
   bool gives_up(double next_step);

@@ -78,6 +78,9 @@ class SharedMechanics::Rounding final : public RoundingGroups {
   double allow_rounding(const RoundingLevels& levels, const RoundingGain& gain, const StepTarget& target) override {
     return agreement_.largest(own_ != nullptr ? own_->allow_rounding(levels, gain, target) : 0.0);
   }
+  void exchange_allowance(Memory& memory) override {
+    if (own_ != nullptr) own_->exchange_allowance(memory);
+  }
 
  private:
   RoundingGroups* own_;

@@ -38,8 +38,7 @@ Outcome AccelerationSplit::find_by_constraints(const SolvedInstant& at, double* 
   const std::vector<double>& blocks = normal.events() != nullptr ? blocks_ : normal.linearization().blocks();
   if (Outcome outcome = normal_space_->factorize(at.t, at.r.data(), blocks.data()); !outcome.ok()) return outcome;
   std::vector<double> c(model_.num_rows()), mu(model_.num_rows()), given(3 * model_.num_points(), 0.0);
-  std::copy(work_.support_accelerations.begin(), work_.support_accelerations.end(),
-            given.begin() + static_cast<std::ptrdiff_t>(3 * model_.num_moving()));
+  work_.write_support_accelerations(at.t, given.data());
   // K'w_N = -phi, with the supports' accelerations in phi (21)
   work_.constraints.evaluate_right_side(model_.parallel, at.r.data(), at.v.data(), given.data(), c.data(), nullptr);
   for (double& each : c) each = -each;

@@ -85,8 +85,7 @@ struct InverseDynamics::Implementation {
 void InverseDynamics::Implementation::put_supports(double t, MotionForces* result) {
   const std::vector<double> r_given = r, v_given = v, w_given = w;
   work.prescribe_all(t, r.data(), v.data());
-  std::copy(work.support_accelerations.begin(), work.support_accelerations.end(),
-            w.begin() + static_cast<std::ptrdiff_t>(moving()));
+  work.write_support_accelerations(t, w.data());
   const std::size_t first = model.num_moving(), end = model.num_points();
   compare(r_given, r, model.scene_size, first, end, &result->position);
   compare(v_given, v, 1.0, first, end, &result->velocity);
@@ -244,8 +243,7 @@ MotionState InverseDynamics::place(double t, const MotionState& coordinates) {
       blocks(3 * work.coordinates.num_blocks());
   work.set_time(t);
   work.prescribe_all(t, r.data(), v.data());
-  std::copy(work.support_accelerations.begin(), work.support_accelerations.end(),
-            psi.begin() + static_cast<std::ptrdiff_t>(self.moving()));
+  work.write_support_accelerations(t, psi.data());
   work.coordinates.evaluate(model.parallel, q.data(), q_dot.data(), r.data(), v.data(), psi.data(), blocks.data());
   // w = A q_ddot + psi
   work.coordinates.apply(model.parallel, blocks.data(), q_ddot.data(), w.data());

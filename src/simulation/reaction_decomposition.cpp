@@ -61,7 +61,7 @@ std::vector<ReactionPart> ReactionDecomposition::find_by_constraints(double t, c
     forms_.normal->friction()->write_given(tau.data());
     add_force("friction", tau);
   }
-  add_inertia_and_drive(r, v, &result);
+  add_inertia_and_drive(t, r, v, &result);
   return result;
 }
 
@@ -99,7 +99,8 @@ std::vector<double> ReactionDecomposition::apply_transposed(const std::vector<do
   return b;
 }
 
-void ReactionDecomposition::add_inertia_and_drive(const double* r, const double* v, std::vector<ReactionPart>* result) {
+void ReactionDecomposition::add_inertia_and_drive(double t, const double* r, const double* v,
+                                                  std::vector<ReactionPart>* result) {
   const std::size_t size = 3 * model_.num_points();
   const std::vector<double> nothing(size, 0.0), minus_v = negative(v, size);
   const auto phi = [&](const double* velocities) {
@@ -116,8 +117,7 @@ void ReactionDecomposition::add_inertia_and_drive(const double* r, const double*
   result->push_back(find_part("inertia", r, terms.quadratic));
   // adds K_s'a_s, the accelerations of supports
   std::vector<double> given(nothing);
-  std::copy(work_.support_accelerations.begin(), work_.support_accelerations.end(),
-            given.begin() + static_cast<std::ptrdiff_t>(3 * model_.num_moving()));
+  work_.write_support_accelerations(t, given.data());
   result->push_back(find_part("drive", r, apply_transposed(given, terms.rest.data())));
 }
 
@@ -141,8 +141,7 @@ std::vector<ReactionPart> ReactionDecomposition::find_by_coordinates(double t, c
   const std::size_t s = work_.coordinates.num_coordinates();
   const auto psi = [&](const double* rates) {
     std::vector<double> places(r, r + size), velocities(v, v + size), result_psi(size, 0.0);
-    std::copy(work_.support_accelerations.begin(), work_.support_accelerations.end(),
-              result_psi.begin() + static_cast<std::ptrdiff_t>(moving));
+    work_.write_support_accelerations(t, result_psi.data());
     work_.coordinates.evaluate(model_.parallel, q, rates, places.data(), velocities.data(), result_psi.data(), nullptr);
     return result_psi;
   };

@@ -27,7 +27,7 @@ class ReactionDecomposition {
   ReactionPart find_part(std::string cause, const double* r, const std::vector<double>& b);
   std::vector<double> apply_transposed_to_forces(const std::vector<double>& f);
   std::vector<double> apply_transposed(const std::vector<double>& w, const double* rest);
-  void add_inertia_and_drive(const double* r, const double* v, std::vector<ReactionPart>* result);
+  void add_inertia_and_drive(double t, const double* r, const double* v, std::vector<ReactionPart>* result);
   std::vector<ReactionPart> find_by_coordinates(double t, const double* r, const double* v, const double* q,
                                                 const double* q_dot);
   /// Calls use(name, forces [3n]) for each entry of the system's forces.
