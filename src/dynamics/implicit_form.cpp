@@ -26,6 +26,7 @@ ImplicitForm::ImplicitForm(Workspace& work)
       compliances_(list_compliances(springs_)),
       num_springs_(work.forces.list_couplings().size()),
       plan_(make_plan()),
+      friction_(model_.system, work.constraints.tangents()),
       blocks_(3 * work.constraints.num_blocks()),
       units_(3 * springs_.size()),
       linearised_blocks_(blocks_.size() + units_.size()),
@@ -86,8 +87,12 @@ Outcome ImplicitForm::evaluate(double t, const double* r, const double* v, const
     model_.gather.write_scaled(parallel, blocks_.data(), lambda, model_.inverse_mass.data(), model_.num_moving(),
                                reactions_.data());
     model_.add_to_moving(reactions_.data(), w);
+    friction_.add_accelerations(v, model_.inverse_mass, w);
   }
-  if (power != nullptr) *power = work_.power(work_.power_of_reactions(reactions_.data(), v), r, v);
+  if (power != nullptr) {
+    *power = work_.power(work_.power_of_reactions(reactions_.data(), v), r, v);
+    power->friction = friction_.power(v);
+  }
   return {};
 }
 
@@ -112,6 +117,7 @@ void ImplicitForm::linearise(double t, const double* r, const double* v, const d
   work_.forces.springs().evaluate_compliant(parallel, r, v, tau, linearised_blocks_.data() + blocks_.size(),
                                             spring_residuals_.data());
   work_.forces.evaluate_derivatives(parallel, t, r, v, tau, derivatives_);
+  friction_.add_derivatives(derivatives_.point_velocities);
   work_.constraints.evaluate_rod_derivatives(parallel, r, lambda,
                                              derivatives_.coupling_positions.data() + num_springs_);
 }

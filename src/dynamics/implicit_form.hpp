@@ -7,12 +7,13 @@
 
 #include "assembly/newton_plan.hpp"
 #include "dynamics/implicit_equations.hpp"
+#include "dynamics/viscous_friction.hpp"
 #include "dynamics/workspace.hpp"
 #include "factor/sparse_lu.hpp"
 
 namespace tanor {
 
-/// The equations with multipliers for implicit schemes, without friction.
+/// The equations with multipliers for implicit schemes. Friction, if there is any, is viscous.
 class ImplicitForm final : public ImplicitEquations {
  public:
   explicit ImplicitForm(Workspace& work);
@@ -72,6 +73,7 @@ class ImplicitForm final : public ImplicitEquations {
   std::vector<Compliance> compliances_;  // [compliant spring]
   std::size_t num_springs_;              // including those that are not compliant
   NewtonPlan plan_;
+  ViscousFriction friction_;
   std::vector<double> blocks_, units_;       // K of constraints and of springs, at the last `evaluate`
   std::vector<double> linearised_blocks_;    // both, at the last `linearise`
   std::vector<double> reactions_, product_;  // [3n] M^-1 K lambda of constraints; scratch

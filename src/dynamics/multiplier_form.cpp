@@ -15,6 +15,7 @@ MultiplierForm::MultiplierForm(Workspace& work, const SolverOptions& options)
       projector_(work, linearization_, residuals_, contact_state_.get()),
       response_(work, linearization_),
       friction_(make_friction(options.friction)),
+      has_no_friction_but_viscous_(is_friction_viscous(work.model().system)),
       dynamics_(work, linearization_, residuals_, {contact_state_.get(), friction_.get()}),
       steps_(work, linearization_, projector_, dynamics_, friction_.get()),
       gradient_rank_(work, linearization_),
@@ -133,8 +134,8 @@ Roles MultiplierForm::roles() {
   roles.step_projector = &steps_;
   roles.inexact_solves = linearization_.factor().reuse();
   if (model_.may_lose_rank) roles.rank_monitor = &gradient_rank_;
-  if (friction_ == nullptr) {
-    // The state of friction depends on the last call, so extra calls are ruled out with friction.
+  if (has_no_friction_but_viscous_) {
+    // The state of other friction depends on the last call, so extra calls are ruled out with it.
     roles.rounding_groups = rounding();
     roles.implicit_formulation = &implicit_;
   }

@@ -89,6 +89,7 @@ class MultiplierForm final : public PointForm {
   Projector projector_;
   LinearizedResponse response_;
   std::unique_ptr<FrictionSolver> friction_;  // null if constraints are ideal
+  const bool has_no_friction_but_viscous_;
   ForwardDynamics dynamics_;
   StepProjection steps_;
   GradientRank gradient_rank_;

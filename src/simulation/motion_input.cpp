@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/text.hpp"
+#include "dynamics/viscous_friction.hpp"
 #include "ranks/agreement.hpp"
 #include "simulation/stiffness.hpp"
 #include "system/enum_check.hpp"
@@ -110,13 +111,13 @@ ChosenMethod choose_method(const MotionOptions& options, const Part& part, const
 ChosenMethod choose_method(const MotionOptions& options, const Dynamics& dynamics) {
   const System& system = dynamics.system();
   return choose(
-      options, dynamics.plan().form == Form::Tangent, !has_contacts(system), [&] { return measure_stiffness(system); },
-      [&] { return dynamics.series_obstacle(); });
+      options, dynamics.plan().form == Form::Tangent, is_friction_viscous(system),
+      [&] { return measure_stiffness(system); }, [&] { return dynamics.series_obstacle(); });
 }
 
 bool wants_whole_islands(const MotionOptions& options, const System& system) {
   if (options.method != Method::Auto) return traits_of(options.method).is_implicit;
-  return !has_contacts(system) && choose_for_stiff_springs(options, measure_stiffness(system)).has_value();
+  return is_friction_viscous(system) && choose_for_stiff_springs(options, measure_stiffness(system)).has_value();
 }
 
 namespace {
@@ -128,7 +129,8 @@ SolverOptions resolve(SolverOptions solver, const System& system, bool has_equat
   if (method == Method::Taylor) return solver;
   const MethodTraits& traits = traits_of(method);
   for (std::size_t k = 0; k < system.friction.size() && !traits.serves_friction; ++k) {
-    if (num_contacts(system, k) == 0) continue;
+    const bool is_known = traits.is_implicit && std::holds_alternative<Viscous>(system.friction[k]);
+    if (is_known || num_contacts(system, k) == 0) continue;
     throw InputError("/motion/method", std::string(traits.name) + " does not know friction (" +
                                            friction_name(system, k) + "); " +
                                            list_methods(std::mem_fn(&MethodTraits::serves_friction)) + " do");

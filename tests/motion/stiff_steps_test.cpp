@@ -108,6 +108,67 @@ TEST(StiffSteps, AreNotAssumedWhereAccuracyAsksForShortSteps) {
   }
 }
 
+/// Returns a block of 1 kg at 1 m/s on a plane in oil of so many N s/m, which a belt may move along.
+System slide_in_oil(double coefficient, double belt = 0.0) {
+  System system;
+  scenes::add_point({0, 0, 0}, &system);
+  system.masses = {1.0};
+  system.velocities = {1, 0, 0};
+  system.constraints = {Planes{"floor", {0}, Vector3{0, 0, 1}, 0.0}};
+  system.forces = {scenes::gravity};
+  system.friction = {Viscous{"oil", {"floor"}, coefficient, Vector3{belt, 0, 0}}};
+  return system;
+}
+
+/// By v' = -c (v - u)/m the block comes to the speed of the belt, and to u t + (1 m/s - u) m/c.
+TEST(StiffSteps, EndWhereViscousFrictionIsStrong) {
+  for (const double c : {1e3, 1e5, 1e7}) {
+    for (const double belt : {0.0, 0.3}) {
+      SCOPED_TRACE(testing::Message() << c << " N s/m, " << belt << " m/s");
+      Simulation chosen(slide_in_oil(c, belt)), asked(slide_in_oil(c, belt), {.method = Method::Radau5});
+
+      ASSERT_TRUE(chosen.advance_to(1.0).ok()) << chosen.outcome().what;
+      ASSERT_TRUE(asked.advance_to(1.0).ok()) << asked.outcome().what;
+
+      EXPECT_LE(chosen.report().steps + chosen.report().rejected, 300U);
+      for (Simulation* const each : {&chosen, &asked}) {
+        EXPECT_NEAR(each->positions()[0], belt + (1.0 - belt) / c, 1e-9);
+        EXPECT_NEAR(each->velocities()[0], belt, 1e-9);
+        // The belt's friction takes what the block loses.
+        EXPECT_NEAR(each->report().energy.work_of_friction, 0.5 * (belt * belt - 1.0), 1e-6);
+        EXPECT_NEAR(each->friction_forces()[0], 0.0, 1e-6);
+        EXPECT_NEAR(each->multipliers()[0], 9.81, 1e-9);
+      }
+    }
+  }
+}
+
+/// A bead in oil creeps down a bowl, and another one, on a spring to it, down a wire that turns.
+TEST(StiffSteps, FollowGuidesInOil) {
+  System system;
+  scenes::add_point({0.8, 0, -0.6}, &system);
+  scenes::add_point({1, 0, 0}, &system);
+  system.velocities[4] = 0.5;
+  system.masses = {1.0, 0.5};
+  const VectorFunction turning{ScalarFunction::formula("cos(t/2)"), ScalarFunction::formula("sin(t/2)"), -0.5};
+  system.constraints = {Spheres{"bowl", {0}, Vector3{}, 1.0}, Lines{"wire", {1}, Vector3{1, 0, 0}, turning}};
+  system.forces = {scenes::gravity, Springs{"spring", {{0, 1}}, 30.0, 0.0, {}}};
+  system.friction = {Viscous{"oil", {"bowl"}, 2e3}, Viscous{"tar", {"wire"}, 1e4}};
+  const MotionOptions options{.rtol = 1e-10, .start = StartMode::Project};
+  MotionOptions explicitly = options;
+  explicitly.method = Method::Dop853;
+  Simulation chosen(system, options), alone(system, explicitly);
+
+  ASSERT_TRUE(chosen.advance_to(0.5).ok()) << chosen.outcome().what;
+  ASSERT_TRUE(alone.advance_to(0.5).ok()) << alone.outcome().what;
+
+  EXPECT_EQ(chosen.report().method, Method::Radau5);
+  EXPECT_LE(largest_difference(chosen.positions(), alone.positions()), 1e-9);
+  EXPECT_LE(largest_difference(chosen.multipliers(), alone.multipliers()), 1e-5);
+  EXPECT_NEAR(chosen.report().energy.work_of_friction, alone.report().energy.work_of_friction, 1e-6);
+  EXPECT_LT(chosen.report().steps, alone.report().steps / 2);
+}
+
 TEST(StiffSteps, AreKnownToARestoredRun) {
   const StiffScene scene = slide_in_a_formula();
   Simulation straight(scene.system), restored(scene.system);
