@@ -59,7 +59,7 @@ Outcome GeneralizedAlpha::solve_step(const State& from, double h, State* to) {
   constexpr int most_renewals = 2;
   for (int renewals = 0;; ++renewals) {
     if (implicit_.wants_linearisation()) implicit_.linearise(to->t, to->x.data(), to->v.data(), lambda_.data());
-    if (implicit_.wants_factors(h)) {
+    if (implicit_.wants_factors(from, h)) {
       // dw/dr = (1 - alpha_m)/((1 - alpha_f) beta h^2), dv/dr = gamma/(beta h)
       const NewtonWeights<double> weights{(1.0 - alpha_m_) / ((1.0 - alpha_f_) * beta_ * h * h), gamma_ / (beta_ * h),
                                           1.0};

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "base/check.hpp"
+#include "base/numbers.hpp"
 
 namespace tanor {
 
@@ -12,7 +13,7 @@ namespace {
 
 std::unique_ptr<ImplicitEquations> make_equations(Mechanics& mechanics) {
   ImplicitFormulation* const formulation = mechanics.implicit_formulation();
-  ensure(formulation != nullptr, "implicit methods step in normal form, without friction");
+  ensure(formulation != nullptr, "implicit methods step in normal form, with no friction but viscous");
   return formulation->make_implicit_equations();
 }
 
@@ -24,6 +25,7 @@ ImplicitStep::ImplicitStep(const IntegrationOptions& options, Mechanics& given)
       newton(options.rtol),
       options_(options),
       moves_(given.size()),
+      rates_(given.size()),
       rows_(equations->num_rows()) {}
 
 void ImplicitStep::linearise(double t, const double* x, const double* v, const double* lambda) {
@@ -32,12 +34,23 @@ void ImplicitStep::linearise(double t, const double* x, const double* v, const d
   forget_factors();
 }
 
-bool ImplicitStep::wants_factors(double h) {
+bool ImplicitStep::wants_factors(const State& from, double h) {
   constexpr double same = 0.01;  // relative difference up to which lengths count as equal
   const bool wants = !(std::abs(factorized_for_ - h) <= same * h);
   if (wants) factorized_for_ = h;
-  newton.begin(!wants);
+  newton.begin(!wants, measure_rounding(from));
   return wants;
+}
+
+/// Returns the size of eps |x| and eps |v| over the tolerance.
+double ImplicitStep::measure_rounding(const State& at) {
+  for (std::size_t i = 0; i < moves_.size(); ++i) {
+    moves_[i] = eps * at.x[i];
+    rates_[i] = eps * at.v[i];
+  }
+  const double *const x = at.x.data(), *const v = at.v.data();
+  return mechanics.error_ratios(at.t, {moves_.data(), rates_.data(), x, v, x, v}, options_.atol, options_.rtol)
+      .largest();
 }
 
 void ImplicitStep::note_convergence() {

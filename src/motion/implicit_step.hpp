@@ -22,8 +22,8 @@ class ImplicitStep {
   /// served badly. It stands at a state of the present step or of an earlier one.
   bool wants_linearisation() const { return renew_; }
   void linearise(double t, const double* x, const double* v, const double* lambda);
-  /// Returns true if the matrices have to be factorized for steps of length h, which it remembers.
-  bool wants_factors(double h);
+  /// Returns true if the matrices have to be factorized for a step of length h from there, which it remembers.
+  bool wants_factors(const State& from, double h);
   void forget_factors() { factorized_for_ = 0.0; }
   void renew() { renew_ = true; }
 
@@ -42,11 +42,12 @@ class ImplicitStep {
 
  private:
   void put_onto_positions(State* to);
+  double measure_rounding(const State& at);
 
   IntegrationOptions options_;
   double factorized_for_ = 0.0;  // s; 0 if there is no factor
   bool renew_ = true;
-  std::vector<double> moves_, rows_;  // scratch
+  std::vector<double> moves_, rates_, rows_;  // scratch
 };
 
 }  // namespace tanor

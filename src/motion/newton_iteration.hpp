@@ -16,11 +16,13 @@ class NewtonIteration {
   enum class Verdict { GoOn, Converged, Stalls };
 
   explicit NewtonIteration(double rtol)
-      : target_(std::max(10.0 * std::numeric_limits<double>::epsilon() / rtol, std::min(0.03, std::sqrt(rtol)))) {}
+      : wanted_(std::min(0.03, std::sqrt(std::max(rtol, std::numeric_limits<double>::epsilon())))) {}
 
   /// Begins the iteration of a step. `same_matrix` tells that the matrix is that of the last step, whose rate then
-  /// tells what to expect.
-  void begin(bool same_matrix) {
+  /// tells what to expect. `rounding` is that of the state, over the tolerance, which need not come from rtol.
+  void begin(bool same_matrix, double rounding) {
+    constexpr double most = 0.2;  // what the iteration leaves must not spoil the step
+    target_ = std::clamp(10.0 * rounding, wanted_, most);
     if (!same_matrix) to_come_ = 1.0;
     count_ = 0;
     rate_ = 0.0;
@@ -59,7 +61,7 @@ class NewtonIteration {
   static constexpr int most_iterations = 12;
   static constexpr double rounding_part = 0.1;  // part of the tolerance
 
-  double target_;
+  double wanted_, target_ = 0.0;
   double to_come_ = 1.0;  // sum of the increments to come, over the last one
   double rate_ = 0.0, last_ = 0.0, last_ratio_ = 0.0;
   int count_ = 0;

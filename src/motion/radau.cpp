@@ -91,7 +91,7 @@ Outcome Radau5::solve_stages(const State& from, double h, double t_end) {
       place_stage(from, h, t_end, 1);
       implicit_.linearise(stage_time(from, h, t_end, 1), x_[1].data(), v_[1].data(), lambda_[1].data());
     }
-    if (implicit_.wants_factors(h)) {
+    if (implicit_.wants_factors(from, h)) {
       // s M - df/dv - df/dr/s with s = gamma/h and (alpha + i beta)/h
       const double s = radau_.gamma / h;
       const std::complex<double> z = radau_.alpha_beta / h;

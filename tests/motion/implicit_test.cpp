@@ -270,6 +270,25 @@ TEST(NewtonTest, OneFactorIsKeptWhileItConverges) {
   }
 }
 
+/// Where rtol is below rounding the absolute tolerance holds. Newton's iteration then goes on to that, whatever rtol
+/// would say, and the motion is that of an rtol that still counts.
+TEST(NewtonTest, TolerancesBelowRoundingCostNoDigits) {
+  for (const System& system : {scenes::make_pendulum(), scenes::make_shaken_chain(3)}) {
+    Simulation reference(system, {.method = Method::Taylor, .rtol = 1e-14, .atol = 1e-15});
+    Simulation usual(system, {.method = Method::Radau5, .rtol = 1e-11});
+    ASSERT_TRUE(reference.advance_to(0.2).ok());
+    ASSERT_TRUE(usual.advance_to(0.2).ok());
+    for (const double rtol : {1e-13, 1e-16, 1e-30}) {
+      Simulation simulation(system, {.method = Method::Radau5, .rtol = rtol});
+
+      ASSERT_TRUE(simulation.advance_to(0.2).ok()) << rtol << ": " << simulation.outcome().what;
+
+      EXPECT_LE(largest_difference(simulation.positions(), reference.positions()), 1e-12) << rtol;
+      EXPECT_LE(simulation.report().steps + simulation.report().rejected, 1.5 * usual.report().steps + 20.0) << rtol;
+    }
+  }
+}
+
 /// A rod is duplicated, so that K has lost a rank. Newton's matrix has a factor all the same.
 TEST(NewtonTest, DependentConstraintsChangeNothing) {
   System single = make_coupled_chain(1e6), twice = single;
