@@ -1,5 +1,5 @@
-/// What is solved aside leaves no trace: a motion in whose middle a step of any other method is tried, elsewhere and
-/// for nothing, goes on bit by bit as the one without it, whatever depends on time.
+/// A motion in whose middle a step of any other method is tried aside, for nothing, goes on bit by bit as the motion
+/// without it. This holds whatever depends on time.
 
 #include <functional>
 #include <memory>
