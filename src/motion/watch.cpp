@@ -13,7 +13,7 @@ namespace tanor {
 namespace {
 
 /// A passage so near to the end of a step, over its time or length, is at its end, since states are rounded.
-constexpr double at_end = 1e-12;
+constexpr double nearly_at_end = 1e-12;
 /// Interpolation from the two ends of a step may miss a value by this part of the largest one in the step.
 constexpr double missed_by_ends = 0.05;
 
@@ -100,7 +100,7 @@ void Watch::measure_rounding(const Step& step) {
 /// Returns true if the function is 0 at the first or last sample, or would be within rounding of that time.
 bool Watch::reaches_zero(const Step& step, std::size_t sample) const {
   const double value = isolation_.samples()[sample].value;
-  const double near = at_end * std::max(std::abs(step.to.t), step.h()) / step.h();
+  const double near = nearly_at_end * std::max(std::abs(step.to.t), step.h()) / step.h();
   return std::abs(value) <= near * std::abs(isolation_.slope(sample));
 }
 
