@@ -56,7 +56,7 @@ ROOMS = {
     "ranks":    Sees("base system evaluate assembly factor schur dynamics", "inverse_dynamics", ""),
     "statics":  Sees("base system evaluate assembly factor plan schur dynamics", "modes", "Eigen/ Spectra/"),
     "certificate": Sees("base system evaluate assembly factor schur dynamics", "certificate", "Eigen/"),
-    "motion":   Sees("base dynamics/mechanics.hpp dynamics/roles.hpp dynamics/implicit_equations.hpp "
+    "motion":   Sees("base dynamics/mechanics.hpp dynamics/roles.hpp dynamics/corner_functions.hpp dynamics/implicit_equations.hpp "
                      "dynamics/instant.hpp dynamics/power.hpp", "motion", ""),
     "simulation": Sees("base system evaluate assembly schur friction dynamics ranks certificate motion", "enum_names", "Eigen/"),
     "host":     Sees("base system evaluate assembly schur dynamics", "velocity_verlet", "tanor.h"),

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "dynamics/consistent_start.hpp"
+#include "dynamics/corners.hpp"
 #include "plan/thresholds.hpp"
 
 namespace tanor {
@@ -13,6 +14,7 @@ MultiplierForm::MultiplierForm(Workspace& work, const SolverOptions& options)
       linearization_(work, options, contact_state_.get()),
       residuals_(work, linearization_.blocks()),
       projector_(work, linearization_, residuals_, contact_state_.get()),
+      corners_(std::make_unique<PointCorners>(work, linearization_, projector_)),
       response_(work, linearization_),
       friction_(make_friction(options.friction)),
       has_no_friction_but_viscous_(is_friction_viscous(work.model().system)),
@@ -25,6 +27,12 @@ MultiplierForm::MultiplierForm(Workspace& work, const SolverOptions& options)
   if (friction_ == nullptr) return;
   LoadSharing& sharing = linearization_.factor().all_rows().sharing();
   contacts_ = std::make_unique<ContactModes>(*contact_state_, sharing, *friction_, system_);
+}
+
+MultiplierForm::~MultiplierForm() = default;
+
+CornerFunctions* MultiplierForm::corners() {
+  return corners_->empty() ? nullptr : corners_.get();
 }
 
 std::unique_ptr<FrictionSolver> MultiplierForm::make_friction(FrictionMethod method) {
@@ -120,6 +128,7 @@ ProjectionReport MultiplierForm::project_point_velocities(double t, const double
 }
 
 StartReport MultiplierForm::start(double t, double* r, double* v, StartMode mode) {
+  corners_->choose_sides(t, r, v);
   return ConsistentStart(work_, linearization_, projector_).find(t, r, v, mode);
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "dynamics/contact_modes.hpp"
+#include "dynamics/corner_functions.hpp"
 #include "dynamics/forward_dynamics.hpp"
 #include "dynamics/friction_solver.hpp"
 #include "dynamics/gradient_rank.hpp"
@@ -20,11 +21,14 @@
 
 namespace tanor {
 
+class PointCorners;
+
 /// The equations of motion in the positions r themselves, with Lagrange multipliers: the paper's normal form (31),
 /// (25). Owns and connects the objects that do the work.
-class MultiplierForm final : public PointForm {
+class MultiplierForm final : public PointForm, public CornerOwner {
  public:
   MultiplierForm(Workspace& work, const SolverOptions& options);
+  ~MultiplierForm() override;
 
   bool has_work() const override { return model_.is_rheonomic() || work_.forces.has_work() || friction_ != nullptr; }
   Outcome linearise(double t, const double* r) override { return linearization_.update(t, r); }
@@ -43,6 +47,7 @@ class MultiplierForm final : public PointForm {
   void exchange_memory(Memory& memory) override;
 
   Roles roles() override;
+  CornerFunctions* corners() override;
   SeriesExpansion* series(std::string* why_not) override;
 
   StartReport start(double t, double* r, double* v, StartMode mode) override;
@@ -87,6 +92,7 @@ class MultiplierForm final : public PointForm {
   Linearization linearization_;
   Residuals residuals_;
   Projector projector_;
+  std::unique_ptr<PointCorners> corners_;
   LinearizedResponse response_;
   std::unique_ptr<FrictionSolver> friction_;  // null if constraints are ideal
   const bool has_no_friction_but_viscous_;

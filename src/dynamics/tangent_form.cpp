@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/text.hpp"
+#include "dynamics/corners.hpp"
 
 namespace tanor {
 
@@ -14,11 +15,18 @@ TangentForm::TangentForm(Workspace& work, const SolverOptions& options)
       passages_(work),
       drives_(work),
       events_(linearization_, dynamics_),
+      corners_(std::make_unique<TangentCorners>(work, linearization_)),
       q_(size(), 0.0),
       rates_(size()) {
   for (std::vector<double>* array : {&moved_, &rate_, &r_from_, &v_from_}) array->resize(3 * model_.num_points(), 0.0);
   std::vector<double> no_rates(size());
   work_.coordinates.write_start(q_.data(), no_rates.data());
+}
+
+TangentForm::~TangentForm() = default;
+
+CornerFunctions* TangentForm::corners() {
+  return corners_->empty() ? nullptr : corners_.get();
 }
 
 void TangentForm::describe(PlanSummary* plan) const {

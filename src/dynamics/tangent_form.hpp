@@ -1,8 +1,10 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "dynamics/corner_functions.hpp"
 #include "dynamics/equations_of_motion.hpp"
 #include "dynamics/tangent_dynamics.hpp"
 #include "dynamics/tangent_linearization.hpp"
@@ -11,11 +13,14 @@
 
 namespace tanor {
 
+class TangentCorners;
+
 /// The equations of motion in tangent form, in the variables q of r = r(q, t) (see TangentDynamics). There is no drift,
 /// since r(q, t) stays on the constraints by itself. Nothing is projected.
-class TangentForm final : public EquationsOfMotion {
+class TangentForm final : public EquationsOfMotion, public CornerOwner {
  public:
   TangentForm(Workspace& work, const SolverOptions& options);
+  ~TangentForm() override;
 
   std::size_t size() const override { return work_.coordinates.num_coordinates(); }
   bool keeps_variables() const override { return false; }
@@ -44,6 +49,7 @@ class TangentForm final : public EquationsOfMotion {
   void exchange_memory(Memory& memory) override;
 
   Roles roles() override;
+  CornerFunctions* corners() override;
   SeriesExpansion* series(std::string* why_not) override {
     if (why_not != nullptr) *why_not = "the motion in coordinates is not expanded in time";
     return nullptr;
@@ -84,6 +90,7 @@ class TangentForm final : public EquationsOfMotion {
   TangentPassages passages_;
   TangentDrives drives_;
   TangentEvents events_;
+  std::unique_ptr<TangentCorners> corners_;
   std::vector<double> moved_, rate_, r_from_, v_from_;  // [3n] for error estimates
   std::vector<double> q_;                               // initial guess of the search for coordinates
   std::vector<double> rates_;                           // [s] scratch

@@ -35,6 +35,13 @@ class Events {
   /// Forgets the last step; call this if the next step does not start where the last one ended.
   void forget();
 
+  /// Takes note that the motion crossed a corner at t, and forgets the last step.
+  void note_crossing(double t) {
+    forget();
+    ++count_;
+    last_time_ = t;
+  }
+
   /// Examines an accepted step from `from` to `to`. If a function vanishes on the way, the step is repeated so that it
   /// ends at the first such instant, and the result asks for a switch there. `to` and `step` are then those of the
   /// shorter step, whose length is 0 if a function falls from 0 at once. On a failed outcome `to` is meaningless. The

@@ -110,20 +110,37 @@ Outcome Integration::step_or_split(double t, int splits_left, const Taken& taken
     const double h = t - state.t;
     const bool extrapolates = trial_.is_before && singular_.disturb(state.t, h);
     if (Outcome found = extrapolates ? Outcome{} : trial_.events.start(state); !found.ok()) return found;
-    if (!extrapolates) drives_.watch(state, h);
-    const StepAttempt attempt = extrapolates ? trial_.extrapolate(t) : trial_.step(t, splits_left == most_splits);
+    double clear = h;
+    if (Outcome found = extrapolates ? Outcome{} : look_for_corner(h, &clear); !found.ok()) return found;
+    const double end = clear < h ? state.t + clear : t;
+    if (!extrapolates) drives_.watch(state, end - state.t);
+    const StepAttempt attempt = extrapolates   ? trial_.extrapolate(t)
+                                : clear == 0.0 ? trial_.cross(t)
+                                               : trial_.step(end, splits_left == most_splits);
     if (attempt.is_good()) {
       if (trial_.state.t == t) drives_.note(state, h);
       take_trial(attempt, taken);
       continue;
     }
-    if (attempt.has_switched || splits_left == 0) return attempt.step.outcome;
+    if (splits_left == 0 && attempt.step.outcome.ok()) return step_too_small(clear, {});
+    if (attempt.has_switched) return attempt.step.outcome;
+    if (splits_left == 0) return add_corner(std::ldexp(clear, most_splits), attempt.step.outcome);
     ++report_.rejected;
     if (Outcome back = mechanics_.linearise(state.t, state.x.data()); !back.ok()) return back;
-    if (Outcome first = step_or_split(state.t + 0.5 * h, splits_left - 1, taken); !first.ok()) return first;
+    if (Outcome first = step_or_split(state.t + 0.5 * clear, splits_left - 1, taken); !first.ok()) return first;
     return step_or_split(t, splits_left - 1, taken);
   }
   return {};
+}
+
+/// Finds how much of a step of length h may be made before a corner, see Corners::shorten.
+Outcome Integration::look_for_corner(double h, double* clear) {
+  *clear = h;
+  if (trial_.corners.empty()) return {};
+  if (trial_.corners.follow_motion()) {
+    if (Outcome found = trial_.find_acceleration(); !found.ok()) return found;
+  }
+  return trial_.corners.shorten(state, h, clear);
 }
 
 double Integration::longest_step() const {
@@ -136,6 +153,8 @@ std::string Integration::explain_missed() const {
 
 Outcome Integration::step_too_small(double resolution, Outcome reason) {
   if (reason.ok()) reason = find_end_ahead(resolution);
+  constexpr double farthest_corner = 1e7;
+  reason = add_corner(farthest_corner * resolution, std::move(reason));
   return {Status::StepTooSmall, "the step falls below " + text(resolution) + " s at t = " + text(state.t) +
                                     (reason.ok() ? "" : ": " + reason.what)};
 }
@@ -158,6 +177,14 @@ Outcome Integration::find_end_ahead(double resolution) {
     }
   }
   return find_collision(farthest * resolution);
+}
+
+/// Adds the name of a corner that the state meets within so many seconds, if there is one, to the reason of a failure.
+Outcome Integration::add_corner(double within, Outcome reason) {
+  const std::string name = trial_.corners.name_next(state, within);
+  if (name.empty()) return reason;
+  const std::string corner = "the corner of " + name + " is too near";
+  return {Status::Singular, reason.what.empty() ? corner : reason.what + "; " + corner};
 }
 
 /// Names two points that collide within so many seconds. Forces of a pair whose law has no bound are finite up to the
@@ -301,6 +328,13 @@ Outcome Integration::note_jump(const PointPath::Jump& jump, double h) {
                                     "that is defined"};
 }
 
+/// Crosses a corner, and leaves `next_step` alone.
+Outcome Integration::cross_corner(double t, const Taken& taken) {
+  const StepAttempt attempt = trial_.cross(t);
+  if (attempt.is_good()) take_trial(attempt, taken);
+  return attempt.step.outcome;
+}
+
 /// Tries a step once. Afterwards `next_step` is the length to try next.
 Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
   if (Outcome found = trial_.events.start(state); !found.ok()) return found;
@@ -316,7 +350,10 @@ Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
   // End exactly at t_end, without a tiny last step.
   const bool reaches = next_step >= nearly_all * left && left <= longest_step();
   const double fitting = reaches ? left : std::min(next_step, nearly_half * left > next_step ? next_step : 0.5 * left);
-  const double whole = drives_.shorten(state, fitting, resolution);
+  double clear = fitting;
+  if (Outcome found = look_for_corner(fitting, &clear); !found.ok()) return found;
+  if (clear == 0.0) return cross_corner(reaches ? t_end : state.t + fitting, taken);
+  const double whole = drives_.shorten(state, clear, resolution);
   const Cut cut = std::exchange(cut_, {});
   const bool is_cut = cut.length < whole;
   const double h = is_cut ? cut.length : whole;
@@ -329,11 +366,11 @@ Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
     const double wanted = scheme_->choose_step(h, h * control_.accept(attempt.error));
     // A step cut short by t_end, or by functions of time, tells little about the next one, so that the next length
     // stays as planned, up to 5 times what this step allows. The error of a step cut short by an event is that of the
-    // whole step, but does not show that the next step may be longer. One that ends at a jump tells nothing about the
-    // next.
-    next_step = is_cut                ? std::max(wanted, next_step)
-                : last || h < fitting ? std::max(wanted, std::min(next_step, 5.0 * wanted))
-                                      : wanted;
+    // whole step, but does not show that the next step may be longer. One that ends at a jump or before a corner tells
+    // nothing about the next.
+    next_step = is_cut || trial_.corners.is_ahead() ? std::max(wanted, next_step)
+                : last || h < fitting               ? std::max(wanted, std::min(next_step, 5.0 * wanted))
+                                                    : wanted;
     if (attempt.has_switched) next_step = std::min(next_step, h);
     rounding_.note_step(state);
     is_cut ? stiff_steps_.note_cut_step() : stiff_steps_.note_step();

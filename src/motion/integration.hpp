@@ -101,12 +101,15 @@ class Integration {
   Cut cut_at(const PointPath::Jump& jump, double h, double resolution) const;
   Cut cut_again(const Cut& cut, double resolution) const;
   Outcome note_jump(const PointPath::Jump& jump, double h);
+  Outcome look_for_corner(double h, double* clear);
+  Outcome cross_corner(double t, const Taken& taken);
   void take_scheme(Method method, double first_step);
   Outcome look_for_stiffness(double t_end);
   Outcome advance_in_equal_steps(double t_end, const Taken& taken, const Observer& observer);
   Outcome step_or_split(double t, int splits_left, const Taken& taken);
   Outcome step_too_small(double resolution, Outcome reason);
   Outcome find_end_ahead(double resolution);
+  Outcome add_corner(double within, Outcome reason);
   Outcome find_collision(double within);
   double longest_step() const;
   void take_trial(const StepAttempt& attempt, const Taken& taken);

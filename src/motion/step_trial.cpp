@@ -10,6 +10,7 @@ StepTrial::StepTrial(const IntegrationOptions& options, Mechanics& mechanics, co
                      MotionReport* report)
     : events(options, mechanics),
       watch(options, mechanics),
+      corners(options, mechanics),
       options_(options),
       mechanics_(mechanics),
       motion_(motion),
@@ -43,8 +44,13 @@ StepAttempt StepTrial::step(double t, bool may_surprise, Looks looks) {
 }
 
 /// Looks for forces between the instants at which the scheme evaluated them. A fixed step keeps its length, with a
-/// warning. The error of an adaptive step over a jump tells nothing.
+/// warning. The error of an adaptive step over a jump tells nothing. A step that has passed a corner is not made.
 void StepTrial::look_between(StepAttempt* attempt) {
+  constexpr double half = 0.5;
+  if (attempt->is_good() && corners.have_passed(*motion_.scheme, motion_.state, state)) {
+    attempt->part = half;
+    return;
+  }
   if (motion_.scheme->is_adaptive()) {
     const bool is_good = attempt->is_good();
     if (!is_good && !passages_.may_find_jumps()) return;
@@ -75,16 +81,17 @@ void StepTrial::detect_user_events(StepAttempt* attempt) {
   step = motion_.scheme->step(motion_.state, stop - motion_.state.t, &state);
 }
 
+Outcome StepTrial::find_acceleration() {
+  if (knows_acceleration()) return {};
+  return mechanics_.accelerations(motion_.state.at(), options_.request(Gradients::Keep),
+                                  motion_.state.output_without_power());
+}
+
 StepAttempt StepTrial::extrapolate(double t, bool takes_least_error) {
   StepAttempt attempt;
   attempt.is_extrapolated = true;
   if (beyond_.x.empty()) beyond_ = motion_.state;
-  if (!knows_acceleration()) {
-    Outcome& found = attempt.step.outcome;
-    found = mechanics_.accelerations(motion_.state.at(), options_.request(Gradients::Keep),
-                                     motion_.state.output_without_power());
-    if (!found.ok()) return attempt;
-  }
+  if (attempt.step.outcome = find_acceleration(); !attempt.step.outcome.ok()) return attempt;
   beyond_.t = t;
   attempt.step = motion_.singular.extrapolate(*motion_.scheme, state, motion_.state, takes_least_error, &beyond_);
   attempt.error = attempt.step.error;
@@ -101,6 +108,19 @@ StepAttempt StepTrial::pass(double t) {
   if (attempt.step.outcome.ok()) attempt.step.outcome = events.start(motion_.state);
   if (!attempt.step.outcome.ok()) return attempt;
   return step_and_remember(t, false);
+}
+
+StepAttempt StepTrial::cross(double t) {
+  StepAttempt attempt;
+  is_before = false;
+  if (attempt.step.outcome = find_acceleration(); !attempt.step.outcome.ok()) return attempt;
+  attempt.step = corners.cross(motion_.state, t, &state);
+  attempt.has_switched = true;
+  if (!attempt.step.outcome.ok()) return attempt;
+  motion_.scheme->forget();
+  events.note_crossing(state.t);
+  detect_user_events(&attempt);
+  return attempt;
 }
 
 StepAttempt StepTrial::step_and_remember(double t, bool may_surprise, Looks looks) {

@@ -4,6 +4,7 @@
 
 #include <tanor/motion.hpp>
 
+#include "motion/corners.hpp"
 #include "motion/drive_control.hpp"
 #include "motion/events.hpp"
 #include "motion/passages.hpp"
@@ -55,6 +56,10 @@ class StepTrial {
   StepAttempt extrapolate(double t, bool takes_least_error = false);
   /// Takes the scheme's own step past a singular configuration that is foreseen.
   StepAttempt pass(double t);
+  /// Crosses the corner of guides that is right ahead of a step to t.
+  StepAttempt cross(double t);
+  /// Computes the acceleration of the motion's state, where the mechanics is linearised, unless it is known.
+  Outcome find_acceleration();
   /// Returns true if the motion's state has its acceleration, from a scheme that leaves one or from extrapolation.
   bool knows_acceleration() const {
     return motion_.scheme->knows_acceleration() || motion_.singular.is_extrapolating();
@@ -64,6 +69,7 @@ class StepTrial {
   bool is_before = false;  ///< … no other attempt was made since
   Events events;           ///< events where equations change
   Watch watch;             ///< the events that the user looks for
+  Corners corners;         ///< of guides
 
  private:
   void look_between(StepAttempt* attempt);

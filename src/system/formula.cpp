@@ -209,7 +209,15 @@ class Formula::Parser {
     }
   }
 
-  void emit_unary(const Instruction& instruction) { emit_folded(instruction, 1); }
+  void emit_unary(const Instruction& instruction) {
+    // sqrt(a^2) = |a|, which has derivatives on both sides of 0 and at it.
+    const Instruction& last = program_.back();
+    if (instruction.operation == Operation::Sqrt && last.operation == Operation::IntegerPower && last.operand == 2) {
+      program_.back() = {Operation::Abs};
+      return;
+    }
+    emit_folded(instruction, 1);
+  }
 
   void emit_binary(Operation operation) {
     emit_folded({operation}, 2);

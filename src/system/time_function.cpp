@@ -1,11 +1,14 @@
 #include <tanor/time_function.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
 #include <tanor/error.hpp>
+#include <tanor/recorded.hpp>
 
+#include "system/corner_terms.hpp"
 #include "system/formula.hpp"
 #include "system/lanes.hpp"
 #include "system/spline.hpp"
@@ -28,7 +31,10 @@ namespace {
 
 class FormulaSource final : public ScalarFunction::Source {
  public:
-  explicit FormulaSource(Formula formula) : formula_(std::move(formula)) {}
+  explicit FormulaSource(Formula formula)
+      : formula_(std::move(formula)), corners_(*record_expression(1, [this](const std::vector<Traced>& t) {
+          return std::vector{formula_.evaluate(std::span(t))};
+        })) {}
   Jet<2> evaluate(double t) const override {
     const auto variable = Jet<2>::variable(t);
     return formula_.evaluate(std::span(&variable, 1));
@@ -51,10 +57,44 @@ class FormulaSource final : public ScalarFunction::Source {
       std::copy_n(f.c[0], count, values + first);
     }
   }
+  /// Appends the last instants before a term of the formula takes its other branch. Two such instants of one term must
+  /// be further apart than a piece of the interval.
+  void append_knots(double begin, double end, std::vector<double>* knots) const override {
+    if (corners_.empty() || !(begin < end)) return;
+    constexpr int pieces = 64;
+    const auto first = static_cast<std::ptrdiff_t>(knots->size());
+    std::vector<double> from(corners_.size()), to(corners_.size());
+    corners_.evaluate(&begin, from.data());
+    double low = begin;
+    for (int i = 1; i <= pieces; ++i) {
+      const double high = i < pieces ? begin + i * (end - begin) / pieces : end;
+      corners_.evaluate(&high, to.data());
+      for (std::size_t k = 0; k < to.size(); ++k) {
+        if ((from[k] < 0.0) != (to[k] < 0.0)) knots->push_back(narrow(k, low, high));
+      }
+      low = high;
+      from.swap(to);
+    }
+    std::sort(knots->begin() + first, knots->end());
+  }
 
  private:
   static constexpr int largest_order = ScalarFunction::largest_order;
+
+  /// Returns the last number before which term k has the branch that it has at `low`, and not at `high`.
+  double narrow(std::size_t k, double low, double high) const {
+    std::vector<double> at(corners_.size());
+    corners_.evaluate(&low, at.data());
+    const bool is_negative = at[k] < 0.0;
+    for (double middle = 0.5 * (low + high); low < middle && middle < high; middle = 0.5 * (low + high)) {
+      corners_.evaluate(&middle, at.data());
+      ((at[k] < 0.0) == is_negative ? low : high) = middle;
+    }
+    return low;
+  }
+
   Formula formula_;
+  CornerTerms corners_;
 };
 
 class TableSource final : public ScalarFunction::Source {

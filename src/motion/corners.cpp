@@ -1,0 +1,277 @@
+#include "motion/corners.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "base/text.hpp"
+#include "motion/dense_output.hpp"
+
+namespace tanor {
+
+namespace {
+
+/// A step ends before a corner by this part of the way to it.
+constexpr double margin = 1e-3;
+/// The parabola is exact to rounding over this part of a step.
+constexpr double nearest = 1e-7;
+constexpr std::size_t samples_on_path = 8;
+constexpr std::size_t most_crossings = 1000;  // in the time of one step
+
+CornerFunctions* corners_of(Mechanics& mechanics) {
+  auto* const owner = dynamic_cast<CornerOwner*>(&mechanics);
+  return owner != nullptr ? owner->corners() : nullptr;
+}
+
+/// Returns the time in which a corner is right ahead. Implicit schemes divide rounding of positions by the length of a
+/// step, so that none is made which is much shorter than the resolution of time allows.
+double right_ahead(double t, double h) {
+  constexpr double in_rounding = 1e3, in_steps = 1e-3;
+  const double resolution = time_resolution(t, h);
+  return std::max({nearest * h, 4.0 * resolution, std::min(in_rounding * resolution, in_steps * h)});
+}
+
+}  // namespace
+
+Corners::Corners(const IntegrationOptions& options, Mechanics& mechanics)
+    : options_(options), mechanics_(mechanics), functions_(corners_of(mechanics)) {
+  if (empty()) return;
+  for (std::vector<double>* array : {&x_, &v_}) array->resize(mechanics.size());
+  for (std::vector<double>* array : {&start_, &here_, &other_}) array->resize(functions_->num_terms());
+}
+
+bool Corners::differ(const std::vector<double>& one, const std::vector<double>& other) const {
+  for (std::size_t k = 0; k < one.size(); ++k) {
+    if ((one[k] < 0.0) != (other[k] < 0.0)) return true;
+  }
+  return false;
+}
+
+/// x(s) = x + s v + s^2/2 a
+void Corners::go_along(const State& from, const Place& place) {
+  const double s = place.s;
+  for (std::size_t i = 0; i < x_.size(); ++i) {
+    x_[i] = from.x[i] + s * (from.v[i] + 0.5 * s * from.a[i]);
+    v_[i] = from.v[i] + s * from.a[i];
+  }
+  if (s != 0.0) mechanics_.prescribe(place.t, x_.data(), v_.data());
+}
+
+void Corners::evaluate_along(const State& from, const Place& place, std::vector<double>* arguments) {
+  go_along(from, place);
+  functions_->evaluate_terms({place.t, x_.data(), v_.data()}, arguments->data());
+}
+
+/// Halves the way between two places on different branches until no number lies between them.
+Corners::Corner Corners::narrow(const State& from, Place low, Place high) {
+  for (double s = 0.5 * (low.s + high.s); low.s < s && s < high.s; s = 0.5 * (low.s + high.s)) {
+    const Place middle{s, from.t + s};
+    evaluate_along(from, middle, &here_);
+    (differ(start_, here_) ? high : low) = middle;
+    if (high.s <= std::numeric_limits<double>::min()) break;
+  }
+  return {true, low, high, no_term};
+}
+
+Corners::Corner Corners::find_on_path(const State& from, double h) {
+  if (!follow_motion()) return {};
+  Place low{0.0, from.t};
+  evaluate_along(from, low, &start_);
+  samples_.resize(samples_on_path + 1, start_);
+  samples_[0] = start_;
+  for (std::size_t i = 1; i <= samples_on_path; ++i) {
+    const double s = h * static_cast<double>(i) / samples_on_path;
+    const Place high{s, from.t + s};
+    evaluate_along(from, high, &samples_[i]);
+    if (differ(start_, samples_[i])) return narrow(from, low, high);
+    low = high;
+  }
+  return find_touch(from, h);
+}
+
+/// Finds where the argument of a term turns back at 0, from the samples of the whole way. The minimum of its square is
+/// narrowed by golden sections.
+Corners::Corner Corners::find_touch(const State& from, double h) {
+  constexpr double golden = 0.6180339887498949, touches = 1e-3, finest = 1e-9;
+  for (std::size_t k = 0; k < start_.size(); ++k) {
+    const auto size = [&](std::size_t i) { return std::abs(samples_[i][k]); };
+    const auto size_at = [&](double s) {
+      evaluate_along(from, {s, from.t + s}, &here_);
+      return std::abs(here_[k]);
+    };
+    for (std::size_t i = 1; i < samples_on_path; ++i) {
+      if (!(size(i) < size(i - 1) && size(i) <= size(i + 1)) || size(i) > 0.1 * size(0)) continue;
+      const double piece = h / samples_on_path;
+      double low = piece * static_cast<double>(i - 1), high = low + 2.0 * piece;
+      double one = high - golden * (high - low), other = low + golden * (high - low);
+      double at_one = size_at(one), at_other = size_at(other);
+      while (high - low > finest * h) {
+        const bool is_left = at_one < at_other;
+        (is_left ? high : low) = is_left ? other : one;
+        (is_left ? other : one) = is_left ? one : other;
+        (is_left ? at_other : at_one) = is_left ? at_one : at_other;
+        double& next = is_left ? one : other;
+        next = is_left ? high - golden * (high - low) : low + golden * (high - low);
+        (is_left ? at_one : at_other) = size_at(next);
+      }
+      const double s = 0.5 * (low + high);
+      if (std::min(at_one, at_other) <= touches * size(0)) return {true, {s, from.t + s}, {s, from.t + s}, k};
+    }
+  }
+  return {};
+}
+
+/// Finds the first corner on the parabola, of a formula or of a function of time alone.
+Corners::Corner Corners::find(const State& from, double h) {
+  Corner found = find_on_path(from, h);
+  instants_.clear();
+  functions_->append_instants(from.t, from.t + h, &instants_);
+  for (const double t : instants_) {
+    const double next = std::nextafter(t, std::numeric_limits<double>::infinity());
+    if (found.is_found && found.before.t < t) continue;
+    found = {true, {t - from.t, t}, {next - from.t, next}, no_term};
+  }
+  go_back(from);
+  return found;
+}
+
+/// Finds a corner of a formula that the end of the step may meet by rounding.
+Corners::Corner Corners::find_behind(const State& from, double h) {
+  const Corner found = find_on_path(from, h + right_ahead(from.t, h));
+  go_back(from);
+  return found;
+}
+
+void Corners::go_back(const State& from) {
+  go_along(from, {0.0, from.t});
+  mechanics_.prescribe(from.t, x_.data(), v_.data());
+}
+
+/// A corner right behind the end of the step may be met there by rounding.
+Outcome Corners::shorten(const State& from, double h, double* clear) {
+  const double reach = right_ahead(from.t, h), rounding = 4.0 * time_resolution(from.t, h);
+  Corner corner = find(from, h);
+  const bool is_behind = !corner.is_found;
+  if (is_behind) corner = find_behind(from, h);
+  *clear = h;
+  for (std::size_t k = 0; k < start_.size(); ++k) {
+    if (start_[k] != 0.0) continue;
+    if (Outcome stands = functions_->check_standing(from.at(), k); !stands.ok()) return stands;
+    if (Outcome back = mechanics_.linearise(from.t, from.x.data()); !back.ok()) return back;
+  }
+  is_ahead_ = corner.is_found;
+  if (!corner.is_found) return {};
+  // Where an argument only touches 0, singular accelerations keep steps in proportion to the way that is left.
+  const double touching = corner.touched != no_term ? 1e4 * time_resolution(from.t, h) : 0.0;
+  if (corner.before.s <= std::max(touching, is_behind ? rounding : reach))
+    *clear = 0.0;
+  else
+    *clear = std::min(h, (1.0 - margin) * corner.before.s);
+  return {};
+}
+
+bool Corners::have_passed(Scheme& scheme, const State& from, const State& to) {
+  if (!follow_motion()) return false;
+  functions_->evaluate_terms(from.at(), start_.data());
+  DenseOutput inside(scheme, from, to, true);
+  for (const double fraction : {0.25, 0.5, 0.75}) {
+    (void)inside.evaluate(mechanics_.parallel(), fraction, x_.data(), v_.data());  // by the ends, which cannot fail
+    functions_->evaluate_terms({inside.time(fraction), x_.data(), v_.data()}, here_.data());
+    if (differ(start_, here_)) return true;
+  }
+  functions_->evaluate_terms(to.at(), here_.data());
+  return differ(start_, here_);
+}
+
+/// Refuses a motion that comes back to corners without end, as where it comes to rest in one.
+Outcome Corners::check_progress(double t, double h, const std::vector<std::size_t>& which) {
+  if (!(t - series_begin_ <= h)) {
+    series_begin_ = t;
+    repeated_ = 0;
+  }
+  if (++repeated_ <= most_crossings) return {};
+  repeated_ = 0;
+  const std::string name = which.empty() ? "a function of time" : functions_->name_term(which.front());
+  return {Status::NotConverged, "the motion comes back to the corner of " + name + " without end at t = " + text(t)};
+}
+
+/// Crosses between two places, and projects what is found onto the constraints of the other side.
+StepResult Corners::cross_at(const State& from, const Corner& corner, double t_end, State* to) {
+  StepResult step;
+  step.is_interpolated = false;
+  evaluate_along(from, corner.before, &start_);
+  const std::vector<double> x = x_, v = v_;
+  evaluate_along(from, corner.after, &other_);
+  std::vector<std::size_t> which;
+  for (std::size_t k = 0; k < start_.size(); ++k)
+    if ((start_[k] < 0.0) != (other_[k] < 0.0)) which.push_back(k);
+  if (step.outcome = check_progress(corner.after.t, t_end - from.t, which); !step.outcome.ok()) return step;
+  Power work;
+  *to = from;
+  const bool is_at_end = t_end - corner.after.t <= 4.0 * time_resolution(from.t, t_end - from.t);
+  to->t = is_at_end ? t_end : corner.after.t;  // no step of rounding is left over
+  to->x = x_;
+  step.outcome = functions_->cross({corner.before.t, x.data(), v.data()}, {corner.after.t, x_.data(), v_.data()}, which,
+                                   to->v.data(), &work);
+  if (!step.outcome.ok()) return step;
+  to->work.add(1.0, work);
+  step = stabilize(mechanics_, options_, to, MovedVelocity::IsNoError);
+  step.is_interpolated = false;
+  return step;
+}
+
+/// Goes to the end of the step where the corner is met there, and not crossed yet.
+StepResult Corners::arrive(const State& from, const Corner& corner, double t_end, State* to) {
+  go_along(from, corner.before);
+  *to = from;
+  to->t = t_end;
+  to->x = x_;
+  to->v = v_;
+  StepResult step = stabilize(mechanics_, options_, to, MovedVelocity::IsNoError);
+  step.is_interpolated = false;
+  return step;
+}
+
+StepResult Corners::cross(const State& from, double t_end, State* to) {
+  constexpr int most_tries = 12, most_failures = 3;
+  const double h = t_end - from.t;
+  Corner corner = find(from, h);
+  if (!corner.is_found) corner = find_behind(from, h);
+  if (corner.touched != no_term)
+    return {.outcome = {Status::Singular, "the corner of " + functions_->name_term(corner.touched) +
+                                              " at t = " + text(corner.before.t) +
+                                              " is touched without speed across it, as a cusp"}};
+  // Projections may bring a state that is only just beyond the corner back to this side of it, and exactly at it
+  // derivatives may be missing.
+  StepResult first;
+  const double nearest_s = corner.before.s;
+  double beyond = corner.after.s - corner.before.s;
+  for (int k = 0; k < most_tries; ++k, beyond *= 8.0) {
+    if (k > 0) corner.after = {nearest_s + beyond, from.t + (nearest_s + beyond)};
+    if (k > 0 && nearest_s > beyond) corner.before = {nearest_s - beyond, from.t + (nearest_s - beyond)};
+    StepResult step = cross_at(from, corner, t_end, to);
+    if (first.outcome.ok()) first = step;
+    if (!step.outcome.ok() && k + 1 < most_failures) continue;
+    if (!step.outcome.ok()) return first;
+    functions_->evaluate_terms(to->at(), here_.data());
+    if (!differ(here_, other_)) return step;
+  }
+  if (corner.after.t > t_end) return arrive(from, corner, t_end, to);
+  return {.outcome = {Status::NotConverged, "no state beyond the corner at t = " + text(from.t) + " is found"}};
+}
+
+/// The argument of a term that falls or rises to 0 in that time, as it now does, counts as well.
+std::string Corners::name_next(const State& from, double within) {
+  if (!follow_motion()) return {};
+  constexpr double little = 1e-2;
+  evaluate_along(from, {0.0, from.t}, &start_);
+  evaluate_along(from, {little * within, from.t + little * within}, &here_);
+  mechanics_.prescribe(from.t, x_.data(), v_.data());
+  for (std::size_t k = 0; k < start_.size(); ++k)
+    if (std::abs(start_[k]) * little <= std::abs(here_[k] - start_[k])) return functions_->name_term(k);
+  return {};
+}
+
+}  // namespace tanor

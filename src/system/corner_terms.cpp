@@ -1,0 +1,85 @@
+#include "system/corner_terms.hpp"
+
+#include <algorithm>
+
+#include <tanor/jet.hpp>
+
+#include "system/operations.hpp"
+
+namespace tanor {
+
+namespace {
+
+using Operation = Expression::Operation;
+using Instruction = Expression::Instruction;
+
+/// Returns a if the instruction is a square a a, or a positive multiple of one; otherwise -1.
+int find_root_of_square(const std::vector<Instruction>& instructions, int number) {
+  const auto at = [&](int i) -> const Instruction& { return instructions[static_cast<std::size_t>(i)]; };
+  while (at(number).operation == Operation::Scale && at(number).constant > 0.0) number = at(number).a;
+  return at(number).operation == Operation::Multiply && at(number).a == at(number).b ? at(number).a : -1;
+}
+
+}  // namespace
+
+CornerTerms::CornerTerms(const Expression& expression) : expression_(expression) {
+  for (const auto& [operation, a, b, c, constant] : expression_.instructions) {
+    if (operation == Operation::Abs) terms_.push_back({operation, a, -1});
+    if (operation == Operation::Min) terms_.push_back({operation, b, a});
+    if (operation == Operation::Max) terms_.push_back({operation, a, b});
+    if (operation != Operation::Sqrt) continue;
+    if (const int root = find_root_of_square(expression_.instructions, a); root >= 0)
+      terms_.push_back({operation, root, -1});
+  }
+  const auto is_same = [](const Term& one, const Term& other) { return one.a == other.a && one.b == other.b; };
+  for (std::size_t k = terms_.size(); k-- > 0;) {
+    const auto end = terms_.begin() + static_cast<std::ptrdiff_t>(k);
+    if (std::any_of(terms_.begin(), end, [&](const Term& other) { return is_same(terms_[k], other); }))
+      terms_.erase(end);
+  }
+}
+
+/// Returns the values of all instructions; variable(i) is that of the i-th variable.
+template <class T, class Variable>
+std::vector<T> CornerTerms::run(const Variable& variable) const {
+  std::vector<T> values(expression_.instructions.size());
+  for (std::size_t i = 0; i < expression_.variables.size(); ++i)
+    values[static_cast<std::size_t>(expression_.variables[i])] = variable(i);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const Instruction& instruction = expression_.instructions[i];
+    if (instruction.operation != Operation::Variable) values[i] = perform(instruction, values);
+  }
+  return values;
+}
+
+void CornerTerms::evaluate(const double* variables, double* arguments) const {
+  const std::vector<double> values = run<double>([&](std::size_t i) { return variables[i]; });
+  for (const Term& term : terms_) {
+    const double a = values[static_cast<std::size_t>(term.a)];
+    *arguments++ = term.b < 0 ? a : a - values[static_cast<std::size_t>(term.b)];
+  }
+}
+
+void CornerTerms::differentiate(std::size_t k, const double* variables, double* gradient) const {
+  const Term& term = terms_[k];
+  for (std::size_t j = 0; j < num_variables(); ++j) {
+    const std::vector<Jet<1>> values =
+        run<Jet<1>>([&](std::size_t i) { return i == j ? Jet<1>::variable(variables[i]) : Jet<1>(variables[i]); });
+    gradient[j] = values[static_cast<std::size_t>(term.a)].c[1];
+    if (term.b >= 0) gradient[j] -= values[static_cast<std::size_t>(term.b)].c[1];
+  }
+}
+
+std::string CornerTerms::name(std::size_t k, std::span<const std::string> variables) const {
+  const Term& term = terms_[k];
+  const std::string name = term.operation == Operation::Abs    ? "abs"
+                           : term.operation == Operation::Sqrt ? "sqrt"
+                           : term.operation == Operation::Min  ? "min"
+                                                               : "max";
+  const auto place = std::ranges::find(expression_.variables, term.a);
+  if (term.b >= 0 || place == expression_.variables.end()) return name;
+  const auto& variable = variables[static_cast<std::size_t>(place - expression_.variables.begin())];
+  return name + "(" + variable + (term.operation == Operation::Sqrt ? "^2)" : ")");
+}
+
+}  // namespace tanor

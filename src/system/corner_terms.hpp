@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <tanor/expression.hpp>
+
+namespace tanor {
+
+/// The terms of an expression that have corners: abs(a) and sqrt(a a) where a = 0, min and max of a and b where a = b.
+/// Each term has two branches, on which it is smooth.
+class CornerTerms {
+ public:
+  explicit CornerTerms(const Expression& expression);
+
+  bool empty() const { return terms_.empty(); }
+  std::size_t size() const { return terms_.size(); }
+  std::size_t num_variables() const { return expression_.variables.size(); }
+
+  /// Evaluates the argument u of each term: a of abs(a), b - a of min, a - b of max. The expression takes one branch
+  /// where u < 0, the other one elsewhere.
+  void evaluate(const double* variables, double* arguments) const;
+  /// Writes the partial derivatives of the argument of term k in all variables.
+  void differentiate(std::size_t k, const double* variables, double* gradient) const;
+  /// Returns "abs(x1)", or "min" if the argument is no variable. The variables have these names.
+  std::string name(std::size_t k, std::span<const std::string> variables) const;
+
+ private:
+  struct Term {
+    Expression::Operation operation;
+    int a, b;  // u is a, or a - b if b is not negative
+  };
+
+  template <class T, class Variable>
+  std::vector<T> run(const Variable& variable) const;
+
+  Expression expression_;
+  std::vector<Term> terms_;
+};
+
+}  // namespace tanor
