@@ -65,13 +65,13 @@ ROOMS = {
     "mpi":      Sees("system/members.hpp system/fingerprint.hpp base/disjoint_sets.hpp base/groups.hpp base/checksum.hpp cli "
                      "scene report", "tanor",
                      "mpi.h metis.h omp.h unistd.h fcntl.h fmt/"),
-    "scene":    Sees("", "tanor", "nlohmann/ fmt/ unistd.h sys/resource.h"),
-    "report":   Sees("scene base/archive.hpp base/checksum.hpp", "tanor", "nlohmann/ fmt/ unistd.h fcntl.h spawn.h sys/wait.h sys/ioctl.h "
+    "scene":    Sees("base/text.hpp", "tanor", "nlohmann/ fmt/ unistd.h sys/resource.h"),
+    "report":   Sees("scene base/archive.hpp base/checksum.hpp base/text.hpp", "tanor", "nlohmann/ fmt/ unistd.h fcntl.h spawn.h sys/wait.h sys/ioctl.h "
                      "zlib.h dlfcn.h"),
     "formats":  Sees("report scene", "error", "unistd.h fcntl.h sys/resource.h hdf5.h zip.h"),
     "picture":  Sees("base/vec3.hpp system/operations.hpp report/colours.hpp report/guides.hpp report/stored_frame.hpp report/motion_extent.hpp", "system", "cairo.h"),
     "view":     Sees("", "export", "httplib.h sys/socket.h"),
-    "cli":      Sees("scene report view picture", "tanor",
+    "cli":      Sees("base/text.hpp scene report view picture", "tanor",
                      "nlohmann/ fmt/ CLI/ poll.h unistd.h fcntl.h spawn.h sys/file.h sys/mman.h sys/resource.h sys/stat.h dlfcn.h"),
     "python":   Sees("scene", "tanor", "pybind11/ cxxabi.h"),
 }

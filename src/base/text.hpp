@@ -4,19 +4,47 @@
 
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <cstddef>
 #include <span>
 #include <string>
+#include <type_traits>
 
 namespace tanor {
 
-/// Returns the shortest text that reads back as the same number. A NaN has no sign.
+/// So many digits tell all numbers apart; the shortest text that does so is taken then.
+constexpr int all_digits = 17;
+
+/// Returns the text of a number in a message, of so many digits. Whole numbers below a million have all of theirs, and
+/// a NaN has no sign.
 template <class Number>
-std::string text(Number number) {
+std::string text(Number number, int digits = 4) {
   if (number != number) return "nan";
   std::array<char, 32> buffer;
-  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), number).ptr;
-  return std::string(buffer.data(), end);
+  char *const begin = buffer.data(), *const end = begin + buffer.size();
+  if constexpr (std::is_floating_point_v<Number>) {
+    if (std::abs(number) < 1e6 && number == std::trunc(number)) return text(static_cast<long>(number));
+    if (digits < all_digits)
+      return std::string(begin, std::to_chars(begin, end, number, std::chars_format::general, digits).ptr);
+  }
+  return std::string(begin, std::to_chars(begin, end, number).ptr);
+}
+
+/// Returns the texts of numbers that a message compares, with as many digits more as tell different ones apart.
+template <std::size_t size>
+std::array<std::string, size> texts_apart(const std::array<double, size>& numbers) {
+  std::array<std::string, size> texts;
+  const auto are_apart = [&] {
+    for (std::size_t i = 0; i < size; ++i)
+      for (std::size_t j = 0; j < i; ++j)
+        if (texts[i] == texts[j] && numbers[i] != numbers[j]) return false;
+    return true;
+  };
+  for (int digits = 4; digits <= all_digits; ++digits) {
+    for (std::size_t i = 0; i < size; ++i) texts[i] = text(numbers[i], digits);
+    if (are_apart()) break;
+  }
+  return texts;
 }
 
 /// Returns a list such as "[1, 2, 3]".

@@ -10,6 +10,7 @@
 #include <tanor/dynamics.hpp>
 #include <tanor/enum_names.hpp>
 
+#include "base/text.hpp"
 #include "cli/command_line.hpp"
 #include "cli/cost.hpp"
 #include "cli/messages.hpp"
@@ -86,11 +87,12 @@ std::string describe_form(const PlanSummary& plan, Form wanted) {
 }
 
 std::string describe_motion(const scene::Scene& scene, const ChosenMethod& chosen) {
-  const std::string end = scene.has_end() ? fmt::format(" to t = {} s", scene.t_end) : "; no t_end";
+  const std::string end = scene.has_end() ? fmt::format(" to t = {} s", tanor::text(scene.t_end)) : "; no t_end";
   const bool has_step = scene.motion.step > 0.0, has_atol = scene.motion.atol > 0.0;
-  const std::string step = has_step   ? fmt::format("step {} s", scene.motion.step)
-                           : has_atol ? fmt::format("rtol {}, atol {}", scene.motion.rtol, scene.motion.atol)
-                                      : fmt::format("rtol {}, atol 1e-10 of the size", scene.motion.rtol);
+  const std::string step =
+      has_step   ? fmt::format("step {} s", tanor::text(scene.motion.step))
+      : has_atol ? fmt::format("rtol {}, atol {}", tanor::text(scene.motion.rtol), tanor::text(scene.motion.atol))
+                 : fmt::format("rtol {}, atol 1e-10 of the size", tanor::text(scene.motion.rtol));
   const std::string reason = chosen.reason.empty() ? "" : fmt::format(" ({})", chosen.reason);
   return fmt::format("{}{}, {}{}", name_of(chosen.method), reason, step, end);
 }

@@ -2,11 +2,13 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "base/text.hpp"
 #include "cli/command_line.hpp"
 #include "cli/messages.hpp"
 #include "picture/draw.hpp"
@@ -35,8 +37,9 @@ double choose_time(const PictureOptions& options, const report::StoredMotion& mo
   // A time may have been printed with few digits.
   const double rounding = 1e-9 * (end - begin);
   if (!(time >= begin - rounding && time <= end + rounding)) {
-    throw InputError("--time", fmt::format("must be between {:g} and {:g} s, the frames of {}, not {:g}", begin, end,
-                                           options.folder.string(), time));
+    const auto [first, last, given] = texts_apart(std::array{begin, end, time});
+    throw InputError("--time", fmt::format("must be between {} and {} s, the frames of {}, not {}", first, last,
+                                           options.folder.string(), given));
   }
   return std::min(std::max(time, begin), end);
 }
@@ -67,9 +70,9 @@ ExitCode execute(const PictureOptions& options) {
                 {"arrow", or_null(drawn.arrow)},
                 {"guides_left_out", drawn.left_out + without_picture.size()}});
   } else if (!options.quiet) {
-    print_message(fmt::format(
-        "t = {:g} s in {}{}", instant.frame.time, typed(file),
-        is_frame ? "" : fmt::format(", between the frames at {:g} s and {:g} s", instant.before, instant.after)));
+    const auto [time, before, after] = texts_apart(std::array{instant.frame.time, instant.before, instant.after});
+    print_message(fmt::format("t = {} s in {}{}", time, typed(file),
+                              is_frame ? "" : fmt::format(", between the frames at {} s and {} s", before, after)));
     if (drawn.left_out > 0)
       print_message(
           fmt::format("{} guides are left out: those before them cover the picture, or take too long", drawn.left_out));

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <array>
 #include <chrono>
 #include <memory>
 #include <stdexcept>
@@ -7,6 +8,7 @@
 
 #include <tanor/motion.hpp>
 
+#include "base/text.hpp"
 #include "cli/command_line.hpp"
 #include "cli/cost.hpp"
 #include "cli/folder_lock.hpp"
@@ -36,12 +38,13 @@ void require_no_interrupted(const RunPlan& plan, double t_start) {
     before = report::read_checkpoint(plan.directory, plan.fingerprint);
   } catch (const InputError&) {  // the checkpoint is of another run, or damaged
   }
-  if (before && before->time > t_start && before->time < before->t_end)
-    throw InputError(
-        plan.directory.string(),
-        fmt::format("has this run, which was interrupted at t = {:g} s of {:g} s; --resume goes on with it, "
-                    "--overwrite begins anew",
-                    before->time, before->t_end));
+  if (before && before->time > t_start && before->time < before->t_end) {
+    const auto [time, end] = texts_apart(std::array{before->time, before->t_end});
+    throw InputError(plan.directory.string(),
+                     fmt::format("has this run, which was interrupted at t = {} s of {} s; --resume goes on with it, "
+                                 "--overwrite begins anew",
+                                 time, end));
+  }
 }
 
 /// Plans a run. A folder that exists is locked before its checkpoint is read.
@@ -63,8 +66,9 @@ RunPlan plan_run(const RunOptions& options, const scene::Scene& scene, RunPlan::
   }
   plan.before = report::read_checkpoint(plan.directory, plan.fingerprint);
   if (plan.before && plan.before->time > scene.t_end) {
-    throw InputError(plan.directory.string(), fmt::format("the run already reached t = {} s, its end was to be {} s",
-                                                          plan.before->time, scene.t_end));
+    const auto [time, end] = texts_apart(std::array{plan.before->time, scene.t_end});
+    throw InputError(plan.directory.string(),
+                     fmt::format("the run already reached t = {} s, its end was to be {} s", time, end));
   }
   return plan;
 }
@@ -194,10 +198,11 @@ std::string describe_end(const Ending& ending, const Simulation& simulation, dou
     const bool can_go_on = caught_interrupt().has_value();
     const std::string left = holds_results(directory) ? "what was found until then is in " + typed(directory)
                                                       : "nothing of it is left in " + typed(directory);
-    return fmt::format("stopped at t = {:g} s of {:g} s: {}; {}{}", simulation.time(), t_end, ending.why, left,
+    const auto [time, end] = texts_apart(std::array{simulation.time(), t_end});
+    return fmt::format("stopped at t = {} s of {} s: {}; {}{}", time, end, ending.why, left,
                        can_go_on ? "; the same command with --resume goes on" : "");
   }
-  return fmt::format("t = {:g} s reached in {} of {}; results in {}", simulation.time(),
+  return fmt::format("t = {} s reached in {} of {}; results in {}", tanor::text(simulation.time()),
                      report::count_in_words(report.steps, "step"), name_of(report.method), typed(directory));
 }
 

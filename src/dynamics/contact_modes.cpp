@@ -326,10 +326,11 @@ Outcome ContactModes::check_rest(const ModeSwitch& at) const {
     const double held = state_.held(c, lambda);
     const bool is_still = a <= largest_miss * scale;
     if (is_still && held - limit <= largest_miss * std::max(limit, state_.mass(c) * scale)) continue;
+    const auto [holds, most] = texts_apart(std::array{held, limit});
     return fail_friction(
         Status::NotConverged, at.t,
         "what was found misses the law: " + work_.name_contact(c) + " sticks, and " +
-            (is_still ? "holds " + text(held) + " N of at most " + text(limit) : "moves by " + text(a) + " m/s^2"));
+            (is_still ? "holds " + holds + " N of at most " + most : "moves by " + text(a) + " m/s^2"));
   }
   return {};
 }

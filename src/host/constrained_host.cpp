@@ -46,8 +46,9 @@ void ConstrainedHost::check_cell() {
   for (const RodRow& rod : sums.rods()) {
     const auto row = static_cast<std::size_t>(rod.row);
     if (lengths[row] < 0.5 * height) continue;
-    throw InputError("/cell", work.name_row(row) + " has the length " + text(lengths[row]) +
-                                  ", no less than half of the cell, whose faces are " + text(height) +
+    const auto [length, apart] = texts_apart(std::array{lengths[row], height});
+    throw InputError("/cell", work.name_row(row) + " has the length " + length +
+                                  ", no less than half of the cell, whose faces are " + apart +
                                   " apart; tell which images the rods join");
   }
 }

@@ -116,8 +116,9 @@ void DriveControl::note(const State& from, double h) {
 }
 
 std::string DriveControl::describe() const {
-  return "steps may be too long: what " + monitor_->name_drive(worst_drive_) +
-         " does between t = " + text(worst_begin_) + " and " + text(worst_begin_ + worst_length_) + " is passed over";
+  const auto [begin, end] = texts_apart(std::array{worst_begin_, worst_begin_ + worst_length_});
+  return "steps may be too long: what " + monitor_->name_drive(worst_drive_) + " does between t = " + begin + " and " +
+         end + " is passed over";
 }
 
 }  // namespace tanor

@@ -350,11 +350,11 @@ Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
   // End exactly at t_end, without a tiny last step.
   const bool reaches = next_step >= nearly_all * left && left <= longest_step();
   const double fitting = reaches ? left : std::min(next_step, nearly_half * left > next_step ? next_step : 0.5 * left);
+  const Cut cut = std::exchange(cut_, {});
   double clear = fitting;
   if (Outcome found = look_for_corner(fitting, &clear); !found.ok()) return found;
   if (clear == 0.0) return cross_corner(reaches ? t_end : state.t + fitting, taken);
   const double whole = drives_.shorten(state, clear, resolution);
-  const Cut cut = std::exchange(cut_, {});
   const bool is_cut = cut.length < whole;
   const double h = is_cut ? cut.length : whole;
   const bool last = reaches && h == fitting;

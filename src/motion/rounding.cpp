@@ -130,8 +130,9 @@ void Rounding::allow(const State& from, double h, const RoundingGain& gain) {
 std::string Rounding::explain() const {
   constexpr double some = 0.05;  // part of the steps
   if (!(num_exceeding_ > some * num_steps_)) return {};
-  return "forces round to more than the tolerance from t = " + text(since_) + " on: steps meet rtol " +
-         text(options_.rtol * sum_of_excesses_ / num_exceeding_) + ", not " + text(options_.rtol);
+  const auto [met, wanted] = texts_apart(std::array{options_.rtol * sum_of_excesses_ / num_exceeding_, options_.rtol});
+  return "forces round to more than the tolerance from t = " + text(since_) + " on: steps meet rtol " + met + ", not " +
+         wanted;
 }
 
 void Rounding::exchange_memory(Memory& memory) {

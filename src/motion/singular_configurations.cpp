@@ -168,9 +168,9 @@ double SingularConfigurations::extrapolation_length(double t_before, double t) c
 }
 
 Outcome SingularConfigurations::explain_stop(double t) const {
-  return {Status::StepTooSmall, "constraints depend on each other near t = " + text(memory_.forecast.time()) +
-                                    ", and no step from t = " + text(t) +
-                                    " leads past that place within the tolerance"};
+  const auto [place, from] = texts_apart(std::array{memory_.forecast.time(), t});
+  return {Status::StepTooSmall, "constraints depend on each other near t = " + place +
+                                    ", and no step from t = " + from + " leads past that place within the tolerance"};
 }
 
 StepResult SingularConfigurations::extrapolate(Scheme& scheme, const State& before, const State& from,

@@ -1,12 +1,15 @@
 #include "report/html_page.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <tanor/version.hpp>
 
+#include "base/text.hpp"
 #include "report/colours.hpp"
 #include "report/error_time_table.hpp"
 #include "report/friction_parts.hpp"
@@ -221,7 +224,8 @@ Json describe_run(const RunFacts& facts, const Simulation& simulation, const std
   if (facts.certificate && !facts.certificate->passed()) warnings.push_back(facts.certificate->line());
   const bool is_running = text.empty();
   if (facts.has_started && simulation.time() < facts.t_end && !is_running)
-    warnings.push_back(fmt::format("The motion ended at t = {:g} s of {:g} s{}", simulation.time(), facts.t_end,
+    warnings.push_back(fmt::format("The motion ended at t = {} s{}",
+                                   fmt::join(texts_apart(std::array{simulation.time(), facts.t_end}), " s of "),
                                    facts.stopped_by.empty() ? "." : ": " + facts.stopped_by));
   if (const std::string several = describe_several(report.friction); !several.empty()) warnings.push_back(several);
   return {{"scene", facts.scene},

@@ -1,9 +1,13 @@
 #include "scene/context.hpp"
 
 #include <algorithm>
+#include <array>
 #include <stdexcept>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "base/text.hpp"
 
 #include "scene/memory.hpp"
 
@@ -20,11 +24,13 @@ std::vector<ScalarFunction> read_table(const Cursor& file_name, std::size_t num_
   for (std::size_t row = 0; row < table.rows; ++row) times[row] = table(row, 0);
   const auto back = std::adjacent_find(times.begin(), times.end(), [](double a, double b) { return !(a < b); });
   if (back != times.end())
-    file_name.fail(fmt::format("a table whose times grow, here {} is followed by {}", *back, *(back + 1)));
+    file_name.fail(fmt::format("a table whose times grow, here {}",
+                               fmt::join(texts_apart(std::array{*back, *(back + 1)}), " is followed by ")));
   const double begin = std::min(0.0, context.t_start);
-  if (times.front() > begin || times.back() < context.t_end)
-    file_name.fail(fmt::format("a table from t = {} to t_end = {}, this one has {} to {}", begin, context.t_end,
-                               times.front(), times.back()));
+  if (times.front() > begin || times.back() < context.t_end) {
+    const auto [from, to, first, last] = texts_apart(std::array{begin, context.t_end, times.front(), times.back()});
+    file_name.fail(fmt::format("a table from t = {} to t_end = {}, this one has {} to {}", from, to, first, last));
+  }
 
   std::vector<ScalarFunction> functions;
   for (std::size_t k = 1; k <= num_values; ++k) {

@@ -1,10 +1,12 @@
 #include "scene/motion.hpp"
 
+#include <array>
 #include <limits>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "base/text.hpp"
 #include "scene/parts.hpp"
 
 namespace tanor::scene {
@@ -35,8 +37,8 @@ void apply(const Overrides& overrides, Scene* scene) {
 std::string describe_limit(const Scene& scene, double most, std::string_view what) {
   const double duration = scene.t_end - scene.t_start;
   const std::string_view name = scene.t_start == 0.0 ? "t_end" : "(t_end - t_start)";
-  return fmt::format("at least {}/{:.0e} = {} s ({} = {} s, {:.0e} {} at most)", name, most, duration / most, name,
-                     duration, most, what);
+  return fmt::format("at least {}/{:.0e} = {} s ({} = {} s, {:.0e} {} at most)", name, most,
+                     tanor::text(duration / most), name, tanor::text(duration), most, what);
 }
 
 /// Checks that the end can be reached, with output that can be stored.
@@ -44,18 +46,21 @@ void check_counts(const Cursor& motion, const Overrides& overrides, const Scene&
   if (!scene.has_end()) return;
   const double step = scene.motion.step, duration = scene.t_end - scene.t_start;
   if (!(duration > 0.0)) {
-    const std::string wanted = fmt::format("a time after t_start = {} s", scene.t_start);
-    if (overrides.t_end) throw InputError("--t-end", fmt::format("found number {}, wanted {}", scene.t_end, wanted));
+    const auto [end, start] = texts_apart(std::array{scene.t_end, scene.t_start});
+    const std::string wanted = fmt::format("a time after t_start = {} s", start);
+    if (overrides.t_end) throw InputError("--t-end", fmt::format("found number {}, wanted {}", end, wanted));
     motion["t_end"].fail(wanted);
   }
   if (step > 0.0 && duration / step > most_steps) {
     const std::string wanted = describe_limit(scene, most_steps, "steps");
-    if (overrides.step) throw InputError("--step", fmt::format("found number {}, wanted {}", step, wanted));
+    if (overrides.step)
+      throw InputError("--step", fmt::format("found number {}, wanted {}", tanor::text(step), wanted));
     motion["step"].fail(wanted);
   }
   if (const double longest = scene.motion.max_step; longest > 0.0 && duration / longest > most_steps) {
     const std::string wanted = describe_limit(scene, most_steps, "steps");
-    if (overrides.max_step) throw InputError("--max-step", fmt::format("found number {}, wanted {}", longest, wanted));
+    if (overrides.max_step)
+      throw InputError("--max-step", fmt::format("found number {}, wanted {}", tanor::text(longest), wanted));
     motion["max_step"].fail(wanted);
   }
   if (scene.output_every > 0.0 && duration / scene.output_every > most_frames) {

@@ -8,6 +8,7 @@
 
 #include <tanor/error.hpp>
 
+#include "base/text.hpp"
 #include "scene/cursor.hpp"
 #include "scene/document.hpp"
 #include "scene/text_file.hpp"
@@ -102,7 +103,7 @@ ReferenceState read_reference_state(const std::filesystem::path& file, const Sys
   std::string times;
   int count = 0;
   for (const Instant& instant : ending_of(file) == ".json" ? read_case(name, text) : read_blocks(name, text)) {
-    if (++count <= most_named) times += fmt::format("{}{:g}", times.empty() ? "" : ", ", instant.t);
+    if (++count <= most_named) times += fmt::format("{}{}", times.empty() ? "" : ", ", tanor::text(instant.t));
     if (std::abs(instant.t - t) > 1e-12 * std::abs(t)) continue;
     ReferenceState state{name, list_movable(system), std::vector<double>(system.positions.size(), 0.0)};
     const std::size_t found = instant.places.size() / 3, all = system.masses.size();
@@ -111,8 +112,8 @@ ReferenceState read_reference_state(const std::filesystem::path& file, const Sys
       for (std::size_t i = 0; i < all; ++i) state.points.push_back(static_cast<Index>(i));
     }
     if (found != state.points.size()) {
-      throw InputError(name, fmt::format("has {} points at t = {:g} s; the scene has {}, {} without supports", found, t,
-                                         all, state.points.size()));
+      throw InputError(name, fmt::format("has {} points at t = {} s; the scene has {}, {} without supports", found,
+                                         tanor::text(t), all, state.points.size()));
     }
     for (std::size_t k = 0; k < found; ++k) {
       std::copy_n(&instant.places[3 * k], 3, &state.positions[3 * static_cast<std::size_t>(state.points[k])]);
@@ -120,8 +121,8 @@ ReferenceState read_reference_state(const std::filesystem::path& file, const Sys
     return state;
   }
   if (count > most_named) times += fmt::format(", … ({} in all)", count);
-  throw InputError(name,
-                   fmt::format("has no state at t_end = {:g} s; its times are {}", t, count > 0 ? times : "none"));
+  throw InputError(
+      name, fmt::format("has no state at t_end = {} s; its times are {}", tanor::text(t), count > 0 ? times : "none"));
 }
 
 }  // namespace tanor::scene

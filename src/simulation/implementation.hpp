@@ -360,7 +360,8 @@ struct Simulation::Implementation {
     } const advancing(is_advancing);
     if (!outcome.ok()) return outcome;
     if (!(t_end > state.t) || !std::isfinite(t_end)) {
-      throw InputError("/motion/t_end", text(t_end) + " does not lie after the time reached, " + text(state.t));
+      const auto [end, reached] = texts_apart(std::array{t_end, state.t});
+      throw InputError("/motion/t_end", end + " does not lie after the time reached, " + reached);
     }
     if (integration.scheme().is_adaptive() && integration.next_step == 0.0)
       integration.next_step = first_step(t_end - state.t);

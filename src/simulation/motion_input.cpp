@@ -42,7 +42,8 @@ void check_options(const MotionOptions& options) {
                                           " are right, or 0: as the tolerance asks");
   }
   if (!(options.spectral_radius >= 0.0 && options.spectral_radius <= 1.0)) {
-    throw InputError("/motion/spectral_radius", text(options.spectral_radius) + " does not lie between 0 and 1");
+    throw InputError("/motion/spectral_radius",
+                     texts_apart(std::array{options.spectral_radius, 1.0})[0] + " does not lie between 0 and 1");
   }
 }
 

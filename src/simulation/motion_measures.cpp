@@ -146,10 +146,9 @@ void MotionMeasures::warn_of_tolerance() {
   for (std::size_t k = 0; k + 1 < work_.scales.size(); ++k) smallest = std::min(smallest, work_.scales.length(k));
   const double length = -form_.largest(-smallest);
   if (!(options_.atol > coarse * length)) return;
-  std::array<char, 16> part{};
-  std::snprintf(part.data(), part.size(), "%.3g", options_.atol / length);
-  report_.accuracy_warning = "the absolute tolerance, " + text(options_.atol) + " m, is " + std::string(part.data()) +
-                             " of the size of what moves, " + text(length) + " m; left out, it is 1e-10 of that size";
+  report_.accuracy_warning = "the absolute tolerance, " + text(options_.atol) + " m, is " +
+                             text(options_.atol / length) + " of the size of what moves, " + text(length) +
+                             " m; left out, it is 1e-10 of that size";
 }
 
 /// Returns true if the energy misses `drift`, J, which is more than velocities and positions within some thousand

@@ -53,7 +53,8 @@ void check_box(const PairForces& pairs, const std::string& where) {
   for (const double edge : pairs.box) {
     check_number(edge, ValueRange::not_negative, where, "box edge");
     if (edge > 0.0 && edge < least) {
-      throw InputError(where, "box edge " + text(edge) + " is shorter than twice the cutoff; " + text(least) +
+      const auto [given, wanted] = texts_apart(std::array{edge, least});
+      throw InputError(where, "box edge " + given + " is shorter than twice the cutoff; " + wanted +
                                   " or longer is right, or 0 along an axis that is not periodic");
     }
   }

@@ -36,7 +36,8 @@ void check_samples(const std::vector<double>& times, const std::vector<double>& 
     if (!std::isfinite(times[i])) fail("time " + text(times[i]) + " is not finite");
     if (!std::isfinite(values[i])) fail("value " + text(values[i]) + " is not finite");
     if (i > 0 && times[i] <= times[i - 1]) {
-      fail("time " + text(times[i]) + " after " + text(times[i - 1]) + "; times must strictly increase");
+      const auto [time, before] = texts_apart(std::array{times[i], times[i - 1]});
+      fail("time " + time + " after " + before + "; times must strictly increase");
     }
   }
 }
@@ -158,8 +159,8 @@ const Spline::Piece& Spline::find_piece(double t) const {
   const double rounding =
       8.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(first_time_), std::abs(last_time_));
   if (!(first_time_ - rounding <= t && t <= last_time_ + rounding)) {
-    throw InputError("", "t = " + text(t) + " is outside the table, which reaches from " + text(first_time_) + " to " +
-                             text(last_time_));
+    const auto [time, first, last] = texts_apart(std::array{t, first_time_, last_time_});
+    throw InputError("", "t = " + time + " is outside the table, which reaches from " + first + " to " + last);
   }
   return *(std::upper_bound(pieces_.begin() + 1, pieces_.end(), t,
                             [](double time, const Piece& next) { return time < next.start; }) -
