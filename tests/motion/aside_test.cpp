@@ -18,13 +18,13 @@
 namespace tanor {
 namespace {
 
-struct Scene {
+struct AsideScene {
   std::string name;
   System system;
   SolverOptions solver{};
 };
 
-void PrintTo(const Scene& scene, std::ostream* out) {
+void PrintTo(const AsideScene& scene, std::ostream* out) {
   *out << scene.name;
 }
 
@@ -90,14 +90,14 @@ System make_bead_by_its_angle() {
 }
 
 /// Returns a parallelogram with a redundant middle crank, whose pivots shake.
-System make_redundant_cranks() {
+System make_shaken_cranks() {
   System system = scenes::make_cranks({0.0, 0.5, 1.0}, std::atan2(0.8, 0.6), 1.0);
   system.supports[0].displacement = {0.0, ScalarFunction::formula("0.01*sin(20*t)^2"), 0.0};
   system.forces = {Gravity{"gravity", {0, -9.81, 0}}};
   return system;
 }
 
-std::vector<Scene> list_scenes() {
+std::vector<AsideScene> list_aside_scenes() {
   return {{"support_by_a_formula", scenes::make_shaken_chain_in_air(0.3)},
           {"support_by_a_table", make_chain_on_a_table()},
           {"moving_guides", make_beads_on_moving_guides(false)},
@@ -108,14 +108,14 @@ std::vector<Scene> list_scenes() {
           {"coordinates_with_friction", make_bead_by_its_angle(), {.form = Form::Tangent}},
           {"neighbour_lists", make_fast_molecules()},
           {"reused_factors", make_wide_net()},
-          {"multipliers_that_remain", make_redundant_cranks()},
+          {"multipliers_that_remain", make_shaken_cranks()},
           {"beads_that_stick_and_slide", scenes::make_rough_beads(1)}};
 }
 
 /// A motion inside the library, begun as a Simulation begins it.
-class Motion {
+class InnerMotion {
  public:
-  Motion(const Scene& scene, const IntegrationOptions& options)
+  InnerMotion(const AsideScene& scene, const IntegrationOptions& options)
       : forms_(scene.system, scene.solver), integration_(options.method, options, *forms_.main, &report_) {
     const Model& model = forms_.model;
     std::vector<double> r(3 * model.num_points()), v(r.size());
@@ -166,13 +166,13 @@ class Motion {
   Integration integration_;
 };
 
-IntegrationOptions options_for(Method method) {
+IntegrationOptions options_of(Method method) {
   return MotionOptions{.method = method, .step = method == Method::Rattle6 ? 0.01 : 0.003, .rtol = 1e-7, .atol = 1e-9};
 }
 
-bool has(Method method, const Scene& scene) {
+bool can_step(Method method, const AsideScene& scene) {
   try {
-    const IntegrationOptions options = options_for(method);
+    const IntegrationOptions options = options_of(method);
     const Simulation simulation(scene.system, options, scene.solver);
     return true;
   } catch (const InputError&) {
@@ -180,21 +180,21 @@ bool has(Method method, const Scene& scene) {
   }
 }
 
-class AsideTest : public testing::TestWithParam<std::tuple<Scene, Method>> {};
+class AsideTest : public testing::TestWithParam<std::tuple<AsideScene, Method>> {};
 
 TEST_P(AsideTest, AStepOfAnyOtherMethodLeavesNoTrace) {
   const auto& [scene, method] = GetParam();
-  if (!has(method, scene)) return;
+  if (!can_step(method, scene)) return;
   const int few = scene.name == "reused_factors" ? 2 : 5;
-  const IntegrationOptions options = options_for(method);
-  Motion alone(scene, options);
+  const IntegrationOptions options = options_of(method);
+  InnerMotion alone(scene, options);
   std::vector<std::vector<double>> wanted;
   ASSERT_TRUE(alone.make_steps(few, [&] { wanted.push_back(alone.numbers()); }).ok());
   for (const MethodTraits& other : methods()) {
-    if (other.method == Method::Auto || !has(other.method, scene)) continue;
+    if (other.method == Method::Auto || !can_step(other.method, scene)) continue;
     SCOPED_TRACE(std::string("with trials of ") + std::string(other.name));
-    const IntegrationOptions of_other = options_for(other.method);
-    Motion tried(scene, options);
+    const IntegrationOptions of_other = options_of(other.method);
+    InnerMotion tried(scene, options);
     std::vector<std::vector<double>> found;
     const Outcome outcome = tried.make_steps(few, [&] {
       const std::vector<double> before = tried.numbers();
@@ -219,7 +219,7 @@ std::vector<Method> list_methods() {
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, AsideTest,
-                         testing::Combine(testing::ValuesIn(list_scenes()), testing::ValuesIn(list_methods())),
+                         testing::Combine(testing::ValuesIn(list_aside_scenes()), testing::ValuesIn(list_methods())),
                          [](const auto& instance) {
                            return std::get<0>(instance.param).name + "_" +
                                   std::string(name_of(std::get<1>(instance.param)));

@@ -362,7 +362,8 @@ class ShakenTree {
 
 /// Runs with `auto`. Returns the largest distance, m, from where the dense program ends, which halves its steps until
 /// two of its runs agree.
-double compare(const ShakenTree& tree, double t_end, int num_steps, std::size_t columns, Simulation* simulation) {
+double compare_with_dense(const ShakenTree& tree, double t_end, int num_steps, std::size_t columns,
+                          Simulation* simulation) {
   const std::vector<double> r0(simulation->positions().begin(), simulation->positions().end()),
       v0(simulation->velocities().begin(), simulation->velocities().end());
   const Outcome outcome = simulation->advance_to(t_end);
@@ -388,7 +389,7 @@ TEST(ImplicitTrial, KeepsRandomTreesThatShake) {
     const MotionOptions options{.max_step = t_end / 600, .rtol = 1e-12, .atol = 1e-12, .start = StartMode::Project};
     Simulation simulation(tree.system(), options);
 
-    EXPECT_LE(compare(tree, t_end, 12, 8, &simulation), 1e-9);
+    EXPECT_LE(compare_with_dense(tree, t_end, 12, 8, &simulation), 1e-9);
 
     EXPECT_GE(simulation.report().steps, 600U);
     EXPECT_EQ(simulation.report().accuracy_warning, "");
@@ -404,7 +405,7 @@ TEST(ImplicitTrial, KeepsRandomTreesWithAStiffSpring) {
     const MotionOptions options{.rtol = 1e-10, .atol = 1e-10, .start = StartMode::Project};
     Simulation simulation(tree.system(), options);
 
-    EXPECT_LE(compare(tree, t_end, 1500, 4, &simulation), 1e-8);
+    EXPECT_LE(compare_with_dense(tree, t_end, 1500, 4, &simulation), 1e-8);
 
     EXPECT_EQ(simulation.report().method, Method::Radau5);
   }

@@ -17,11 +17,11 @@ Simulation run(Method method, Stabilisation stabilisation) {
 }
 
 /// Violations of positions, and of velocities in m/s, which are computed independently.
-struct Violation {
+struct MeasuredViolation {
   double position, velocity;
 };
 
-Violation measure_violation(const Simulation& simulation) {
+MeasuredViolation measure_violation(const Simulation& simulation) {
   Dynamics dynamics(simulation.system());
   return {dynamics.position_violation({.time = simulation.time(), .positions = simulation.positions()}),
           dynamics.velocity_violation(
@@ -29,7 +29,7 @@ Violation measure_violation(const Simulation& simulation) {
 }
 
 void expect_on_constraints(const Simulation& simulation) {
-  const Violation violation = measure_violation(simulation);
+  const MeasuredViolation violation = measure_violation(simulation);
   EXPECT_LE(violation.position, 1e-12);
   EXPECT_LE(violation.velocity, 1e-12);
   EXPECT_LE(simulation.report().violation.position, 1e-12);
@@ -47,7 +47,7 @@ TEST(ProjectionTest, HoldsTheConstraintsOver1e4Steps) {
 TEST(ProjectionTest, ConstraintsDriftWithoutProjectionAndTheReportSaysSo) {
   const Simulation simulation = run(Method::Rk4, Stabilisation::None);
 
-  const Violation violation = measure_violation(simulation);
+  const MeasuredViolation violation = measure_violation(simulation);
   EXPECT_GT(violation.position, 1e-9);
   EXPECT_GT(violation.velocity, 1e-9);
   EXPECT_GE(simulation.report().violation.position, violation.position);
