@@ -80,10 +80,10 @@ struct ContactChoice {
   }
   /// Returns true if a member at rest begins to move in the solution x.
   bool begins(std::size_t member) const { return !problem.contacts[member].moves && sticks[member] == 0; }
-  /// Returns true if a member at rest bears at least `load` times its limit with the friction `given` [k].
-  bool is_at_limit(std::size_t member, const Eigen::VectorXd& given, double load) const {
+  /// Returns true if a member at rest bears at least the part `least` of its limit with the friction `given` [k].
+  bool is_at_limit(std::size_t member, const Eigen::VectorXd& given, double least) const {
     const ContactProblem::Contact& contact = problem.contacts[member];
-    return !contact.moves && given.segment(contact.first, contact.dimension).norm() > load * limit(member, given);
+    return !contact.moves && given.segment(contact.first, contact.dimension).norm() > least * limit(member, given);
   }
   /// Returns true if all contacts are on curves and friction changes no reaction.
   bool keeps_reactions() const {
