@@ -70,9 +70,10 @@ Outcome Integration::return_to_constraints() {
 Outcome Integration::advance(double t_end, const Taken& taken, const Observer& observer) {
   has_stopped_ = false;
   drives_.advance(state.t, t_end);
-  if (!scheme_->is_adaptive()) return advance_in_equal_steps(t_end, taken, observer);
-  Outcome found = advance_adaptively(t_end, taken, observer);
-  if (report_.accuracy_warning.empty()) report_.accuracy_warning = rounding_.explain();
+  const bool adapts = scheme_->is_adaptive();
+  Outcome found = adapts ? advance_adaptively(t_end, taken, observer) : advance_in_equal_steps(t_end, taken, observer);
+  if (found.ok() && has_stopped_) found = trial_.end;
+  if (adapts && report_.accuracy_warning.empty()) report_.accuracy_warning = rounding_.explain();
   return found;
 }
 
@@ -152,6 +153,7 @@ std::string Integration::explain_missed() const {
 }
 
 Outcome Integration::step_too_small(double resolution, Outcome reason) {
+  if (Outcome ahead = find_vanishing_arm(1e7 * resolution); !ahead.ok()) return ahead;
   if (reason.ok()) reason = find_end_ahead(resolution);
   constexpr double farthest_corner = 1e7;
   reason = add_corner(farthest_corner * resolution, std::move(reason));
@@ -185,6 +187,13 @@ Outcome Integration::add_corner(double within, Outcome reason) {
   if (name.empty()) return reason;
   const std::string corner = "the corner of " + name + " is too near";
   return {Status::Singular, reason.what.empty() ? corner : reason.what + "; " + corner};
+}
+
+/// Names an arm that vanishes within so many seconds. Steps that get ever shorter lead there.
+Outcome Integration::find_vanishing_arm(double within) {
+  if (trial_.arms.is_empty()) return {};
+  const auto arm = trial_.arms.find_ahead(state, false, within);
+  return arm ? trial_.arms.explain(*arm, arm->time) : Outcome{};
 }
 
 /// Names two points that collide within so many seconds. Forces of a pair whose law has no bound are finite up to the

@@ -54,6 +54,8 @@ class Integration {
   /// The events that the user looks for on the way.
   Watch& watch() { return trial_.watch; }
   const Watch& watch() const { return trial_.watch; }
+  /// The vectors that must not vanish on the way.
+  VanishingArms& arms() { return trial_.arms; }
 
   /// Advances from state.t to exactly t_end, or to an event that stops there. On a failure `state` stays at the last
   /// good step, but the mechanics does not. An adaptive scheme needs `next_step` > 0.
@@ -111,6 +113,7 @@ class Integration {
   Outcome find_end_ahead(double resolution);
   Outcome add_corner(double within, Outcome reason);
   Outcome find_collision(double within);
+  Outcome find_vanishing_arm(double within);
   double longest_step() const;
   void take_trial(const StepAttempt& attempt, const Taken& taken);
 

@@ -11,6 +11,7 @@ StepTrial::StepTrial(const IntegrationOptions& options, Mechanics& mechanics, co
     : events(options, mechanics),
       watch(options, mechanics),
       corners(options, mechanics),
+      arms(mechanics),
       options_(options),
       mechanics_(mechanics),
       motion_(motion),
@@ -28,13 +29,16 @@ StepAttempt StepTrial::step(double t, bool may_surprise, Looks looks) {
   StepResult& step = attempt.step;
   state.t = t;
   is_before = false;
+  end = {};
   step = motion_.scheme->step(motion_.state, t - motion_.state.t, &state);
   attempt.error = step.error;
   if (looks == Looks::Between && step.outcome.ok()) look_between(&attempt);
   attempt.has_surprised = may_surprise && attempt.is_good() && motion_.singular.have_surprised();
+  if (!step.outcome.ok() && !motion_.scheme->is_adaptive()) end_before_arms_vanish(&attempt);
   if (!attempt.is_good()) return attempt;
   const Events::Meeting meeting = events.meet(*motion_.scheme, motion_.state, motion_.drives.pieces(), &state, &step);
   step.outcome = meeting.outcome;
+  if (step.outcome.ok()) end_before_arms_vanish(&attempt);
   if (step.outcome.ok()) detect_user_events(&attempt);
   if (step.outcome.ok() && meeting.asks_for_switch && !attempt.has_stopped) {
     attempt.has_switched = true;
@@ -75,10 +79,57 @@ void StepTrial::detect_user_events(StepAttempt* attempt) {
   attempt->has_stopped = true;
   if (!attempt->is_extrapolated) watch.end_at(stop);
   if (stop == state.t || attempt->is_extrapolated) return;
+  end = {};
+  step_again(stop, attempt);
+}
+
+/// Makes the step again, to another end.
+void StepTrial::step_again(double t, StepAttempt* attempt) {
+  StepResult& step = attempt->step;
   events.forget();
   if (step.outcome = mechanics_.linearise(motion_.state.t, motion_.state.x.data()); !step.outcome.ok()) return;
-  state.t = stop;
-  step = motion_.scheme->step(motion_.state, stop - motion_.state.t, &state);
+  state.t = t;
+  step = motion_.scheme->step(motion_.state, t - motion_.state.t, &state);
+}
+
+/// Ends a step in which an arm vanishes right before. A fixed step that failed may have met one as well.
+void StepTrial::end_before_arms_vanish(StepAttempt* attempt) {
+  const State& from = motion_.state;
+  const double h = state.t - from.t;
+  if (arms.is_empty() || !(h > 0.0)) return;
+  const bool knows = knows_acceleration();
+  auto arm = attempt->step.outcome.ok() ? arms.find(*motion_.scheme, from, state) : std::nullopt;
+  // The projection may have moved the end of a fixed step back.
+  if (!arm && !motion_.scheme->is_adaptive()) arm = arms.find_ahead(from, knows, h);
+  if (arm) approach(*arm, arms.time_left(*arm, from, knows), attempt);
+}
+
+/// Makes the step again, to a tenth of the time that is left and so on, since no step that ends behind the instant can
+/// be trusted. If a step to there fails otherwise, the last good one is taken, and the motion goes on from it.
+void StepTrial::approach(const VanishingArms::Found& arm, double left_at_begin, StepAttempt* attempt) {
+  constexpr double part = 0.9;
+  constexpr int most_steps = 60;
+  const double begin = motion_.state.t, finest = 4.0 * time_resolution(arm.time, arm.time - begin);
+  double good = 0.0, left = std::min(arm.time - begin, left_at_begin > 0.0 ? left_at_begin : arm.time - begin);
+  double next = 0.5 * left;
+  for (int step = 0; step < most_steps && left > finest && next > good; ++step) {
+    step_again(begin + next, attempt);
+    const double ahead = attempt->step.outcome.ok() ? arms.time_left(arm, state, knows_acceleration()) : -1.0;
+    if (ahead >= 0.0 && ahead < 10.0 * (next + left)) {
+      good = next;
+      left = ahead;
+      next = good + part * left;
+    } else if (good > 0.0) {
+      break;
+    } else {
+      next *= 0.5;
+    }
+  }
+  if (state.t != begin + good || !attempt->step.outcome.ok()) step_again(begin + good, attempt);
+  if (left > finest && good > 0.0) return;
+  end = arms.explain(arm, begin + good + left);
+  attempt->has_stopped = true;
+  if (!(good > 0.0)) attempt->step.outcome = end;
 }
 
 Outcome StepTrial::find_acceleration() {
@@ -90,6 +141,7 @@ Outcome StepTrial::find_acceleration() {
 StepAttempt StepTrial::extrapolate(double t, bool takes_least_error) {
   StepAttempt attempt;
   attempt.is_extrapolated = true;
+  end = {};
   if (beyond_.x.empty()) beyond_ = motion_.state;
   if (attempt.step.outcome = find_acceleration(); !attempt.step.outcome.ok()) return attempt;
   beyond_.t = t;
@@ -113,6 +165,7 @@ StepAttempt StepTrial::pass(double t) {
 StepAttempt StepTrial::cross(double t) {
   StepAttempt attempt;
   is_before = false;
+  end = {};
   if (attempt.step.outcome = find_acceleration(); !attempt.step.outcome.ok()) return attempt;
   attempt.step = corners.cross(motion_.state, t, &state);
   attempt.has_switched = true;

@@ -10,6 +10,7 @@
 #include "motion/passages.hpp"
 #include "motion/scheme.hpp"
 #include "motion/singular_configurations.hpp"
+#include "motion/vanishing_arms.hpp"
 #include "motion/watch.hpp"
 
 namespace tanor {
@@ -22,7 +23,7 @@ struct StepAttempt {
   PointPath::Jump jump;        ///< where a force jumps first in the step, if one does
   bool has_surprised = false;  ///< true if a singular configuration was not foreseen
   bool is_extrapolated = false;
-  bool has_stopped = false;   ///< true if it stopped at an event of the user's
+  bool has_stopped = false;   ///< true if it stopped at an event of the user's, or where the motion ends
   bool has_switched = false;  ///< true if equations switched at its end; if the outcome failed, no other step helps
 
   bool is_good() const { return step.outcome.ok() && error <= 1.0 && part >= 1.0 && !jump.exists() && !has_surprised; }
@@ -70,10 +71,15 @@ class StepTrial {
   Events events;           ///< events where equations change
   Watch watch;             ///< the events that the user looks for
   Corners corners;         ///< of guides
+  VanishingArms arms;      ///< vectors that must not vanish
+  Outcome end;             ///< why the motion ends where the last attempt does; ok if it goes on
 
  private:
   void look_between(StepAttempt* attempt);
   void detect_user_events(StepAttempt* attempt);
+  void end_before_arms_vanish(StepAttempt* attempt);
+  void approach(const VanishingArms::Found& arm, double left_at_begin, StepAttempt* attempt);
+  void step_again(double t, StepAttempt* attempt);
 
   IntegrationOptions options_;
   Mechanics& mechanics_;

@@ -12,6 +12,7 @@
 #include "base/quiet_traps.hpp"
 #include "base/text.hpp"
 #include "certificate/certificate.hpp"
+#include "dynamics/constraint_arms.hpp"
 #include "dynamics/multiplier_form.hpp"
 #include "dynamics/prestress_rigidity.hpp"
 #include "motion/integration.hpp"
@@ -48,6 +49,7 @@ struct Simulation::Implementation {
   PointState points;            // the state in the inner order
   std::vector<double> rows;     // [d]
   std::size_t num_events = 0;
+  ConstraintArms arms{model};
   MotionMeasures measures{options, work, form, integration, &points, &report};
   bool is_advancing = false;
 
@@ -69,6 +71,8 @@ struct Simulation::Implementation {
     for (std::vector<double>* array : {&points.r, &points.v, &points.w}) array->resize(3 * model.num_points());
     now = make_solution(model.system, forms.is_tangent() ? form.size() : 0);
     rows.resize(model.num_rows());
+
+    watch_arms();
 
     state.t = t_start;
     model.numbering.gather_points(model.system.positions, points.r);
@@ -98,6 +102,14 @@ struct Simulation::Implementation {
   static Forms::MakeForm form_of(const Part& part, const SolverOptions& options) {
     if (part.is_whole() || !part.is_cut()) return {};
     return [&](Workspace& work) { return std::make_unique<CutForm>(work, options, part); };
+  }
+
+  /// Ends the motion where a part of a rope, or a leg of an angle, has length 0. Coordinates need no direction there.
+  void watch_arms() {
+    integration.arms().watch({form.keeps_variables() ? arms.size() : 0,
+                              [this](const Kinematics& at, Vec3* vectors) { arms.evaluate(at.x, vectors); },
+                              [this](const Kinematics& at, std::size_t k) { return arms.size(at.x, k); },
+                              [this](std::size_t k) { return arms.name(k); }});
   }
 
   void note_method() {

@@ -1,0 +1,147 @@
+#include "motion/vanishing_arms.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "base/text.hpp"
+
+namespace tanor {
+
+namespace {
+
+constexpr std::size_t num_places = 5;  // at which a step shows whether an arm may vanish in it
+/// An arm vanishes that gets shorter than this part of its length where the step begins. A step that resolves a narrow
+/// passage begins nearer to it.
+constexpr double vanishes = 1e-6;
+constexpr double never = std::numeric_limits<double>::max();
+
+/// Returns the first positive root of d + v t + a t^2/2, in the form without cancellation; infinity if there is none.
+double first_root(double d, double v, double a) {
+  const double under = v * v - 2.0 * a * d, root = 2.0 * d / (std::sqrt(std::max(under, 0.0)) - v);
+  return under >= 0.0 && root >= 0.0 ? root : std::numeric_limits<double>::infinity();
+}
+
+}  // namespace
+
+/// A step on which arms are evaluated.
+struct VanishingArms::Path {
+  VanishingArms& self;
+  const State &from, &to;
+  DenseOutput* dense;
+
+  const std::vector<Vec3>& at(double fraction) const {
+    if (fraction == 0.0) return self.evaluate(from.at());
+    if (fraction == 1.0) return self.evaluate(to.at());
+    (void)dense->evaluate(self.mechanics_.parallel(), fraction, self.x_.data(), self.v_.data());  // nothing is prepared
+    self.mechanics_.prescribe(dense->time(fraction), self.x_.data(), self.v_.data());
+    return self.evaluate({dense->time(fraction), self.x_.data(), self.v_.data()});
+  }
+};
+
+void VanishingArms::watch(Arms arms) {
+  arms_ = std::move(arms);
+  vectors_.resize(arms_.count);
+  is_empty_ = !(mechanics_.largest(static_cast<double>(arms_.count)) > 0.0);
+  for (std::vector<double>* array : {&x_, &v_}) array->resize(is_empty_ ? 0 : mechanics_.size());
+}
+
+const std::vector<Vec3>& VanishingArms::evaluate(const Kinematics& at) {
+  arms_.evaluate(at, vectors_.data());
+  return vectors_;
+}
+
+std::optional<VanishingArms::Found> VanishingArms::find(Scheme& scheme, const State& from, const State& to) {
+  DenseOutput dense(scheme, from, to, !scheme.interpolates_at_once());
+  const Path path{*this, from, to, &dense};
+  samples_.resize(num_places);
+  for (std::size_t i = 0; i < num_places; ++i)
+    samples_[i] = path.at(static_cast<double>(i) / static_cast<double>(num_places - 1));
+  Found first{never, {}, {}};
+  for (std::size_t k = 0; k < arms_.count; ++k) {
+    double least = norm(samples_[0][k]), chord = 0.0;
+    for (std::size_t i = 1; i < num_places; ++i) {
+      least = std::min(least, norm(samples_[i][k]));
+      chord = std::max(chord, norm(samples_[i][k] - samples_[i - 1][k]));
+    }
+    if (least > chord) continue;
+    if (const auto found = examine(path, k); found && found->time < first.time) first = *found;
+  }
+  mechanics_.prescribe(to.t, x_.data(), v_.data());
+  return agree(first);
+}
+
+/// Returns the first arm of all processes; nothing if there is none.
+std::optional<VanishingArms::Found> VanishingArms::agree(const Found& first) {
+  const double time = -mechanics_.largest(-first.time);
+  if (time == never) return {};
+  return first.time == time ? first : Found{time, {}, {}};
+}
+
+/// Returns the length below which arm k vanishes, m, if it has this length at a state.
+double VanishingArms::nearest(const State& from, std::size_t k, double length) const {
+  constexpr double rounding = 1e-12;  // to which states are projected
+  return vanishes * length + rounding * arms_.size(from.at(), k);
+}
+
+/// Follows one arm along its direction where the step begins.
+std::optional<VanishingArms::Found> VanishingArms::examine(const Path& path, std::size_t k) {
+  const Vec3 begin = samples_.front()[k];
+  const double length = norm(begin);
+  if (!(length > 0.0)) return {};
+  const Vec3 direction = 1.0 / length * begin;
+  const auto along = [&](double s) { return dot(path.at(s)[k], direction); };
+  std::array<double, RootIsolation::places.size()> values{};
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = along(RootIsolation::places[i]);
+  const double resolution = time_resolution(path.to.t, path.to.t - path.from.t) / (path.to.t - path.from.t);
+  isolation_.isolate(values, along, {0.0, resolution});
+  const auto samples = isolation_.samples();
+  for (std::size_t i = 0; i + 1 < samples.size(); ++i) {
+    if (!(samples[i].value > 0.0 && samples[i + 1].value <= 0.0)) continue;
+    const double root = isolation_.find_root(i, along);
+    if (norm(path.at(root)[k]) <= nearest(path.from, k, length)) return Found{path.dense->time(root), k, direction};
+  }
+  return {};
+}
+
+/// Evaluates the arms at x + by_v v + by_a a.
+const std::vector<Vec3>& VanishingArms::evaluate_ahead(const State& state, double by_v, double by_a) {
+  for (std::size_t i = 0; i < x_.size(); ++i) x_[i] = state.x[i] + by_v * state.v[i] + by_a * state.a[i];
+  return evaluate({state.t, x_.data(), state.v.data()});
+}
+
+double VanishingArms::time_left(const Found& arm, const State& state, bool knows_acceleration) {
+  double left = 0.0;
+  if (arm.own) {
+    const std::size_t k = *arm.own;
+    const double d = dot(evaluate(state.at())[k], arm.direction);
+    const double v = dot(evaluate_ahead(state, 1.0, 0.0)[k], arm.direction) - d;
+    const double a = knows_acceleration ? dot(evaluate_ahead(state, 0.0, 1.0)[k], arm.direction) - d : 0.0;
+    left = d > 0.0 ? std::min(first_root(d, v, a), never) : -never;
+  }
+  return arm.own ? mechanics_.largest(left) : mechanics_.largest(-never);
+}
+
+std::optional<VanishingArms::Found> VanishingArms::find_ahead(const State& state, bool knows_acceleration,
+                                                              double within) {
+  const std::vector<Vec3> now = evaluate(state.at()), by_v = evaluate_ahead(state, 1.0, 0.0),
+                          by_a = evaluate_ahead(state, 0.0, knows_acceleration ? 1.0 : 0.0);
+  Found first{never, {}, {}};
+  for (std::size_t k = 0; k < now.size(); ++k) {
+    const double length = norm(now[k]);
+    if (!(length > 0.0)) continue;
+    const Vec3 direction = 1.0 / length * now[k], v = by_v[k] - now[k], a = by_a[k] - now[k];
+    const double t = first_root(length, dot(v, direction), dot(a, direction));
+    if (t > within || norm(now[k] + t * v + 0.5 * t * t * a) > nearest(state, k, length)) continue;
+    if (state.t + t < first.time) first = {state.t + t, k, direction};
+  }
+  return agree(first);
+}
+
+Outcome VanishingArms::explain(const Found& arm, double t) const {
+  const std::string name = arm.own ? arms_.name(*arm.own) : "a length that must stay positive, on another rank,";
+  return {Status::Singular, name + " has run out at t = " + text(t)};
+}
+
+}  // namespace tanor

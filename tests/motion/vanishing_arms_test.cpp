@@ -1,0 +1,244 @@
+/// Motions that end where a part of a rope, or a leg of an angle, has length 0.
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "base/vec3.hpp"
+#include "motion/by_method.hpp"
+#include "motion/method_options.hpp"
+
+namespace tanor {
+namespace {
+
+constexpr double never = std::numeric_limits<double>::infinity();
+
+/// Two points on a rope over two wheels: |r_0 - a| + ratio |r_1 - b| stays the same.
+struct Rope {
+  std::array<Vec3, 2> wheels, r, v;
+  std::array<double, 2> masses;
+  double ratio;
+  Vec3 gravity;
+
+  std::array<double, 2> pulls() const { return {1.0, ratio}; }
+
+  System make_system() const {
+    System system;
+    for (std::size_t i = 0; i < 2; ++i)
+      system.add_point({.position = {r[i].x, r[i].y, r[i].z}, .velocity = {v[i].x, v[i].y, v[i].z}, .mass = masses[i]});
+    Pulleys rope{.name = "rope", .pairs = {{0, 1}}};
+    rope.a = {wheels[0].x, wheels[0].y, wheels[0].z};
+    rope.b = {wheels[1].x, wheels[1].y, wheels[1].z};
+    rope.ratio = ratio;
+    system.constraints = {rope};
+    system.forces = {Gravity{"gravity", {gravity.x, gravity.y, gravity.z}}};
+    return system;
+  }
+
+  /// Returns the accelerations g - T ratio_i u_i/m_i, where the tension T keeps the second derivative of the length 0:
+  ///
+  ///   T sum ratio_i^2/m_i = sum ratio_i (u_i'g + (v_i^2 - (u_i'v_i)^2)/l_i)
+  std::array<Vec3, 2> accelerations(const std::array<Vec3, 2>& at, const std::array<Vec3, 2>& velocities) const {
+    double load = 0.0, flexibility = 0.0;
+    std::array<Vec3, 2> u;
+    for (std::size_t i = 0; i < 2; ++i) {
+      const Vec3 d = at[i] - wheels[i];
+      u[i] = 1.0 / norm(d) * d;
+      const double along = dot(u[i], velocities[i]);
+      load += pulls()[i] * (dot(u[i], gravity) + (squared(velocities[i]) - along * along) / norm(d));
+      flexibility += pulls()[i] * pulls()[i] / masses[i];
+    }
+    std::array<Vec3, 2> a;
+    for (std::size_t i = 0; i < 2; ++i) a[i] = gravity - load / flexibility * pulls()[i] / masses[i] * u[i];
+    return a;
+  }
+
+  /// Steps by the classical Runge-Kutta method. Returns the shortest part on the way, m.
+  double integrate(double t_end, int steps) {
+    const double h = t_end / steps;
+    double shortest = never;
+    for (int step = 0; step < steps; ++step) {
+      std::array<std::array<Vec3, 2>, 4> dr, dv;
+      std::array<Vec3, 2> at = r, velocities = v;
+      for (std::size_t stage = 0; stage < 4; ++stage) {
+        dr[stage] = velocities;
+        dv[stage] = accelerations(at, velocities);
+        const double next = stage < 2 ? 0.5 * h : h;
+        for (std::size_t i = 0; i < 2; ++i) {
+          at[i] = r[i] + next * dr[stage][i];
+          velocities[i] = v[i] + next * dv[stage][i];
+        }
+      }
+      for (std::size_t i = 0; i < 2; ++i) {
+        r[i] = r[i] + h / 6.0 * (dr[0][i] + 2.0 * dr[1][i] + 2.0 * dr[2][i] + dr[3][i]);
+        v[i] = v[i] + h / 6.0 * (dv[0][i] + 2.0 * dv[1][i] + 2.0 * dv[2][i] + dv[3][i]);
+        shortest = std::min(shortest, norm(r[i] - wheels[i]));
+      }
+    }
+    return shortest;
+  }
+};
+
+class Draws {
+ public:
+  explicit Draws(unsigned seed) : random_(seed) {}
+
+  double between(double a, double b) { return std::uniform_real_distribution<double>(a, b)(random_); }
+  Vec3 direction() {
+    const Vec3 d{between(-1, 1), between(-1, 1), between(-1, 1)};
+    return norm(d) > 0.1 ? 1.0 / norm(d) * d : direction();
+  }
+  /// Points that hang from their wheels and swing if `swing` is not 0, m/s.
+  Rope draw(double swing) {
+    Rope rope;
+    const Vec3 down = direction();
+    rope.gravity = between(1.0, 10.0) * down;
+    rope.ratio = between(0.5, 2.0) * (between(0.0, 1.0) < 0.2 ? -1.0 : 1.0);
+    const double speed = between(-1.5, 1.5);
+    for (std::size_t i = 0; i < 2; ++i) {
+      rope.wheels[i] = between(0.0, 2.0) * direction();
+      rope.masses[i] = between(0.5, 3.0);
+      rope.r[i] = rope.wheels[i] + between(0.3, 2.0) * down;
+      rope.v[i] = (i == 0 ? -rope.ratio * speed : speed) * down;
+      const Vec3 aside = cross(down, direction());
+      rope.v[i] = rope.v[i] + swing * aside;
+    }
+    return rope;
+  }
+
+ private:
+  std::mt19937 random_;
+};
+
+/// Returns the first time at which l + v t + a t^2/2 is 0, s.
+double first_zero(double l, double v, double a) {
+  double first = never;
+  const double root = std::sqrt(v * v - 2.0 * a * l);
+  if (std::isnan(root)) return never;
+  for (const double sign : {-1.0, 1.0}) {
+    // The form without cancellation, 2 l/(-v +- root).
+    const double t = 2.0 * l / (-v + sign * root);
+    if (t > 0.0) first = std::min(first, t);
+  }
+  return first;
+}
+
+constexpr double t_end = 1.5;
+
+class VanishingArmsTest : public testing::TestWithParam<Method> {
+ protected:
+  MotionOptions options() const { return with(GetParam(), 0.01); }
+};
+
+TEST_P(VanishingArmsTest, EndTheMotionWhereAWeightReachesItsWheel) {
+  Rope rope{{Vec3{0, 0, 0}, Vec3{1, 0, 0}}, {Vec3{0, 0, -1}, Vec3{1, 0, -1}}, {}, {1.0, 2.0}, 1.0, {0, 0, -9.81}};
+  Simulation simulation(rope.make_system(), options());
+
+  const Outcome outcome = simulation.advance_to(t_end);
+
+  // Atwood's machine: a = g (m_1 - m_0)/(m_0 + m_1) = 3.27 m/s^2.
+  EXPECT_FALSE(outcome.ok());
+  EXPECT_NE(outcome.what.find("rope[0]: the part from a to point 0 has run out at t = 0.78206"), std::string::npos)
+      << outcome.what;
+  EXPECT_NEAR(simulation.time(), std::sqrt(2.0 / 3.27), 1e-8);
+  EXPECT_NEAR(simulation.positions()[2], 0.0, 1e-8);
+  EXPECT_FALSE(simulation.advance_to(t_end).ok());
+  EXPECT_NEAR(simulation.time(), std::sqrt(2.0 / 3.27), 1e-8);
+}
+
+/// Weights that hang straight move evenly accelerated: m_1 l_1'' = m_1 g - ratio T and l_0'' = -ratio l_1'' give
+/// l_1'' = g (m_1 - ratio m_0)/(m_1 + ratio^2 m_0).
+class DrawnRopes : public VanishingArmsTest {};
+
+TEST_P(DrawnRopes, EndAtTheInstantOfTheClosedForm) {
+  Draws draws(static_cast<unsigned>(GetParam()));
+  int ended = 0;
+  for (int draw = 0; draw < 75; ++draw) {
+    const Rope rope = draws.draw(0.0);
+    const double g = norm(rope.gravity);
+    const double a1 = g * (rope.masses[1] - rope.ratio * rope.masses[0]) /
+                      (rope.masses[1] + rope.ratio * rope.ratio * rope.masses[0]);
+    const std::array<double, 2> a{-rope.ratio * a1, a1};
+    std::array<double, 2> l, speeds, ends;
+    for (std::size_t i = 0; i < 2; ++i) {
+      const Vec3 down = 1.0 / g * rope.gravity;
+      l[i] = norm(rope.r[i] - rope.wheels[i]);
+      speeds[i] = dot(rope.v[i], down);
+      ends[i] = first_zero(l[i], speeds[i], a[i]);
+    }
+    const double end = std::min(ends[0], ends[1]);
+    SCOPED_TRACE(testing::Message() << "draw " << draw << " ends at " << end);
+    if (std::abs(end - t_end) < 1e-6) continue;
+    Simulation simulation(rope.make_system(), options());
+
+    const Outcome outcome = simulation.advance_to(t_end);
+
+    ASSERT_EQ(outcome.ok(), end > t_end) << outcome.what;
+    if (end < t_end) {
+      ++ended;
+      EXPECT_NEAR(simulation.time(), end, 1e-8);
+      EXPECT_NE(outcome.what.find(ends[0] < ends[1] ? "from a to point 0" : "from b to point 1"), std::string::npos)
+
+          << outcome.what;
+    } else {
+      for (std::size_t i = 0; i < 2; ++i) {
+        const double length = l[i] + t_end * (speeds[i] + 0.5 * t_end * a[i]);
+        const Vec3 r = load(simulation.positions().data(), i) - rope.wheels[i];
+        EXPECT_NEAR(norm(r), length, 1e-8);
+      }
+    }
+  }
+  EXPECT_GT(ended, 5);
+}
+
+/// A right angle about a fixed corner. One leg shrinks at 1 m/s.
+TEST_P(VanishingArmsTest, EndTheMotionWhereALegOfAnAngleVanishes) {
+  System system;
+  system.add_point({.position = {1, 0, 0}, .velocity = {-1, 0, 0}, .mass = 1.0});
+  system.add_point({.position = {0, 0, 0}, .mass = 1.0});
+  system.add_point({.position = {0, 1, 0}, .mass = 1.0});
+  system.supports = {{"corner", {1}}};
+  system.constraints = {Angles{"corner", {{0, 1, 2}}}};
+  Simulation simulation(system, options());
+
+  const Outcome outcome = simulation.advance_to(t_end);
+
+  EXPECT_FALSE(outcome.ok());
+  EXPECT_NE(outcome.what.find("corner[0]: the leg from point 1 to point 0 has run out at t = "), std::string::npos)
+      << outcome.what;
+  EXPECT_NEAR(simulation.time(), 1.0, 1e-8);
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, VanishingArmsTest,
+                         testing::Values(Method::Taylor, Method::Dop853, Method::Dopri5, Method::Radau5, Method::Rk4,
+                                         Method::Rattle, Method::Rattle4, Method::Rattle6, Method::GeneralizedAlpha),
+                         name_method);
+
+INSTANTIATE_TEST_SUITE_P(Methods, DrawnRopes,
+                         testing::Values(Method::Taylor, Method::Dop853, Method::Dopri5, Method::Radau5), name_method);
+
+/// Drawn weights that swing come near their wheels at most, and the motion goes on.
+TEST(SwingingWeights, PassTheirWheels) {
+  Draws draws(7);
+  int compared = 0;
+  for (int draw = 0; draw < 60; ++draw) {
+    const Rope rope = draws.draw(draws.between(0.5, 1.5));
+    Rope reference = rope;
+    const double shortest = reference.integrate(1.0, 4000);
+    if (shortest < 0.1) continue;
+    ++compared;
+    Simulation simulation(rope.make_system(), with(draw % 2 == 0 ? Method::Taylor : Method::Dop853, 0.0));
+
+    ASSERT_TRUE(simulation.advance_to(1.0).ok()) << simulation.outcome().what;
+
+    for (std::size_t i = 0; i < 2; ++i)
+      EXPECT_LT(norm(load(simulation.positions().data(), i) - reference.r[i]), 1e-8) << draw;
+  }
+  EXPECT_GT(compared, 30);
+}
+
+}  // namespace
+}  // namespace tanor
