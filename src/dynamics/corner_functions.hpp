@@ -34,14 +34,4 @@ class CornerFunctions {
   ~CornerFunctions() = default;
 };
 
-/// A mechanics whose guides may have corners.
-class CornerOwner {
- public:
-  /// Returns null if there are none.
-  virtual CornerFunctions* corners() = 0;
-
- protected:
-  ~CornerOwner() = default;
-};
-
 }  // namespace tanor

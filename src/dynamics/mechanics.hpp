@@ -102,6 +102,7 @@ class Mechanics {
   DriveMonitor* drives() { return roles().drives; }
   EventFunctions* events() { return roles().events; }
   ImplicitFormulation* implicit_formulation() { return roles().implicit_formulation; }
+  CornerFunctions* corners() { return roles().corners; }
 };
 
 }  // namespace tanor

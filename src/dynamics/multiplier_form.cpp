@@ -31,10 +31,6 @@ MultiplierForm::MultiplierForm(Workspace& work, const SolverOptions& options)
 
 MultiplierForm::~MultiplierForm() = default;
 
-CornerFunctions* MultiplierForm::corners() {
-  return corners_->empty() ? nullptr : corners_.get();
-}
-
 std::unique_ptr<FrictionSolver> MultiplierForm::make_friction(FrictionMethod method) {
   if (contact_state_ == nullptr) return nullptr;
   return std::make_unique<FrictionSolver>(work_, contact_state_->laws, method, response_);
@@ -149,6 +145,7 @@ Roles MultiplierForm::roles() {
     roles.implicit_formulation = &implicit_;
   }
   if (contacts_ != nullptr && contacts_->num_events() > 0) roles.events = contacts_.get();
+  if (!corners_->empty()) roles.corners = corners_.get();
   return roles;
 }
 

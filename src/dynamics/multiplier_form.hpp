@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "dynamics/contact_modes.hpp"
-#include "dynamics/corner_functions.hpp"
 #include "dynamics/forward_dynamics.hpp"
 #include "dynamics/friction_solver.hpp"
 #include "dynamics/gradient_rank.hpp"
@@ -25,7 +24,7 @@ class PointCorners;
 
 /// The equations of motion in the positions r themselves, with Lagrange multipliers: the paper's normal form (31),
 /// (25). Owns and connects the objects that do the work.
-class MultiplierForm final : public PointForm, public CornerOwner {
+class MultiplierForm final : public PointForm {
  public:
   MultiplierForm(Workspace& work, const SolverOptions& options);
   ~MultiplierForm() override;
@@ -47,7 +46,6 @@ class MultiplierForm final : public PointForm, public CornerOwner {
   void exchange_memory(Memory& memory) override;
 
   Roles roles() override;
-  CornerFunctions* corners() override;
   SeriesExpansion* series(std::string* why_not) override;
 
   StartReport start(double t, double* r, double* v, StartMode mode) override;

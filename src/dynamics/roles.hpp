@@ -219,6 +219,7 @@ class EventFunctions {
   ~EventFunctions() = default;
 };
 
+class CornerFunctions;
 class ImplicitFormulation;
 
 /// The roles of a mechanics; null for those that it does not have.
@@ -231,6 +232,7 @@ struct Roles {
   DriveMonitor* drives = nullptr;
   EventFunctions* events = nullptr;
   ImplicitFormulation* implicit_formulation = nullptr;
+  CornerFunctions* corners = nullptr;
 };
 
 }  // namespace tanor

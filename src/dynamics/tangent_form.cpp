@@ -25,10 +25,6 @@ TangentForm::TangentForm(Workspace& work, const SolverOptions& options)
 
 TangentForm::~TangentForm() = default;
 
-CornerFunctions* TangentForm::corners() {
-  return corners_->empty() ? nullptr : corners_.get();
-}
-
 void TangentForm::describe(PlanSummary* plan) const {
   linearization_.describe(plan);
   plan->left_out.push_back("projections: r(q, t) stays on the constraints by itself");
@@ -41,7 +37,8 @@ Roles TangentForm::roles() {
   return {.rank_monitor = &rank_,
           .force_passages = work_.may_be_passed(work_.coordinate_passages) ? &passages_ : nullptr,
           .drives = !work_.drives.empty() ? &drives_ : nullptr,
-          .events = events_.has_some() ? &events_ : nullptr};
+          .events = events_.has_some() ? &events_ : nullptr,
+          .corners = !corners_->empty() ? corners_.get() : nullptr};
 }
 
 Outcome TangentForm::begin(double t, const double* q, double* q_dot, const Request& request,

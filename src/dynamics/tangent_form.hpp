@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/corner_functions.hpp"
 #include "dynamics/equations_of_motion.hpp"
 #include "dynamics/tangent_dynamics.hpp"
 #include "dynamics/tangent_linearization.hpp"
@@ -17,7 +16,7 @@ class TangentCorners;
 
 /// The equations of motion in tangent form, in the variables q of r = r(q, t) (see TangentDynamics). There is no drift,
 /// since r(q, t) stays on the constraints by itself. Nothing is projected.
-class TangentForm final : public EquationsOfMotion, public CornerOwner {
+class TangentForm final : public EquationsOfMotion {
  public:
   TangentForm(Workspace& work, const SolverOptions& options);
   ~TangentForm() override;
@@ -49,7 +48,6 @@ class TangentForm final : public EquationsOfMotion, public CornerOwner {
   void exchange_memory(Memory& memory) override;
 
   Roles roles() override;
-  CornerFunctions* corners() override;
   SeriesExpansion* series(std::string* why_not) override {
     if (why_not != nullptr) *why_not = "the motion in coordinates is not expanded in time";
     return nullptr;

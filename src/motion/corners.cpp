@@ -20,11 +20,6 @@ constexpr double nearest = 1e-7;
 constexpr std::size_t samples_on_path = 8;
 constexpr std::size_t most_crossings = 1000;  // in the time of one step
 
-CornerFunctions* corners_of(Mechanics& mechanics) {
-  auto* const owner = dynamic_cast<CornerOwner*>(&mechanics);
-  return owner != nullptr ? owner->corners() : nullptr;
-}
-
 /// Returns the time in which a corner is right ahead. Implicit schemes divide rounding of positions by the length of a
 /// step, so that none is made which is much shorter than the resolution of time allows.
 double right_ahead(double t, double h) {
@@ -36,7 +31,7 @@ double right_ahead(double t, double h) {
 }  // namespace
 
 Corners::Corners(const IntegrationOptions& options, Mechanics& mechanics)
-    : options_(options), mechanics_(mechanics), functions_(corners_of(mechanics)) {
+    : options_(options), mechanics_(mechanics), functions_(mechanics.corners()) {
   if (empty()) return;
   for (std::vector<double>* array : {&x_, &v_}) array->resize(mechanics.size());
   for (std::vector<double>* array : {&start_, &here_, &other_}) array->resize(functions_->num_terms());

@@ -4,6 +4,9 @@
 #include <array>
 #include <utility>
 
+#include <tanor/error.hpp>
+
+#include "dynamics/corner_functions.hpp"
 #include "ranks/shared_roles.hpp"
 
 namespace tanor {
@@ -23,6 +26,12 @@ SharedMechanics::SharedMechanics(EquationsOfMotion& own, Ranks& ranks)
       has_work_(agreement_.any(own.has_work())),
       own_rank_(own.rank()),
       rank_(static_cast<std::size_t>(agreement_.sum(static_cast<double>(own.rank())))) {
+  (void)agreement_.together([&] {
+    CornerFunctions* const corners = own.corners();
+    if (corners != nullptr && corners->num_terms() > 0)
+      throw InputError("", "guides with corners move on one rank alone; one is " + corners->name_term(0));
+    return Outcome{};
+  });
   const auto somebody_has = [&](const void* role) { return agreement_.any(role != nullptr); };
   if (agreement_.all(own.step_projector() != nullptr))
     projector_ = std::make_unique<Projector>(*own.step_projector(), *this);
