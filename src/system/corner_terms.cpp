@@ -10,24 +10,23 @@ namespace tanor {
 
 namespace {
 
-using Operation = Expression::Operation;
 using Instruction = Expression::Instruction;
 
 /// Returns a if the instruction is a square a a, or a positive multiple of one; otherwise -1.
 int find_root_of_square(const std::vector<Instruction>& instructions, int number) {
   const auto at = [&](int i) -> const Instruction& { return instructions[static_cast<std::size_t>(i)]; };
-  while (at(number).operation == Operation::Scale && at(number).constant > 0.0) number = at(number).a;
-  return at(number).operation == Operation::Multiply && at(number).a == at(number).b ? at(number).a : -1;
+  while (at(number).operation == Expression::Operation::Scale && at(number).constant > 0.0) number = at(number).a;
+  return at(number).operation == Expression::Operation::Multiply && at(number).a == at(number).b ? at(number).a : -1;
 }
 
 }  // namespace
 
 CornerTerms::CornerTerms(const Expression& expression) : expression_(expression) {
   for (const auto& [operation, a, b, c, constant] : expression_.instructions) {
-    if (operation == Operation::Abs) terms_.push_back({operation, a, -1});
-    if (operation == Operation::Min) terms_.push_back({operation, b, a});
-    if (operation == Operation::Max) terms_.push_back({operation, a, b});
-    if (operation != Operation::Sqrt) continue;
+    if (operation == Expression::Operation::Abs) terms_.push_back({operation, a, -1});
+    if (operation == Expression::Operation::Min) terms_.push_back({operation, b, a});
+    if (operation == Expression::Operation::Max) terms_.push_back({operation, a, b});
+    if (operation != Expression::Operation::Sqrt) continue;
     if (const int root = find_root_of_square(expression_.instructions, a); root >= 0)
       terms_.push_back({operation, root, -1});
   }
@@ -47,7 +46,7 @@ std::vector<T> CornerTerms::run(const Variable& variable) const {
     values[static_cast<std::size_t>(expression_.variables[i])] = variable(i);
   for (std::size_t i = 0; i < values.size(); ++i) {
     const Instruction& instruction = expression_.instructions[i];
-    if (instruction.operation != Operation::Variable) values[i] = perform(instruction, values);
+    if (instruction.operation != Expression::Operation::Variable) values[i] = perform(instruction, values);
   }
   return values;
 }
@@ -72,14 +71,14 @@ void CornerTerms::differentiate(std::size_t k, const double* variables, double* 
 
 std::string CornerTerms::name(std::size_t k, std::span<const std::string> variables) const {
   const Term& term = terms_[k];
-  const std::string name = term.operation == Operation::Abs    ? "abs"
-                           : term.operation == Operation::Sqrt ? "sqrt"
-                           : term.operation == Operation::Min  ? "min"
-                                                               : "max";
+  const std::string name = term.operation == Expression::Operation::Abs    ? "abs"
+                           : term.operation == Expression::Operation::Sqrt ? "sqrt"
+                           : term.operation == Expression::Operation::Min  ? "min"
+                                                                           : "max";
   const auto place = std::ranges::find(expression_.variables, term.a);
   if (term.b >= 0 || place == expression_.variables.end()) return name;
   const auto& variable = variables[static_cast<std::size_t>(place - expression_.variables.begin())];
-  return name + "(" + variable + (term.operation == Operation::Sqrt ? "^2)" : ")");
+  return name + "(" + variable + (term.operation == Expression::Operation::Sqrt ? "^2)" : ")");
 }
 
 }  // namespace tanor
