@@ -25,7 +25,7 @@ using Eigen::MatrixXd, Eigen::VectorXd;
 namespace {
 
 /// Misfit of velocities and forces, relative to the largest, that counts as rounding.
-constexpr double rounding = 1e-9;
+constexpr double largest_misfit = 1e-9;
 /// Instants, in units of the time in which things move, and in seconds where nothing is known to move.
 constexpr std::array instants_of_motion{0.0, 0.29, 0.83, 1.7, 3.1};
 constexpr std::array instants_of_search{0.0, 7.4e-4, 7.4e-3, 0.074, 0.74, 7.4, 74.0};
@@ -285,7 +285,7 @@ class FrameSearch {
     double worst = 0.0;
     std::optional<std::size_t> result;
     for (const double tau : instants_) {
-      const double allowed = (rounding + 64.0 * eps * std::abs(parts_.time() + tau) / unit_) * speed_of(frame, tau);
+      const double allowed = (largest_misfit + 64.0 * eps * std::abs(parts_.time() + tau) / unit_) * speed_of(frame, tau);
       for (const Disturbance& by : {much, little}) {
         const VectorXd rates = parts_.find_rates(frame, parts_.place(frame, tau, by));
         Eigen::Index row = 0;
@@ -423,7 +423,7 @@ void check_forces(const System& system, const SteadyFrame& frame, const std::vec
         largest = larger(largest, norm(old));
         change = larger(change, norm(load(after.data(), i) - turn(frame.spin, by, old)));
       }
-      if (std::isfinite(largest) && !(change <= rounding * largest))
+      if (std::isfinite(largest) && !(change <= largest_misfit * largest))
         refuse(system, where,
                name + " changes with time" + (frame.moves() ? " in the frame " + frame.describe() : "") +
                    ", so that nothing rests");
