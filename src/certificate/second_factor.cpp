@@ -1,7 +1,9 @@
 #include "certificate/second_factor.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "base/groups.hpp"
@@ -76,6 +78,7 @@ SecondFactor::SecondFactor(const Model& model, const double* blocks, std::span<c
   if (is_qr_) {
     const double tolerance = 20.0 * static_cast<double>(d + 3 * model.num_points()) * eps;
     R_ = makes_no_fill ? merge_rows(C, tolerance) : find_independent_columns(C.expand(), tolerance).factor;
+    if (R_.independent.size() < C.num_columns()) keep_apart(model, blocks, weights, C);
     row_of_ = R_.independent;
   } else {
     factorize(C.expand(),
@@ -83,6 +86,29 @@ SecondFactor::SecondFactor(const Model& model, const double* blocks, std::span<c
   }
   for (int& row : row_of_) row = row_of_column_[static_cast<std::size_t>(row)];
   packed_.resize(row_of_.size());
+}
+
+/// Takes those columns as independent that K itself keeps apart, where weights alone bring them together: two rods at a
+/// point of next to no mass are parallel in W^1/2 K to the last digit.
+void SecondFactor::keep_apart(const Model& model, const double* blocks, std::span<const double> weights,
+                              const PointColumns& C) {
+  constexpr double unequal = 1e6;
+  std::vector<double> equal(weights.begin(), weights.end());
+  double least = std::numeric_limits<double>::infinity(), largest = 0.0;
+  for (double& weight : equal) {
+    if (weight == 0.0) continue;
+    least = std::min(least, weight);
+    largest = std::max(largest, weight);
+    weight = 1.0;
+  }
+  if (!(largest > unequal * least)) return;
+  const SecondFactor of_K(model, blocks, equal, std::array{Ordering::Auto}, SecondFactorization::Qr);
+  if (of_K.row_of_.size() <= R_.independent.size()) return;
+  std::vector<int> apart = of_K.row_of_, wanted;
+  std::ranges::sort(apart);
+  for (std::size_t column = 0; column < C.num_columns(); ++column)
+    if (std::ranges::binary_search(apart, row_of_column_[column])) wanted.push_back(static_cast<int>(column));
+  R_ = factorize_columns(C.expand(), wanted, -1.0, factorize_qr);
 }
 
 /// Factorizes C'C, which is summed by rows of C, in its own ordering.

@@ -35,6 +35,7 @@ class SecondFactor {
 
  private:
   PointColumns scaled_columns(const Model& model, const double* blocks, std::span<const double> weights);
+  void keep_apart(const Model& model, const double* blocks, std::span<const double> weights, const PointColumns& C);
   void factorize(const SparseColumns& C, Ordering ordering);
   void solve();  // packed_ := (C'C)^-1 packed_
 
