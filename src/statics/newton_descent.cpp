@@ -33,6 +33,18 @@ Outcome explain_fading(const Model& model, const StaticResidual& residual, int i
               ", and Newton's method still moves points by more than " + text(short_step) + " of the scene's size"};
 }
 
+Outcome explain_not_finite(const Model& model, const StaticResidual& residual, int iterations) {
+  const std::string what =
+      (std::isfinite(residual.force)
+           ? "constraints are"
+           : "the force at point " + std::to_string(model.numbering.user_point[residual.worst_point]) + " is") +
+      " not finite ";
+  if (iterations == 0) return {Status::NotFinite, what + "where it starts; do points lie on each other?"};
+  return {Status::NotFinite, "no equilibrium was found: after " + std::to_string(iterations) +
+                                 " iterations of the search " + what +
+                                 "any more; points that pull each other without bound, as opposite charges do, meet"};
+}
+
 StaticResidual NewtonDescent::measure(const StaticState& state) {
   g_.resize(equations_.size());
   xi_.resize(model_.num_rows());
@@ -74,13 +86,7 @@ Outcome NewtonDescent::run(const NewtonLimits& limits, StaticState* state, std::
   for (int done = 0;; ++done) {
     residuals->push_back(residual_.force);
     const double size = residual_.force + residual_.scale + residual_.violation;
-    if (!std::isfinite(size)) {
-      const std::string at =
-          std::isfinite(residual_.force)
-              ? "constraints are"
-              : "the force at point " + std::to_string(model_.numbering.user_point[residual_.worst_point]) + " is";
-      return {Status::NotFinite, at + " not finite where it starts; do points lie on each other?"};
-    }
+    if (!std::isfinite(size)) return explain_not_finite(model_, residual_, iterations_);
     largest_scale_ = std::max(largest_scale_, residual_.scale);
     if (is_small(limits) && is_small_here(limits, *state)) {
       if (rests(*state)) {

@@ -34,6 +34,8 @@ inline constexpr int most_long_steps = 40;
 double longest(const std::vector<double>& dr);
 /// Returns the failure that forces died away to `residual` after so many iterations.
 Outcome explain_fading(const Model& model, const StaticResidual& residual, int iterations);
+/// Returns the failure that a force or constraint is not finite after so many iterations, or 0, where it starts.
+Outcome explain_not_finite(const Model& model, const StaticResidual& residual, int iterations);
 
 struct NewtonLimits {
   double force_tolerance = 1e-10;

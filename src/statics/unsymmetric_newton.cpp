@@ -59,8 +59,7 @@ Outcome UnsymmetricNewton::run(const NewtonLimits& limits, StaticState* state, s
   };
   for (;;) {
     residuals->push_back(now.force);
-    if (!std::isfinite(now.force + now.scale + now.violation))
-      return {Status::NotFinite, "forces or constraints are not finite where it starts"};
+    if (!std::isfinite(now.force + now.scale + now.violation)) return explain_not_finite(model_, now, iterations_);
     // A single force that vanishes at equilibrium has no scale there. It is compared with the scale at the start, and
     // must be known to act near the equilibrium.
     const double force = iterations_ > 0 ? now.known : now.force;  // rounding is known after W was evaluated

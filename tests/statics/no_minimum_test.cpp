@@ -63,6 +63,28 @@ TEST(Equilibrium, PointsThatRepelEachOtherHaveNoEquilibrium) {
   }
 }
 
+/// Forces are finite where the search starts, and the message must not deny it.
+TEST(Equilibrium, OppositeChargesThatMeetAreNamedAsTheEndOfTheSearch) {
+  System system;
+  system.positions = {0.630783487419836,   1.0393541232237575, 1.0309217445385483,   1.8178460987289433,
+                      -0.3851893808502385, 0.5441771887526803, -0.36622168185723664, -1.4248485130063353,
+                      -0.7038591205388717, 0.1361623384532617, -0.9151747291399203,  -0.19147101971894068};
+  system.masses = {9.33, 2.12, 0.212, 0.616};
+  system.forces = {
+      Torsions{.quadruples = {{2, 3, 1, 0}}, .law = TorsionLaw::Harmonic, .stiffness = 1.77, .rest = -4.9999},
+      PairForces{.points = {0, 1, 2, 3},
+                 .law = PairLaw::Coulomb,
+                 .strength = 1.234,
+                 .charges = {0.8906605576581846, -0.013349239608598712, -0.9480166267677115, 1.3458677531896093}},
+      Potential{.points = {{3}}, .kernel = formula_potential("4*((x1-0.5)^2+(y1+0.2)^2+(z1+1.16)^2)", 1)}};
+
+  const EquilibriumResult found = find_equilibrium(system, {.accept = AcceptedEquilibria::Any});
+
+  EXPECT_FALSE(found.outcome.ok());
+  EXPECT_EQ(found.outcome.what.find("where it starts"), std::string::npos) << found.outcome.what;
+  EXPECT_NE(found.outcome.what.find("no equilibrium was found: after "), std::string::npos) << found.outcome.what;
+}
+
 TEST(Equilibrium, SoftFloorIsFoundFromFarAboveAndFromBelow) {
   for (const double start : {50.0, 3.0, -20.0}) {
     System system = make_point({0.0, 0.0, start}, "exp(-z1)+x1^2+y1^2");
