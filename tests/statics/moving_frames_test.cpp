@@ -23,7 +23,7 @@ namespace {
 
 using Eigen::MatrixXd, Eigen::Vector3d, Eigen::VectorXd;
 
-constexpr double g = 10.0;
+constexpr double gravity = 10.0;
 
 /// Makes a bead on a hoop of 1 m that turns with `spin` about the vertical through its centre.
 System make_hoop(double spin, const Vector3& start) {
@@ -34,7 +34,7 @@ System make_hoop(double spin, const Vector3& start) {
   const Constants constants{{"w", spin}};
   hoop.normal = {ScalarFunction::formula("-sin(w*t)", constants), ScalarFunction::formula("cos(w*t)", constants), 0.0};
   system.constraints = {hoop};
-  system.add_gravity({0.0, 0.0, -g});
+  system.add_gravity({0.0, 0.0, -gravity});
   return system;
 }
 
@@ -111,14 +111,14 @@ TEST(AcceleratingSupport, PendulumHangsAlongTheEffectiveGravity) {
   lift.masses = {1.0, 3.0};
   lift.supports = {{"lift", {0}, {ScalarFunction::formula("3*t^2+2*t"), 0.0, ScalarFunction::formula("-t^2")}}};
   lift.constraints = {Rods{"rod", {{0, 1}}}};
-  lift.add_gravity({0.0, 0.0, -g});
+  lift.add_gravity({0.0, 0.0, -gravity});
 
   const EquilibriumResult found = find_equilibrium(lift);
 
   ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
-  const double felt = std::hypot(6.0, g - 2.0);
+  const double felt = std::hypot(6.0, gravity - 2.0);
   EXPECT_NEAR(found.positions[3], -2.0 * 6.0 / felt, 1e-10);
-  EXPECT_NEAR(found.positions[5], -2.0 * (g - 2.0) / felt, 1e-10);
+  EXPECT_NEAR(found.positions[5], -2.0 * (gravity - 2.0) / felt, 1e-10);
   EXPECT_NEAR(found.velocities[3], 2.0, 1e-10);
   const Modes swing = modes(lift, found.positions);
   ASSERT_EQ(swing.count(), 2u);
@@ -131,14 +131,14 @@ TEST(EvenMotion, IsRestAsAnyOther) {
   cart.masses = {1.0, 1.0};
   cart.supports = {{"cart", {0}, {ScalarFunction::formula("7*t"), 0.0, 0.0}}};
   cart.constraints = {Rods{"rod", {{0, 1}}, 1.0}};
-  cart.add_gravity({0.0, 0.0, -g});
+  cart.add_gravity({0.0, 0.0, -gravity});
 
   const EquilibriumResult found = find_equilibrium(cart, {.at = 3.0});
 
   ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
   EXPECT_NEAR(found.positions[3], 21.0, 1e-9);
   EXPECT_NEAR(found.positions[5], -1.0, 1e-10);
-  EXPECT_NEAR(found.stability.lowest_omega2, g, 1e-8);
+  EXPECT_NEAR(found.stability.lowest_omega2, gravity, 1e-8);
 }
 
 /// A mass on equal springs to a turning support at the axis: in the frame that turns the circular motions of
@@ -194,7 +194,7 @@ TEST(TurningWire, BeadIsStableUpToTheFrequencyOfItsSpring) {
     wire.constraints = {line};
     wire.forces = {Potential{
         .name = "spring", .points = {{1, 0}}, .kernel = formula_potential("9*((x1-x2)^2+(y1-y2)^2+(z1-z2)^2)", 2)}};
-    wire.add_gravity({0.0, 0.0, -g});
+    wire.add_gravity({0.0, 0.0, -gravity});
 
     const EquilibriumResult found = find_equilibrium(wire, {.accept = AcceptedEquilibria::Any});
 
@@ -213,7 +213,7 @@ System make_pendulum() {
   system.masses = {1.0, 1.0};
   system.supports = {{"hand", {0}, {}}};
   system.constraints = {Rods{"rope", {{0, 1}}}};
-  system.add_gravity({0.0, 0.0, -g});
+  system.add_gravity({0.0, 0.0, -gravity});
   return system;
 }
 
@@ -270,7 +270,7 @@ TEST(UnsteadyTime, IsRefusedByName) {
 
 TEST(UnsteadyTime, IsRefusedWhereTheFrameTurnsAndSomethingElseDoesNot) {
   System tipped = make_hoop(5.0, {0.0, 0.0, -1.0});
-  tipped.forces = {Gravity{"weight", {0.0, 1.0, -g}}};
+  tipped.forces = {Gravity{"weight", {0.0, 1.0, -gravity}}};
   expect_refusal(tipped, "weight changes with time in the frame which turns with [0, 0, 5] rad/s");
 
   System faster = make_hoop(5.0, {0.0, 0.0, -1.0});
