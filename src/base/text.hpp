@@ -24,8 +24,9 @@ std::string text(Number number, int digits = 4) {
   char *const begin = buffer.data(), *const end = begin + buffer.size();
   if constexpr (std::is_floating_point_v<Number>) {
     if (std::abs(number) < 1e6 && number == std::trunc(number)) return text(static_cast<long>(number));
-    if (digits < all_digits)
-      return std::string(begin, std::to_chars(begin, end, number, std::chars_format::general, digits).ptr);
+    const std::string exact(begin, std::to_chars(begin, end, number).ptr);
+    const std::string rounded(begin, std::to_chars(begin, end, number, std::chars_format::general, digits).ptr);
+    return digits < all_digits && rounded.size() < exact.size() ? rounded : exact;
   }
   return std::string(begin, std::to_chars(begin, end, number).ptr);
 }

@@ -12,7 +12,7 @@
 namespace tanor {
 namespace {
 
-struct Case {
+struct Interruption {
   std::string scene;
   std::function<System()> make;
   MotionOptions options;
@@ -20,7 +20,7 @@ struct Case {
   double middle = 0.3, end = 0.7;  // s
 };
 
-void PrintTo(const Case& each, std::ostream* out) {
+void PrintTo(const Interruption& each, std::ostream* out) {
   *out << each.scene << " by " << name_of(each.options.method);
 }
 
@@ -90,7 +90,7 @@ void expect_same(const Simulation& found, const Simulation& expected, const std:
     EXPECT_EQ(a[k], b[k]) << "number " << k << " of " << a.size() << ", " << where;
 }
 
-class GoingOnTest : public testing::TestWithParam<Case> {};
+class GoingOnTest : public testing::TestWithParam<Interruption> {};
 
 TEST_P(GoingOnTest, GoesOnBitByBitFromASnapshot) {
   const auto& [scene, make, options, solver, middle, end] = GetParam();
@@ -165,8 +165,8 @@ double step_of(Method method) {
   return method == Method::Rattle4 ? 0.01 : method == Method::Rattle6 ? 0.02 : 0.003;
 }
 
-std::vector<Case> list_cases() {
-  std::vector<Case> cases;
+std::vector<Interruption> list_cases() {
+  std::vector<Interruption> cases;
   for (const MethodTraits& traits : methods()) {
     const MotionOptions options{.method = traits.method, .step = step_of(traits.method)};
     cases.push_back({"chain", [] { return scenes::make_shaken_chain_in_air(0.3); }, options});
