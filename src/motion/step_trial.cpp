@@ -1,5 +1,7 @@
 #include "motion/step_trial.hpp"
 
+#include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "base/text.hpp"
@@ -38,7 +40,7 @@ StepAttempt StepTrial::step(double t, bool may_surprise, Looks looks) {
   if (!attempt.is_good()) return attempt;
   const Events::Meeting meeting = events.meet(*motion_.scheme, motion_.state, motion_.drives.pieces(), &state, &step);
   step.outcome = meeting.outcome;
-  if (step.outcome.ok()) end_before_arms_vanish(&attempt);
+  if (step.outcome.ok() && !attempt.has_stopped) end_before_arms_vanish(&attempt);
   if (step.outcome.ok()) detect_user_events(&attempt);
   if (step.outcome.ok() && meeting.asks_for_switch && !attempt.has_stopped) {
     attempt.has_switched = true;
@@ -80,53 +82,80 @@ void StepTrial::detect_user_events(StepAttempt* attempt) {
   if (!attempt->is_extrapolated) watch.end_at(stop);
   if (stop == state.t || attempt->is_extrapolated) return;
   end = {};
-  step_again(stop, attempt);
+  step_again(motion_.state, stop, attempt);
 }
 
-/// Makes the step again, to another end.
-void StepTrial::step_again(double t, StepAttempt* attempt) {
+/// Makes the step again, to another end, or what is left of it from a state on its way.
+void StepTrial::step_again(const State& from, double t, StepAttempt* attempt) {
   StepResult& step = attempt->step;
   events.forget();
-  if (step.outcome = mechanics_.linearise(motion_.state.t, motion_.state.x.data()); !step.outcome.ok()) return;
+  if (step.outcome = mechanics_.linearise(from.t, from.x.data()); !step.outcome.ok()) return;
   state.t = t;
-  step = motion_.scheme->step(motion_.state, t - motion_.state.t, &state);
+  step = motion_.scheme->step(from, t - from.t, &state);
 }
 
-/// Ends a step in which an arm vanishes right before. A fixed step that failed may have met one as well.
+/// Ends a step in which an arm vanishes right before. A fixed step may have met the instant although its end and the
+/// way there do not show it: it failed, or the projection moved its end back.
 void StepTrial::end_before_arms_vanish(StepAttempt* attempt) {
+  constexpr double margin = 1.1;  // for the error of the prediction
   const State& from = motion_.state;
   const double h = state.t - from.t;
   if (arms.is_empty() || !(h > 0.0)) return;
-  const bool knows = knows_acceleration();
-  auto arm = attempt->step.outcome.ok() ? arms.find(*motion_.scheme, from, state) : std::nullopt;
-  // The projection may have moved the end of a fixed step back.
-  if (!arm && !motion_.scheme->is_adaptive()) arm = arms.find_ahead(from, knows, h);
+  StepResult& step = attempt->step;
+  bool knows = knows_acceleration();
+  std::optional<VanishingArms::Found> arm;
+  if (!motion_.scheme->is_adaptive() && (!step.outcome.ok() || arms.are_short(from, state))) {
+    const bool moves = !knows;
+    if (moves) knows = mechanics_.linearise(from.t, from.x.data()).ok() && find_acceleration().ok();
+    arm = arms.find_ahead(from, knows, margin * h);
+    if (moves && !arm && step.outcome.ok()) step.outcome = mechanics_.linearise(state.t, state.x.data());
+  }
+  if (!arm && step.outcome.ok()) arm = arms.find(*motion_.scheme, from, state);
   if (arm) approach(*arm, arms.time_left(*arm, from, knows), attempt);
 }
 
 /// Makes the step again, to a tenth of the time that is left and so on, since no step that ends behind the instant can
-/// be trusted. If a step to there fails otherwise, the last good one is taken, and the motion goes on from it.
+/// be trusted. A step that fails is made from where the last one led, since it may be too long beside what is left of
+/// the arm. If steps fail long before the instant, the last good one is taken, and the motion goes on from it.
 void StepTrial::approach(const VanishingArms::Found& arm, double left_at_begin, StepAttempt* attempt) {
-  constexpr double part = 0.9;
-  constexpr int most_steps = 60;
-  const double begin = motion_.state.t, finest = 4.0 * time_resolution(arm.time, arm.time - begin);
-  double good = 0.0, left = std::min(arm.time - begin, left_at_begin > 0.0 ? left_at_begin : arm.time - begin);
-  double next = 0.5 * left;
+  constexpr double part = 0.9, right_before = 1e-3;
+  constexpr int most_steps = 100;
+  const double begin = motion_.state.t, end_of_step = state.t;
+  const double finest = 4.0 * time_resolution(arm.time, arm.time - begin);
+  const double whole = left_at_begin > 0.0 ? std::min(arm.time - begin, left_at_begin) : arm.time - begin;
+  double good = 0.0, left = whole, next = 0.5 * left;
+  State reached, base;
+  const State* from = &motion_.state;
+  StepResult result;
   for (int step = 0; step < most_steps && left > finest && next > good; ++step) {
-    step_again(begin + next, attempt);
+    step_again(*from, begin + next, attempt);
     const double ahead = attempt->step.outcome.ok() ? arms.time_left(arm, state, knows_acceleration()) : -1.0;
-    if (ahead >= 0.0 && ahead < 10.0 * (next + left)) {
+    if (ahead >= 0.0 && ahead < left) {
+      reached = state;
+      result = attempt->step;
       good = next;
       left = ahead;
       next = good + part * left;
-    } else if (good > 0.0) {
-      break;
+    } else if (good > 0.0 && from->t < reached.t) {
+      base = reached;
+      from = &base;
+      next = good + 0.5 * left;
     } else {
-      next *= 0.5;
+      next = good + 0.5 * (next - good);
     }
   }
-  if (state.t != begin + good || !attempt->step.outcome.ok()) step_again(begin + good, attempt);
-  if (left > finest && good > 0.0) return;
+  if (good > 0.0 && begin + good + left > end_of_step + finest) {  // the prediction was too early
+    step_again(motion_.state, end_of_step, attempt);
+    if (attempt->step.outcome.ok()) return;
+  }
+  if (good > 0.0 && (state.t != begin + good || !attempt->step.outcome.ok())) {
+    state = reached;
+    attempt->step = result;
+    attempt->step.is_interpolated = false;
+    attempt->step.outcome = mechanics_.linearise(state.t, state.x.data());
+  }
+  if (from == &base) attempt->step.is_interpolated = false;
+  if (good > 0.0 && left > std::max(finest, right_before * whole)) return;
   end = arms.explain(arm, begin + good + left);
   attempt->has_stopped = true;
   if (!(good > 0.0)) attempt->step.outcome = end;

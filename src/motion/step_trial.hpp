@@ -79,7 +79,7 @@ class StepTrial {
   void detect_user_events(StepAttempt* attempt);
   void end_before_arms_vanish(StepAttempt* attempt);
   void approach(const VanishingArms::Found& arm, double left_at_begin, StepAttempt* attempt);
-  void step_again(double t, StepAttempt* attempt);
+  void step_again(const State& from, double t, StepAttempt* attempt);
 
   IntegrationOptions options_;
   Mechanics& mechanics_;

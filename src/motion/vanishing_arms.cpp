@@ -72,6 +72,16 @@ std::optional<VanishingArms::Found> VanishingArms::find(Scheme& scheme, const St
   return agree(first);
 }
 
+bool VanishingArms::are_short(const State& from, const State& to) {
+  constexpr double wide = 2.0;
+  const double h = to.t - from.t;
+  const std::vector<Vec3> begin = evaluate(from.at()), ahead = evaluate_ahead(from, h, 0.0), end = evaluate(to.at());
+  bool is_short = false;
+  for (std::size_t k = 0; k < arms_.count && !is_short; ++k)
+    is_short = norm(begin[k]) <= wide * std::max(norm(ahead[k] - begin[k]), norm(end[k] - begin[k]));
+  return mechanics_.largest(is_short ? 1.0 : 0.0) > 0.0;
+}
+
 /// Returns the first arm of all processes; nothing if there is none.
 std::optional<VanishingArms::Found> VanishingArms::agree(const Found& first) {
   const double time = -mechanics_.largest(-first.time);

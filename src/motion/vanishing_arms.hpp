@@ -38,6 +38,8 @@ class VanishingArms {
   };
   /// Looks through a good step. The mechanics stays where it is.
   std::optional<Found> find(Scheme& scheme, const State& from, const State& to);
+  /// Returns true if an arm is so short that a step from one state to the other may have passed its end unseen.
+  bool are_short(const State& from, const State& to);
   /// Looks within so many seconds, by the velocities of a state, and its accelerations if they are known.
   std::optional<Found> find_ahead(const State& state, bool knows_acceleration, double within);
   /// Returns the time in which the arm vanishes from a state, s, by its velocity, and its acceleration if that is
