@@ -4,6 +4,7 @@
 
 #include <tanor/enum_names.hpp>
 
+#include "base/text.hpp"
 #include "report/words.hpp"
 
 namespace tanor::report {
@@ -107,7 +108,7 @@ std::string describe_several(const FrictionSummary& summary) {
   return fmt::format(
       "friction: several accelerations obeyed the law at {} instants, at t = {} s first; the motion goes on with those "
       "nearest to the step before",
-      summary.several, summary.first_several);
+      summary.several, text(summary.first_several));
 }
 
 }  // namespace tanor::report

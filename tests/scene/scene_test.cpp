@@ -50,7 +50,7 @@ TEST(Scene, HasTheDefaultsOfTheContract) {
   EXPECT_EQ(scene.motion.atol, 0.0);  // 1e-10 of the size around each point
   EXPECT_EQ(scene.motion.stabilisation, Stabilisation::Projection);
   EXPECT_EQ(scene.motion.start, StartMode::Check);
-  EXPECT_EQ(scene.t_end, 0.0);
+  EXPECT_FALSE(scene.has_end());
   EXPECT_EQ(scene.output_every, 0.0);
   EXPECT_TRUE(scene.output_points.empty()) << "all";
   EXPECT_EQ(scene.solver.linear_solver, LinearSolver::Auto);
