@@ -352,9 +352,8 @@ Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
   rounding_.allow(state, expected, scheme_->rounding_gain());
   const double left = t_end - state.t;
   const double resolution = time_resolution(state.t, left);
-  // A piece of a table that ends within the resolution of time has ended.
-  if (const double proposed = scheme_->propose_step(state); proposed > 0.0)
-    next_step = std::min(std::max(proposed, resolution), control_.limit);
+  if (const double proposed = scheme_->propose_step(state, resolution); proposed > 0.0)
+    next_step = std::min(proposed, control_.limit);
   next_step = std::min(next_step, longest_step());
   // End exactly at t_end, without a tiny last step.
   const bool reaches = next_step >= nearly_all * left && left <= longest_step();

@@ -77,8 +77,9 @@ class Scheme {
   /// Tells how rounding of accelerations enters the velocities of an adaptive scheme.
   virtual RoundingGain rounding_gain() const { return {}; }
 
-  /// Returns the step that the scheme's own estimate allows from this state, s; 0 if it has none.
-  virtual double propose_step(const State& /*from*/) { return 0.0; }
+  /// Returns the step that the scheme's own estimate allows from this state, s; 0 if it has none. What ends within the
+  /// resolution of time, s, has ended.
+  virtual double propose_step(const State& /*from*/, double /*resolution*/ = 0.0) { return 0.0; }
 
   /// Returns true if a step from this state evaluates nothing inside itself, and so may pass a singular configuration.
   virtual bool sees_through(const State& from) = 0;

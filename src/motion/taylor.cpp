@@ -184,10 +184,13 @@ Taylor::Taylor(const IntegrationOptions& options, Mechanics& mechanics)
   if (mechanics.has_work()) make_quadrature((order_ + 1) / 2, &nodes_, &weights_);
 }
 
-double Taylor::propose_step(const State& from) {
+double Taylor::propose_step(const State& from, double resolution) {
   if (!expansion_.is_known || expansion_.time != from.t) expand(from);
   if (!expansion_.exists) return 0.0;
-  return rejected_.may_be_noise ? std::min(expansion_.longest, 0.5 * rejected_.h) : expansion_.longest;
+  // A piece of a table that ends within the resolution of time has ended.
+  const bool has_ended = expansion_.extent.smooth_until - from.t < resolution;
+  const double longest = has_ended ? std::min(expansion_.reach, resolution) : expansion_.longest;
+  return rejected_.may_be_noise ? std::min(longest, 0.5 * rejected_.h) : longest;
 }
 
 /// Steps hardly grow from one to the next, so that islands may leave out terms that a little longer step than the last

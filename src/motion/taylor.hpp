@@ -21,7 +21,7 @@ class Taylor final : public Scheme {
   bool is_adaptive() const override { return true; }
   /// The series rounds alike from step to step. Rounding of its terms beyond this is part of the estimate.
   RoundingGain rounding_gain() const override { return {.factor = 0.2}; }
-  double propose_step(const State& from) override;
+  double propose_step(const State& from, double resolution = 0.0) override;
   bool knows_acceleration() const override { return true; }
   bool sees_through(const State& from) override { return propose_step(from) > 0.0; }
   StepResult step(const State& from, double h, State* to) override;
