@@ -158,8 +158,9 @@ Outcome Corners::shorten(const State& from, double h, double* clear) {
   }
   is_ahead_ = corner.is_found;
   if (!corner.is_found) return {};
-  // Where an argument only touches 0, singular accelerations keep steps in proportion to the way that is left.
-  const double touching = corner.touched != no_term ? 1e4 * time_resolution(from.t, h) : 0.0;
+  // Where an argument only touches 0, singular accelerations keep steps in proportion to the way that is left, and
+  // `find_touch` resolves a billionth of a long step.
+  const double touching = corner.touched != no_term ? 1e8 * time_resolution(from.t, h) : 0.0;
   if (corner.before.s <= std::max(touching, is_behind ? rounding : reach))
     *clear = 0.0;
   else

@@ -27,8 +27,8 @@ CornerTerms::CornerTerms(const Expression& expression) : expression_(expression)
     if (operation == Expression::Operation::Min) terms_.push_back({operation, b, a});
     if (operation == Expression::Operation::Max) terms_.push_back({operation, a, b});
     if (operation != Expression::Operation::Sqrt) continue;
-    if (const int root = find_root_of_square(expression_.instructions, a); root >= 0)
-      terms_.push_back({operation, root, -1});
+    const int root = find_root_of_square(expression_.instructions, a);
+    terms_.push_back(root >= 0 ? Term{operation, root, -1} : Term{operation, a, Term::only_touches_0});
   }
   const auto is_same = [](const Term& one, const Term& other) { return one.a == other.a && one.b == other.b; };
   for (std::size_t k = terms_.size(); k-- > 0;) {
@@ -78,7 +78,7 @@ std::string CornerTerms::name(std::size_t k, std::span<const std::string> variab
   const auto place = std::ranges::find(expression_.variables, term.a);
   if (term.b >= 0 || place == expression_.variables.end()) return name;
   const auto& variable = variables[static_cast<std::size_t>(place - expression_.variables.begin())];
-  return name + "(" + variable + (term.operation == Expression::Operation::Sqrt ? "^2)" : ")");
+  return name + "(" + variable + (term.operation == Expression::Operation::Sqrt && term.b == -1 ? "^2)" : ")");
 }
 
 }  // namespace tanor

@@ -19,8 +19,9 @@ class CornerTerms {
   std::size_t size() const { return terms_.size(); }
   std::size_t num_variables() const { return expression_.variables.size(); }
 
-  /// Evaluates the argument u of each term: a of abs(a), b - a of min, a - b of max. The expression takes one branch
-  /// where u < 0, the other one elsewhere.
+  /// Evaluates the argument u of each term: a of abs(a) and sqrt(a^2), b - a of min, a - b of max. The expression takes
+  /// one branch where u < 0, the other one elsewhere. Another root has its own argument, which can only touch 0; no
+  /// tangent exists there.
   void evaluate(const double* variables, double* arguments) const;
   /// Writes the partial derivatives of the argument of term k in all variables.
   void differentiate(std::size_t k, const double* variables, double* gradient) const;
@@ -31,6 +32,7 @@ class CornerTerms {
   struct Term {
     Expression::Operation operation;
     int a, b;  // u is a, or a - b if b is not negative
+    static constexpr int only_touches_0 = -2;
   };
 
   template <class T, class Variable>

@@ -323,6 +323,21 @@ TEST(Corners, ThatAreCuspsAreRefusedByName) {
   }
 }
 
+/// A root that is no square has no tangent where it vanishes, as the tip of a cone; beside it there is no corner.
+TEST(Corners, AtTheTipOfAConeAreRefusedByName) {
+  for (const Method method : list_all_methods()) {
+    for (const char* cone : {"z1-sqrt(x1^2+y1^2)", "z1-sqrt(x1*x1+0)"}) {
+      const std::string refusal = refusal_of(make_bead_on_v(cone), method);
+      EXPECT_NE(refusal.find("the corner of sqrt in wire"), std::string::npos)
+          << cone << ", " << name_of(method) << ": " << refusal;
+    }
+  }
+  for (const Method method : with_auto(list_adaptive_methods())) {
+    Simulation simulation(make_bead_on_v("z1-sqrt(x1^2+0.01)"), options_of(method));
+    EXPECT_TRUE(simulation.advance_to(1.0).ok()) << name_of(method) << ": " << simulation.outcome().what;
+  }
+}
+
 /// The gradient of z = max(0, x)^2 does not jump.
 TEST(Corners, AreNoneWhereTheGradientIsContinuous) {
   for (const Method method : with_auto(list_adaptive_methods())) {
