@@ -325,7 +325,7 @@ TEST(Corners, ThatAreCuspsAreRefusedByName) {
 
 /// A root that is no square has no tangent where it vanishes, as the tip of a cone; beside it there is no corner.
 TEST(Corners, AtTheTipOfAConeAreRefusedByName) {
-  for (const Method method : list_all_methods()) {
+  for (const Method method : {Method::Auto, Method::Taylor, Method::Dopri5, Method::Radau5}) {
     for (const char* cone : {"z1-sqrt(x1^2+y1^2)", "z1-sqrt(x1*x1+0)"}) {
       const std::string refusal = refusal_of(make_bead_on_v(cone), method);
       EXPECT_NE(refusal.find("the corner of sqrt in wire"), std::string::npos)
