@@ -20,7 +20,6 @@
 #include "scene/suggestion.hpp"
 
 namespace tanor::cli {
-
 namespace {
 
 /// Reads any text but an empty one. `Target` is a string, a path, or an optional one of them.
@@ -45,10 +44,8 @@ Value positive(std::optional<double>* target) {
 
 Value number(std::optional<double>* target) {
   return {Word::Number, [target](const std::string& given) -> std::string {
-            const std::optional<double> found = read_number<double>(given);
-            if (!found || !std::isfinite(*found)) return "must be a finite number, not '" + given + "'";
-            *target = found;
-            return {};
+            *target = read_number<double>(given);
+            return *target && std::isfinite(**target) ? "" : "must be a finite number, not '" + given + "'";
           }};
 }
 
@@ -425,7 +422,6 @@ Command describe_manual() {
 }
 
 }  // namespace
-
 std::vector<Command> make_commands() {
   std::vector<Command> commands;
   for (const auto& describe : {describe_run, describe_view, describe_picture, describe_info, describe_check,

@@ -153,7 +153,11 @@ std::string Integration::explain_missed() const {
 }
 
 Outcome Integration::step_too_small(double resolution, Outcome reason) {
-  if (Outcome ahead = find_vanishing_arm(1e7 * resolution); !ahead.ok()) return ahead;
+  // Steps that get ever shorter may lead to where an arm vanishes.
+  if (!trial_.arms.is_empty()) {
+    if (const auto arm = trial_.arms.find_ahead(state, false, 1e7 * resolution))
+      return trial_.arms.explain(*arm, arm->time);
+  }
   if (reason.ok()) reason = find_end_ahead(resolution);
   constexpr double farthest_corner = 1e7;
   reason = add_corner(farthest_corner * resolution, std::move(reason));
@@ -187,13 +191,6 @@ Outcome Integration::add_corner(double within, Outcome reason) {
   if (name.empty()) return reason;
   const std::string corner = "the corner of " + name + " is too near";
   return {Status::Singular, reason.what.empty() ? corner : reason.what + "; " + corner};
-}
-
-/// Names an arm that vanishes within so many seconds. Steps that get ever shorter lead there.
-Outcome Integration::find_vanishing_arm(double within) {
-  if (trial_.arms.is_empty()) return {};
-  const auto arm = trial_.arms.find_ahead(state, false, within);
-  return arm ? trial_.arms.explain(*arm, arm->time) : Outcome{};
 }
 
 /// Names two points that collide within so many seconds. Forces of a pair whose law has no bound are finite up to the
@@ -303,40 +300,6 @@ Outcome Integration::extrapolate_adaptively(double t_end, const Taken& taken) {
   return step_adaptively(t_end, taken);
 }
 
-/// Returns the step to make instead of one of length h in which a force jumps: up to the jump, or, from there, over it.
-/// Stages inside a step may lie beyond its end by a part of it that falls with its length, so that schemes with stages
-/// come nearer in a few steps, each of which leaves the square of the part that the last one left.
-Integration::Cut Integration::cut_at(const PointPath::Jump& jump, double h, double resolution) const {
-  constexpr double most_left = 0.1;
-  const double rounding = 0.25 * resolution;  // of instants
-  const bool has_stages = scheme_->looks().size() > 2;
-  const double left = has_stages ? std::min(jump.before, most_left) : 0.0;
-  if (const double before = (1.0 - left) * jump.before * h - rounding; before > 2.0 * resolution)
-    return {before, false};
-  return {std::max(jump.after * h, resolution) + rounding, true};
-}
-
-/// Returns a step to try after one of the above has failed: stages beyond its end, or at the jump itself, where the
-/// force does not exist, are avoided by another length. There is none if that does not help any more.
-Integration::Cut Integration::cut_again(const Cut& cut, double resolution) const {
-  constexpr double shorter = 0.7, longer = 1.37, most = 1e6;
-  if (cut.is_over) return cut.length < most * resolution ? Cut{longer * cut.length, true} : Cut{};
-  return cut.length > 2.0 * resolution ? Cut{shorter * cut.length, false} : Cut{};
-}
-
-/// Takes note that the next step leads over a jump. Forces that drive points back to it from both sides end the motion.
-Outcome Integration::note_jump(const PointPath::Jump& jump, double h) {
-  constexpr double no_time = 1e-5;  // part of a step
-  constexpr int most = 200;
-  const bool is_next = state.t - chatter_.last_time < no_time * h;
-  chatter_ = {is_next ? chatter_.count + 1 : 0, state.t};
-  if (chatter_.count < most) return {};
-  return {Status::NotConverged, (jump.force != nullptr ? *jump.force : std::string("a force")) +
-                                    " jumps without end at t = " + text(state.t) +
-                                    ": it drives points back to where it jumps from both sides, and no motion along "
-                                    "that is defined"};
-}
-
 /// Crosses a corner, and leaves `next_step` alone.
 Outcome Integration::cross_corner(double t, const Taken& taken) {
   const StepAttempt attempt = trial_.cross(t);
@@ -398,10 +361,10 @@ Outcome Integration::reject(const StepAttempt& attempt, const Cut& cut, double h
     // A path with a large error may meet a jump that the motion does not, so that the plan has to shrink.
     constexpr double shrinks = 0.3;
     if (!cut.exists() && attempt.error > 1.0) next_step = shrinks * h;
-    cut_ = cut_at(attempt.jump, h, resolution);
-    return cut_.is_over ? note_jump(attempt.jump, h) : Outcome{};
+    cut_ = jumps_.cut_at(attempt.jump, scheme_->looks().size() > 2, h, resolution);
+    return cut_.is_over ? jumps_.note_jump(attempt.jump, state.t, h) : Outcome{};
   }
-  if (cut.exists()) cut_ = cut_again(cut, resolution);
+  if (cut.exists()) cut_ = jumps_.cut_again(cut, resolution);
   if (cut_.exists()) return {};
   singular_.note_rejection();
   if (step.outcome.ok() && attempt.error > 1.0) rounding_.note_rejection(h, attempt.error, scheme_->estimate_order());

@@ -1,12 +1,12 @@
 #pragma once
 
 #include <functional>
-#include <limits>
 #include <memory>
 
 #include <tanor/motion.hpp>
 
 #include "motion/drive_control.hpp"
+#include "motion/jump_steps.hpp"
 #include "motion/rounding.hpp"
 #include "motion/scheme.hpp"
 #include "motion/singular_configurations.hpp"
@@ -84,13 +84,7 @@ class Integration {
   double next_step = 0.0;  ///< s, first length to try (adaptive schemes); 0 if not known yet
 
  private:
-  /// A shorter step to try next from the present state, which leads up to a jump of a force or over it.
-  struct Cut {
-    double length = std::numeric_limits<double>::infinity();  // s
-    bool is_over = false;
-
-    bool exists() const { return length < std::numeric_limits<double>::infinity(); }
-  };
+  using Cut = JumpSteps::Cut;
 
   void exchange_memory(Memory& memory);
   void exchange_states(Memory& memory, bool* is_after_rejection);
@@ -100,9 +94,6 @@ class Integration {
   Outcome extrapolate_adaptively(double t_end, const Taken& taken);
   Outcome step_adaptively(double t_end, const Taken& taken);
   Outcome reject(const StepAttempt& attempt, const Cut& cut, double h, double resolution);
-  Cut cut_at(const PointPath::Jump& jump, double h, double resolution) const;
-  Cut cut_again(const Cut& cut, double resolution) const;
-  Outcome note_jump(const PointPath::Jump& jump, double h);
   Outcome look_for_corner(double h, double* clear);
   Outcome cross_corner(double t, const Taken& taken);
   void take_scheme(Method method, double first_step);
@@ -113,7 +104,6 @@ class Integration {
   Outcome find_end_ahead(double resolution);
   Outcome add_corner(double within, Outcome reason);
   Outcome find_collision(double within);
-  Outcome find_vanishing_arm(double within);
   double longest_step() const;
   void take_trial(const StepAttempt& attempt, const Taken& taken);
 
@@ -123,12 +113,8 @@ class Integration {
   MotionReport& report_;
   std::unique_ptr<Scheme> scheme_;
   StepControl control_;
-  Cut cut_;
-  /// Jumps of forces that were passed one after the other in no time.
-  struct {
-    int count = 0;
-    double last_time = 0.0;
-  } chatter_;
+  JumpSteps jumps_;
+  Cut cut_;          // to try next from the present state
   Outcome refusal_;  // reason of the last failed try since the last step
   DriveControl drives_;
   SingularConfigurations singular_;

@@ -27,7 +27,7 @@ class Passages final : private PointPath {
   struct Part final : PointPath {
     void refine(double) override {}
   };
-  /// What a path is at its knots, [knot][number].
+  /// The numbers of a path at its knots, [knot][number].
   struct Knots {
     std::vector<std::vector<double>> positions, velocities, variables, rates;
   };

@@ -39,8 +39,8 @@ Rounding::Rounding(const IntegrationOptions& options, Mechanics& mechanics)
 void Rounding::note_step(const State& from) {
   constexpr double steps_between = 64.0, clearly = 10.0;
   if (excess_ > clearly) {
-    if (num_exceeding_++ == 0.0) since_ = from.t;
-    sum_of_excesses_ += excess_;
+    if (exceeding_.count++ == 0.0) exceeding_.since = from.t;
+    exceeding_.sum_of_excesses += excess_;
   }
   ++num_steps_;
   rejected_ = {};
@@ -129,16 +129,17 @@ void Rounding::allow(const State& from, double h, const RoundingGain& gain) {
 
 std::string Rounding::explain() const {
   constexpr double some = 0.05;  // part of the steps
-  if (!(num_exceeding_ > some * num_steps_)) return {};
-  const auto [met, wanted] = texts_apart(std::array{options_.rtol * sum_of_excesses_ / num_exceeding_, options_.rtol});
-  return "forces round to more than the tolerance from t = " + text(since_) + " on: steps meet rtol " + met + ", not " +
-         wanted;
+  if (!(exceeding_.count > some * num_steps_)) return {};
+  const auto [met, wanted] =
+      texts_apart(std::array{options_.rtol * exceeding_.sum_of_excesses / exceeding_.count, options_.rtol});
+  return "forces round to more than the tolerance from t = " + text(exceeding_.since) + " on: steps meet rtol " + met +
+         ", not " + wanted;
 }
 
 void Rounding::exchange_memory(Memory& memory) {
   if (num_groups_ == 0) return;
   memory.exchange(is_due_, num_samples_, num_steps_, measured_at_, caution_, rejected_.h, rejected_.error,
-                  num_exceeding_, sum_of_excesses_, since_, whole_, along_);
+                  exceeding_.count, exceeding_.sum_of_excesses, exceeding_.since, whole_, along_);
 }
 
 }  // namespace tanor

@@ -51,7 +51,9 @@ class Rounding {
   static constexpr double most_caution = 16.0;
   double excess_ = 0.0;  // rounding over the tolerance at the last `allow`; 0 if negligible
   // Steps whose rounding clearly exceeded the tolerance: count, sum of the excesses, time of the first
-  double num_exceeding_ = 0.0, sum_of_excesses_ = 0.0, since_ = 0.0;
+  struct {
+    double count = 0.0, sum_of_excesses = 0.0, since = 0.0;
+  } exceeding_;
   double is_due_;  // not 0 if rounding is to be measured before the next step
   double num_samples_ = 0.0, num_steps_ = 0.0, measured_at_ = 0.0;
   std::vector<double> x_, v_, a_, other_, now_;  // scratch

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <memory>
 #include <optional>
 
 #include <tanor/motion.hpp>
@@ -49,7 +50,6 @@ struct Simulation::Implementation {
   PointState points;            // the state in the inner order
   std::vector<double> rows;     // [d]
   std::size_t num_events = 0;
-  ConstraintArms arms{model};
   MotionMeasures measures{options, work, form, integration, &points, &report};
   bool is_advancing = false;
 
@@ -106,10 +106,11 @@ struct Simulation::Implementation {
 
   /// Ends the motion where a part of a rope, or a leg of an angle, has length 0. Coordinates need no direction there.
   void watch_arms() {
-    integration.arms().watch({form.keeps_variables() ? arms.size() : 0,
-                              [this](const Kinematics& at, Vec3* vectors) { arms.evaluate(at.x, vectors); },
-                              [this](const Kinematics& at, std::size_t k) { return arms.size(at.x, k); },
-                              [this](std::size_t k) { return arms.name(k); }});
+    const auto arms = std::make_shared<ConstraintArms>(model);
+    integration.arms().watch({form.keeps_variables() ? arms->size() : 0,
+                              [arms](const Kinematics& at, Vec3* vectors) { arms->evaluate(at.x, vectors); },
+                              [arms](const Kinematics& at, std::size_t k) { return arms->size(at.x, k); },
+                              [arms](std::size_t k) { return arms->name(k); }});
   }
 
   void note_method() {

@@ -25,7 +25,6 @@
 #include "statics/unsymmetric_newton.hpp"
 
 namespace tanor {
-
 namespace {
 
 /// The search for one system from one start; arrays are in the inner order.
@@ -151,8 +150,8 @@ Outcome Search::search() {
     return outcome;
   }
   if (options_.method == EquilibriumMethod::Descent) {
-    Outcome outcome = descend(limits);
-    return outcome.ok() ? search_by_newton(limits) : outcome;
+    if (Outcome outcome = descend(limits); !outcome.ok()) return outcome;
+    return search_by_newton(limits);
   }
   const StaticState start = state_;
   Outcome outcome = search_by_newton(limits);
@@ -234,8 +233,8 @@ void Search::take_smallest() {
 
 ReducedInertia Search::find_inertia_with(const std::vector<double>& lambda) {
   const StaticResidual here = newton_.measure(state_);
-  const bool is_known_by_force = here.relative_force() <= options_.force_tolerance;
-  equations_.linearise_near(state_.r.data(), lambda.data(), is_known_by_force ? 0.0 : position_error_);
+  const double error = here.known <= options_.force_tolerance * here.scale ? 0.0 : position_error_;
+  equations_.linearise_near(state_.r.data(), lambda.data(), error);
   return find_inertia(equations_, state_.r, rank_.degrees_of_freedom, list_dependent_rows(model_, rank_),
                       &newton_.solver());
 }
@@ -458,7 +457,6 @@ std::unique_ptr<Search> start_search(const System& system, const SteadyFrame& fr
 }
 
 }  // namespace
-
 EquilibriumResult rest_from(const System& system, const SteadyFrame& frame, const EquilibriumOptions& options,
                             const std::vector<double>& prestress, const std::vector<double>& start,
                             bool assesses_stability) {
