@@ -20,7 +20,7 @@ using namespace corner_program;
 /// A system and the same for the dense program.
 struct Draw {
   System system;
-  Motion motion;
+  DenseMotion motion;
   std::string text;
 };
 
@@ -41,7 +41,7 @@ class Drawer {
     Draw result;
     const auto kind = whole(5);
     const auto beads = kind == 4 ? 2 : whole(2) + (kind == 3 ? 2 : 1);
-    Motion& motion = result.motion;
+    DenseMotion& motion = result.motion;
     motion.r = Vector::Zero(3 * beads);
     motion.v = Vector::Zero(3 * beads);
     motion.masses = Vector::Zero(3 * beads);
@@ -150,7 +150,7 @@ class Drawer {
 
   /// Sets a consistent start with random velocities.
   void start(Draw* to) {
-    Motion& motion = to->motion;
+    DenseMotion& motion = to->motion;
     for (Eigen::Index i = 0; i < motion.v.size(); ++i) motion.v[i] = number(-1.5, 1.5);
     motion.advance(0.0, 1e-3);
     System& system = to->system;
@@ -166,7 +166,7 @@ class Drawer {
 constexpr unsigned num_draws = 300;
 
 /// Returns how far a simulation is from the dense program with steps of that length, over the size of the scene.
-double distance(const Simulation& simulation, Motion motion, double step, std::size_t* corners) {
+double distance(const Simulation& simulation, DenseMotion motion, double step, std::size_t* corners) {
   motion.advance(simulation.time(), step);
   *corners = motion.corners;
   double size = 1.0, most = 0.0;

@@ -48,7 +48,7 @@ struct Spring {
   double stiffness, length;
 };
 
-struct Motion {
+struct DenseMotion {
   std::vector<Guide> guides;
   std::vector<Rod> rods;
   std::vector<Spring> springs;
@@ -201,7 +201,7 @@ struct Motion {
     });
     project();
     while (t < end) {
-      const Motion before = *this;
+      const DenseMotion before = *this;
       double length = std::min(h, end - t);
       if (end - t - length < 1e-9) length = end - t;
       step(length);
@@ -222,7 +222,7 @@ struct Motion {
       });
       Kink* turned = nullptr;
       double low = 0.0, high = length;
-      Motion at = before;
+      DenseMotion at = before;
       for (int pass = 0; pass < 60 && high - low > 1e-16; ++pass) {
         at = before;
         const double trial = pass < 8 ? std::clamp(place * length, low, high) : 0.5 * (low + high);

@@ -221,7 +221,7 @@ System make_plane_with_corner(const std::string& offset) {
 
 TEST(Corners, InTimeMoveThePlaneAtOnce) {
   using namespace corner_program;
-  Motion truth;
+  DenseMotion truth;
   truth.masses = Vector::Ones(6);
   truth.guides = {{1, Vector3d(1.0, 0.0, 1.0), 0.4, {{0.4, Vector3d::Zero(), 0.5}}}};
   truth.rods = {{0, 1, 0.6, {}}};
