@@ -15,7 +15,7 @@
 namespace tanor {
 namespace {
 
-MotionOptions options_of(Method method) {
+MotionOptions corner_options(Method method) {
   MotionOptions options{.method = method};
   if (has_fixed_steps(method))
     options.step = 2e-3;
@@ -58,7 +58,7 @@ TEST(Corners, TurnTheVelocityOfABeadIntoTheOtherBranch) {
   for (const std::string equation : {"z1-abs(x1)", "z1-max(x1,-x1)", "z1+min(x1,-x1)", "z1-sqrt(x1^2)",
                                      "z1-sqrt(x1*x1)", "z1-0.5*abs(2*x1)", "abs(x1)-z1"}) {
     for (const Method method : list_all_methods()) {
-      Simulation simulation(make_bead_on_v(equation), options_of(method));
+      Simulation simulation(make_bead_on_v(equation), corner_options(method));
 
       const Outcome outcome = simulation.advance_to(1.5);
 
@@ -73,7 +73,7 @@ TEST(Corners, TurnTheVelocityOfABeadIntoTheOtherBranch) {
 
 TEST(Corners, ArePassedManyTimesAtTheSameHeight) {
   for (const Method method : with_auto(list_adaptive_methods())) {
-    Simulation simulation(make_bead_on_v(), options_of(method));
+    Simulation simulation(make_bead_on_v(), corner_options(method));
     for (const double t : {0.5, 2.0, 5.0, 11.3, 20.0}) {
       ASSERT_TRUE(simulation.advance_to(t).ok()) << name_of(method) << ": " << simulation.outcome().what;
       EXPECT_NEAR(simulation.positions()[0], x_of_bead(t), 1e-8) << name_of(method) << " at " << t;
@@ -87,7 +87,7 @@ TEST(Corners, MayBeMetWhereAnAdvanceEnds) {
   const double met = std::sqrt(0.4);
   for (const Method method : list_all_methods()) {
     for (const double at : {met, std::nextafter(met, 0.0), std::nextafter(met, 1.0), met - 1e-12, met + 1e-12}) {
-      Simulation simulation(make_bead_on_v(), options_of(method));
+      Simulation simulation(make_bead_on_v(), corner_options(method));
       ASSERT_TRUE(simulation.advance_to(at).ok()) << name_of(method) << ": " << simulation.outcome().what;
       EXPECT_NEAR(std::hypot(simulation.velocities()[0], simulation.velocities()[2]), std::sqrt(20.0), allowed(method));
       EXPECT_TRUE(simulation.certify().passed()) << simulation.certify().line();
@@ -105,7 +105,7 @@ TEST(Corners, TurnAMotionThatBeginsThere) {
     System system = make_bead_on_v();
     system.positions = {0.0, 0.0, 0.0};
     system.velocities = {-std::sqrt(10.0), 0.0, -std::sqrt(10.0)};  // along the right branch, beyond its end
-    Simulation simulation(system, options_of(method));
+    Simulation simulation(system, corner_options(method));
 
     ASSERT_TRUE(simulation.advance_to(0.3).ok()) << name_of(method) << ": " << simulation.outcome().what;
 
@@ -134,7 +134,7 @@ TEST(Corners, AreNoMatterToABeadThatTurnsBackBefore) {
     system.positions = {1.0, 0.0, -1.0};
     const double speed = std::sqrt(10.0) - 1e-3;  // along each axis; sqrt(10) would lead to its ridge
     system.velocities = {-speed, 0.0, speed};
-    Simulation simulation(system, options_of(method));
+    Simulation simulation(system, corner_options(method));
 
     ASSERT_TRUE(simulation.advance_to(1.0).ok()) << name_of(method) << ": " << simulation.outcome().what;
 
@@ -162,7 +162,7 @@ TEST(Corners, OfCoordinatesKeepTheEnergyAsWell) {
       system.forces = {Gravity{"", {0.0, 0.0, -10.0}}};
       std::string refusal;
       try {
-        Simulation simulation(system, options_of(method));
+        Simulation simulation(system, corner_options(method));
         const Outcome outcome = simulation.advance_to(1.5);
         ASSERT_TRUE(outcome.ok()) << x << ", " << name_of(method) << ": " << outcome.what;
         EXPECT_NEAR(simulation.positions()[0], x_of_bead(1.5), allowed(method)) << x << ", " << name_of(method);
@@ -233,7 +233,7 @@ TEST(Corners, InTimeMoveThePlaneAtOnce) {
   for (const std::string offset : {"0.6+0.4*abs(t-0.5)-0.2", "0.4+0.4*abs(0.5-t)", "0.4+0.4*max(t-0.5,0.5-t)",
                                    "0.4-min(0.4*(t-0.5),0.2-0.4*t)", "0.4+0.4*sqrt((t-0.5)^2)"}) {
     for (const Method method : list_all_methods()) {
-      MotionOptions options = options_of(method);
+      MotionOptions options = corner_options(method);
       options.start = StartMode::Project;
       Simulation simulation(make_plane_with_corner(offset), options);
 
@@ -267,7 +267,7 @@ TEST(Corners, InTimeOfSupportsAndLengthsPushAtOnce) {
       Rods rods{.name = "rod", .pairs = {{0, 1}}, .length = 1.0, .offsets = {}};
       if (!moves_support) rods.length = ScalarFunction::formula("1+max(0, 0.3*(t-0.25))");
       system.constraints = {rods};
-      Simulation simulation(system, options_of(method));
+      Simulation simulation(system, corner_options(method));
 
       ASSERT_TRUE(simulation.advance_to(1.0).ok()) << name_of(method) << ": " << simulation.outcome().what;
 
@@ -281,7 +281,7 @@ TEST(Corners, InTimeOfSupportsAndLengthsPushAtOnce) {
 // ---- what is refused ----
 
 std::string refusal_of(System system, Method method, double t_end = 1.5) {
-  Simulation simulation(std::move(system), options_of(method));
+  Simulation simulation(std::move(system), corner_options(method));
   const Outcome outcome = simulation.advance_to(t_end);
   return outcome.ok() ? "none" : outcome.what;
 }
@@ -333,7 +333,7 @@ TEST(Corners, AtTheTipOfAConeAreRefusedByName) {
     }
   }
   for (const Method method : with_auto(list_adaptive_methods())) {
-    Simulation simulation(make_bead_on_v("z1-sqrt(x1^2+0.01)"), options_of(method));
+    Simulation simulation(make_bead_on_v("z1-sqrt(x1^2+0.01)"), corner_options(method));
     EXPECT_TRUE(simulation.advance_to(1.0).ok()) << name_of(method) << ": " << simulation.outcome().what;
   }
 }
@@ -343,13 +343,13 @@ TEST(Corners, AreNoneWhereTheGradientIsContinuous) {
   for (const Method method : with_auto(list_adaptive_methods())) {
     System system = make_bead_on_v("z1-max(0,x1)^2");
     system.velocities = {-1.0, 0.0, -2.0};
-    Simulation simulation(system, options_of(method));
+    Simulation simulation(system, corner_options(method));
     ASSERT_TRUE(simulation.advance_to(1.0).ok()) << name_of(method) << ": " << simulation.outcome().what;
     EXPECT_NEAR(simulation.velocities()[0], -5.0, 1e-9) << name_of(method);  // v^2 = 1 + 4 + 2 g
 
     system.positions = {0.0, 0.0, 0.0};  // at rest where both branches meet
     system.velocities = {0.0, 0.0, 0.0};
-    Simulation still(system, options_of(method));
+    Simulation still(system, corner_options(method));
     ASSERT_TRUE(still.advance_to(1.0).ok()) << name_of(method) << ": " << still.outcome().what;
     EXPECT_NEAR(still.positions()[0], 0.0, 1e-12) << name_of(method);
   }

@@ -28,7 +28,7 @@ System make_throw() {
   return system;
 }
 
-struct Draw {
+struct EventDraw {
   Event event;
   std::vector<double> times;  // s, of its passages
 };
@@ -37,8 +37,8 @@ class Draws {
  public:
   explicit Draws(unsigned seed) : random_(seed) {}
 
-  Draw draw() {
-    Draw result;
+  EventDraw draw() {
+    EventDraw result;
     switch (random_() % 4) {
       case 0:
         result = draw_polynomial();
@@ -62,7 +62,7 @@ class Draws {
   double part() { return std::uniform_real_distribution<double>(0.0, 1.0)(random_); }
 
   /// A product of x - x_k.
-  Draw draw_polynomial() {
+  EventDraw draw_polynomial() {
     std::vector<double> roots(1 + random_() % 7);
     for (double& root : roots) root = -1.0 + 5.0 * part();
     return {{"polynomial",
@@ -75,9 +75,9 @@ class Draws {
   }
 
   /// c + sin(w x + p), with up to 13 turns.
-  Draw draw_sine() {
+  EventDraw draw_sine() {
     const double w = 27.0 * part(), p = 2.0 * pi * part(), c = 1.96 * part() - 0.98;
-    Draw result{{"sine", [=](double, Points r, Points) { return c + std::sin(w * r[0] + p); }}, {}};
+    EventDraw result{{"sine", [=](double, Points r, Points) { return c + std::sin(w * r[0] + p); }}, {}};
     for (int turn = -1; turn < 20; ++turn)
       for (const double angle : {std::asin(-c), pi - std::asin(-c)})
         result.times.push_back((angle + 2.0 * pi * turn - p) / w);
@@ -85,17 +85,17 @@ class Draws {
   }
 
   /// A level by 1e-1 … 1e-11 of a metre below the top of the throw, or above it.
-  Draw draw_level() {
+  EventDraw draw_level() {
     const double below = std::pow(10.0, -1.0 - 10.0 * part()) * (part() < 0.5 ? -1.0 : 1.0);
     const double top = rise / gravity, apart = below > 0.0 ? std::sqrt(2.0 * below / gravity) : 0.0;
     const double level = 0.5 * rise * top - below;
-    Draw result{{"level", [=](double, Points r, Points) { return r[2] - level; }}, {}};
+    EventDraw result{{"level", [=](double, Points r, Points) { return r[2] - level; }}, {}};
     if (below > 0.0) result.times = {top - apart, top + apart};
     return result;
   }
 
   /// The distance from an oblique line, by a velocity and a time as well.
-  Draw draw_curve() {
+  EventDraw draw_curve() {
     const double first = 4.0 * part() - 0.5, second = 4.0 * part() - 0.5, size = std::exp(10.0 * part() - 5.0);
     return {{"curve",
              [=](double t, Points, Points v) {
@@ -117,7 +117,7 @@ class EventDraws : public testing::TestWithParam<Method> {
 TEST_P(EventDraws, HaveAllPassagesOfAThousandFunctionsAndNoneTwice) {
   Draws draws(static_cast<unsigned>(GetParam()));
   Simulation simulation(make_throw(), options());
-  std::vector<Draw> all;
+  std::vector<EventDraw> all;
   for (int k = 0; k < 1000; ++k) {
     all.push_back(draws.draw());
     simulation.add_event(all.back().event);
