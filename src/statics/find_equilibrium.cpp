@@ -169,7 +169,7 @@ Outcome Search::search_by_newton(const NewtonLimits& limits) {
   Outcome outcome = newton_.run(limits, &state_, &result_.search.residuals);
   result_.search.iterations += newton_.iterations();
   result_.search.factorizations += newton_.factorizations();
-  if (outcome.ok() && std::isfinite(newton_.last_move())) position_error_ = newton_.last_move();
+  if (outcome.ok() && newton_.have_forces_vanished(limits)) position_error_ = newton_.last_move();
   return outcome;
 }
 
@@ -233,7 +233,7 @@ void Search::take_smallest() {
 
 ReducedInertia Search::find_inertia_with(const std::vector<double>& lambda) {
   const StaticResidual here = newton_.measure(state_);
-  const double error = here.known <= options_.force_tolerance * here.scale ? 0.0 : position_error_;
+  const double error = here.relative_force() <= options_.force_tolerance ? 0.0 : position_error_;
   equations_.linearise_near(state_.r.data(), lambda.data(), error);
   return find_inertia(equations_, state_.r, rank_.degrees_of_freedom, list_dependent_rows(model_, rank_),
                       &newton_.solver());

@@ -122,8 +122,8 @@ bool NewtonDescent::is_small(const NewtonLimits& limits) const {
 /// tolerance of forces asks for beside the scene's size. Where all forces vanish at rest, as at the minimum of x^4, the
 /// largest one is no scale for what is left of them.
 bool NewtonDescent::is_near(const NewtonLimits& limits) const {
-  return residual_.scale <= limits.force_tolerance * largest_scale_ &&
-         last_move_ <= limits.force_tolerance * model_.scene_size && residual_.violation <= violation_tolerance();
+  return have_forces_vanished(limits) && last_move_ <= limits.force_tolerance * model_.scene_size &&
+         residual_.violation <= violation_tolerance();
 }
 
 /// Returns true if the residual is small, with rounding measured at this configuration. Rounding of one that the search
