@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -60,9 +61,10 @@ class NewtonDescent {
   /// Starts from `state`; ok if it ends at an equilibrium to the tolerance. Appends each iteration's force to
   /// `residuals`, N.
   Outcome run(const NewtonLimits& limits, StaticState* state, std::vector<double>* residuals);
-  /// Returns true if all forces are small beside those met on the way; `last_move` is finite then.
+  /// Returns true if all forces are rounding, or small beside those met on the way; `last_move` is finite then.
   bool have_forces_vanished(const NewtonLimits& limits) const {
-    return residual_.scale <= limits.force_tolerance * largest_scale_ && std::isfinite(last_move_);
+    const double rounding = equations_.rounding_of_forces(residual_.worst_point);
+    return residual_.scale <= std::max(limits.force_tolerance * largest_scale_, rounding) && std::isfinite(last_move_);
   }
   const StaticResidual& residual() const { return residual_; }
   double last_move() const { return last_move_; }  ///< m, of the last step; infinite if that was not Newton's own

@@ -333,7 +333,7 @@ TEST(Corners, AtTheTipOfAConeAreRefusedByName) {
     }
   }
   for (const Method method : with_auto(list_adaptive_methods())) {
-    Simulation simulation(make_bead_on_v("z1-sqrt(x1^2+0.01)"), corner_options(method));
+    Simulation simulation(make_bead_on_v("z1-sqrt(x1^2+0.01)+sqrt(1.01)-1"), corner_options(method));
     EXPECT_TRUE(simulation.advance_to(1.0).ok()) << name_of(method) << ": " << simulation.outcome().what;
   }
 }
