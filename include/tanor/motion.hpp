@@ -135,8 +135,17 @@ struct NearestToSingular {
   double time = 0.0;                  ///< s
 };
 
+/// What happened between the steps of a motion.
+struct EventReport {
+  std::size_t events = 0;   ///< instants at which the equations changed because a contact began or ceased to slip
+  double last_event = 0.0;  ///< time of the last of them, s
+  /// Which event of `Simulation::add_event` may have a passage that was not seen, and when first: it touches 0 to
+  /// rounding there, or has more turns in one step than can be followed. Empty if there is none.
+  std::string events_may_be_missed{};
+};
+
 /// Report of a motion since its start.
-struct [[nodiscard]] MotionReport {
+struct [[nodiscard]] MotionReport : EventReport {
   Method method = Method::Auto;  ///< method that was used
   std::string method_reason{};   ///< reason, if `auto` chose the method
   double time = 0.0;             ///< time reached, s
@@ -148,11 +157,6 @@ struct [[nodiscard]] MotionReport {
   /// and 1e-2, for a tolerance), or the tolerance is below the rounding of the forces. The drift is measured relative
   /// to all energy flows, so the warning is withdrawn if much more flows later. Empty if there is no warning.
   std::string accuracy_warning{};
-  std::size_t events = 0;   ///< instants at which the equations changed because a contact began or ceased to slip
-  double last_event = 0.0;  ///< time of the last of them, s
-  /// Which event of `Simulation::add_event` may have a passage that was not seen, and when first: it touches 0 to
-  /// rounding there, or has more turns in one step than can be followed. Empty if there is none.
-  std::string events_may_be_missed{};
   StartReport start;
   Violations violation;       ///< largest value after any step
   Violations last_violation;  ///< value after the last step

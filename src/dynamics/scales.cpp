@@ -31,6 +31,15 @@ Scales::Scales(const Neighbourhoods& neighbourhoods, const Numbering& numbering,
 
 void Scales::set_speeds(std::span<const double> speeds) {
   speed_.assign(speeds.begin(), speeds.end());
+  derive_from_speeds();
+}
+
+void Scales::exchange_memory(Memory& memory) {
+  memory.exchange(speed_);
+  if (memory.reads()) derive_from_speeds();
+}
+
+void Scales::derive_from_speeds() {
   least_speed_ = least_acceleration_ = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < size(); ++k) {
     if (!(speed_[k] > 0.0)) speed_[k] = 1.0;

@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "base/memory.hpp"
 #include "evaluate/family.hpp"
 #include "system/neighbourhoods.hpp"
 #include "system/numbering.hpp"
@@ -33,6 +34,8 @@ class Scales {
   const std::vector<double>& speeds() const { return speed_; }
   /// Sets the speeds. A neighbourhood in which nothing moves or would fall has the speed 1 m/s.
   void set_speeds(std::span<const double> speeds);
+  /// Exchanges the speeds.
+  void exchange_memory(Memory& memory);
 
   /// The least speed V, and the least V^2/L, of neighbourhoods that have rows.
   double least_speed() const { return least_speed_; }
@@ -53,6 +56,8 @@ class Scales {
   }
 
  private:
+  void derive_from_speeds();
+
   std::size_t num_points_;
   std::vector<Index> of_point_, of_all_points_, of_row_;
   std::vector<double> length_, speed_;

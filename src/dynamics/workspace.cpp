@@ -237,9 +237,8 @@ void Workspace::measure_velocity_scale(double t, const double* r, const double* 
 }
 
 void Workspace::exchange_memory(Memory& memory) {
-  std::vector<double> speeds = scales.speeds();
-  memory.exchange(velocity_scale, speeds);
-  if (memory.reads()) scales.set_speeds(speeds);
+  memory.exchange(velocity_scale);
+  scales.exchange_memory(memory);
 }
 
 /// Measures the speed scale of each neighbourhood. `w0` is M^-1 f, with prescribed accelerations at supports.

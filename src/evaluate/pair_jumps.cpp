@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <mutex>
 #include <tuple>
@@ -79,12 +80,13 @@ void PairField::note_jumps(const Parallel& parallel, PointPath* path, std::span<
       // A chord that ends inside the cutoff is inside it.
       const Vec3 d = box_.nearest_image(begins_[other] - begins_[i]), e = moves_[other] - moves_[i];
       if (norm(d) > cutoff + norm(e) + bend || std::max(norm(d), norm(d + e)) + bend < cutoff) continue;
-      for_each_image(i, other, cutoff + 2.0 * reach.move, [&](const Approach& pair) {
+      const auto note = [&](const Approach& pair) {
         const Crossing crossing(*this, *path, pair);
         if (!crossing.exists()) return;
         const std::lock_guard lock(guard);
         found.push_back(crossing);
-      });
+      };
+      for_each_image(i, other, cutoff + 2.0 * reach.move, std::cref(note));
     }
   });
   std::vector<const Crossing*> in_turn;

@@ -6,6 +6,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "base/instruction_sets.hpp"
@@ -298,9 +299,10 @@ void PairField::for_each_image(std::size_t i, std::size_t j, double far, const V
 double PairField::find_passage_of_pair(const PointPath& path, const Nearness& nearness, std::size_t i, std::size_t j,
                                        std::span<const double> masses) const {
   double part = 1.0;
-  for_each_image(i, j, nearness.far(), [&](const Approach& approach) {
+  const auto visit = [&](const Approach& approach) {
     if (nearness.may_pass(approach)) part = std::min(part, examine(path, approach, masses));
-  });
+  };
+  for_each_image(i, j, nearness.far(), std::cref(visit));
   return part;
 }
 

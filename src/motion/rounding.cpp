@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <utility>
 
 #include "base/numbers.hpp"
 #include "base/text.hpp"
-#include "motion/aside.hpp"
 
 namespace tanor {
 
@@ -82,12 +82,12 @@ double Rounding::largest_difference(const State& from) const {
 
 /// Measures da = a_ - a. A force that jumps at x does so on one side of it alone, so the smaller one of two opposite
 /// differences is rounding.
-Outcome Rounding::measure(const State& from) {
+Outcome Rounding::measure(const State& from, AsideMemory* memory) {
   if (is_due_ == 0.0) return {};
   is_due_ = 0.0;
   measured_at_ = num_steps_;
   const auto sample = static_cast<std::size_t>(num_samples_++);
-  return solve_aside(mechanics_, options_, from, [&] {
+  const auto measure_beside = [&] {
     bool is_known = accelerate_beside(from, sample, 1.0);
     if (is_known && may_jump_) {
       const double difference = largest_difference(from);
@@ -96,7 +96,8 @@ Outcome Rounding::measure(const State& from) {
       if (!(largest_difference(from) < difference)) std::swap(a_, other_);
     }
     if (is_known && mechanics_.linearise(from.t, from.x.data()).ok()) take_sample(from);
-  });
+  };
+  return solve_aside(mechanics_, options_, from, std::cref(measure_beside), memory);
 }
 
 /// Finds the levels from da = a_ - a. The part of da that breaks constraints is projected away at the end of a step.

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "motion/aside.hpp"
 #include "motion/scheme.hpp"
 
 namespace tanor {
@@ -26,7 +27,7 @@ class Rounding {
 
   /// Measures rounding before a step from `from`, which has its acceleration. The mechanics must be linearised there,
   /// and stays so.
-  Outcome measure(const State& from);
+  Outcome measure(const State& from, AsideMemory* memory);
   /// Allows for rounding in a step of length h from there.
   void allow(const State& from, double h, const RoundingGain& gain);
 

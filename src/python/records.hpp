@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <concepts>
 #include <cstddef>
 #include <limits>
 #include <optional>
@@ -77,12 +78,18 @@ class Record {
 
   template <class Value>
   Record& field(const char* name, Value Report::*member, py::ssize_t columns = 0) {
+    return field(name, name_ + "." + name, member, columns);
+  }
+  /// Adds a member of a base of the report. Its comment is that of `where`, such as "EventReport.events".
+  template <class Base, class Value>
+  requires std::derived_from<Report, Base>
+  Record& field(const char* name, const std::string& where, Value Base::*member, py::ssize_t columns = 0) {
     return property(
         name,
         [member, columns](const py::object& self) {
           return value_of(self.cast<const Report&>().*member, columns, self);
         },
-        in_stub<Value>());
+        in_stub<Value>(), where);
   }
   /// Adds a member of a part of the report, which stands among the others in Python. Its comment is that of `where`,
   /// such as "Violations.position".

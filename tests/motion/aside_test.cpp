@@ -196,6 +196,7 @@ TEST_P(AsideTest, AStepOfAnyOtherMethodLeavesNoTrace) {
     const IntegrationOptions of_other = options_of(other.method);
     InnerMotion tried(scene, options);
     std::vector<std::vector<double>> found;
+    AsideMemory memory;
     const Outcome outcome = tried.make_steps(few, [&] {
       const std::vector<double> before = tried.numbers();
       const Outcome back = solve_aside(tried.form(), options, tried.state(), [&] {
@@ -203,7 +204,7 @@ TEST_P(AsideTest, AStepOfAnyOtherMethodLeavesNoTrace) {
         State to = tried.state();
         to.t += 20.0 * 0.003;
         (void)scheme->step(tried.state(), 20.0 * 0.003, &to);
-      });
+      }, &memory);
       EXPECT_TRUE(back.ok()) << back.what;
       EXPECT_EQ(tried.numbers(), before);
       found.push_back(before);
