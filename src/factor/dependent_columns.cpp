@@ -14,6 +14,12 @@ namespace {
 
 using Terms = std::vector<Dependence::Term>;  // by increasing column
 
+double largest_of(const std::vector<double>& values) {
+  double largest = 0.0;
+  for (const double value : values) largest = std::max(largest, std::abs(value));
+  return largest;
+}
+
 /// Returns the column that should be dependent in place of column j, or -1 if there is none. It has the largest
 /// coefficient above 2; otherwise it is the first later column whose coefficient is no smaller than j's own.
 int find_exchange(int j, const Terms& terms) {
@@ -110,7 +116,7 @@ class Combinations {
       if (!is_there) note(column, other);
     }
     sum_.insert(sum_.end(), term, terms.end());
-    terms.assign(sum_.begin(), sum_.end());
+    terms.swap(sum_);
     unsettled_.emplace(terms.size(), other);
   }
 
@@ -140,6 +146,8 @@ class Decision {
   /// Finds X_j = argmin |C_I x - c_j|.
   void combine_dependent_columns() {
     const TriangularFactor& R = found_.factor;
+    R_ = {static_cast<int>(R.rank()), R.start, R.rows, R.values};
+    transposed_R_ = transpose(R_);
     place_.assign(C_.num_columns(), -1);
     for (std::size_t k = 0; k < R.rank(); ++k) place_[static_cast<std::size_t>(R.independent[k])] = static_cast<int>(k);
     for (const int j : R.dependent) {
@@ -151,26 +159,17 @@ class Decision {
   }
 
   /// Solves for x by the corrected seminormal equations (Bjorck, Linear Algebra Appl. 88/89, 1987). Terms below the
-  /// tolerance are left out if c_j is a combination of the others to rounding.
+  /// tolerance are left out, unless c_j is no combination of the others to rounding.
   void solve(int j) {
+    constexpr double enough = 16.0 * eps, nothing = 0.1 * eps;
     x_.assign(found_.factor.rank(), 0.0);
     set_residual(j);
-    correct(true);
-    correct(true);
-    const std::vector<double> with_rounding = x_;
-    double largest = 1.0;
-    for (double& value : x_) {
-      if (std::abs(value) <= tolerance_) value = 0.0;
-      largest = std::max(largest, std::abs(value));
-    }
+    correct([&](std::size_t, double dx) { return std::abs(dx) > tolerance_; });
+    const auto is_there = [&](std::size_t k, double) { return x_[k] != 0.0; };
+    for (int pass = 0; pass < 2; ++pass) correct(is_there);
     set_residual(j);
-    correct(false);
-    constexpr double enough = 16.0 * eps;
-    const auto is_large = [&](double r) { return std::abs(r) > enough * largest; };
-    if (std::ranges::none_of(residual_, is_large)) return;
-    x_ = with_rounding;
-    set_residual(j);
-    correct(true);
+    if (largest_of(residual_) <= enough * std::max(1.0, largest_of(x_))) return;
+    for (int pass = 0; pass < 2; ++pass) correct([&](std::size_t, double dx) { return std::abs(dx) > nothing; });
   }
 
   /// Computes c_j - C_I x.
@@ -181,10 +180,10 @@ class Decision {
       if (x_[k] != 0.0) add_column(C_, found_.factor.independent[k], -x_[k], residual_.data());
   }
 
-  /// Adds dx with R'R dx = C_I' (c_j - C_I x) to x, also to numbers that are 0 if `fills` is true.
-  void correct(bool fills) {
-    const TriangularFactor& R = found_.factor;
-    dx_.assign(R.rank(), 0.0);
+  /// Adds dx with R'R dx = C_I' (c_j - C_I x) to x, as far as the numbers dx_k count. Others would fill the vectors.
+  template <class Counts>
+  void correct(const Counts& counts) {
+    dx_.assign(x_.size(), 0.0);
     for (int row = 0; row < C_.num_rows; ++row) {
       const double r = residual_[static_cast<std::size_t>(row)];
       if (r == 0.0) continue;
@@ -193,15 +192,25 @@ class Decision {
         if (k >= 0) dx_[static_cast<std::size_t>(k)] += value * r;
       });
     }
-    R.solve_transposed(dx_.data());
-    R.solve(dx_.data());
-    for (std::size_t k = 0; k < R.rank(); ++k) {
-      const bool is_nothing = std::abs(dx_[k]) < 0.1 * eps;  // beside unit columns, but it would fill the vector
-      if (is_nothing || (!fills && x_[k] == 0.0)) continue;
-      x_[k] += dx_[k];
-      add_column(C_, R.independent[k], -dx_[k], residual_.data());
+    // R' y = dx
+    for (std::size_t k = 0; k < dx_.size(); ++k) {
+      if (dx_[k] == 0.0) continue;
+      const double y = dx_[k] / diagonal(k);
+      add_column(transposed_R_, static_cast<int>(k), -y, dx_.data());
+      dx_[k] = y;
+    }
+    // R dx = y
+    for (std::size_t k = dx_.size(); k-- > 0;) {
+      if (dx_[k] == 0.0) continue;
+      const double dx = dx_[k] / diagonal(k);
+      if (!counts(k, dx)) continue;
+      x_[k] += dx;
+      add_column(R_, static_cast<int>(k), -dx, dx_.data());
+      add_column(C_, found_.factor.independent[k], -dx, residual_.data());
     }
   }
+
+  double diagonal(std::size_t k) const { return R_.values[static_cast<std::size_t>(R_.start[k + 1]) - 1]; }
 
   /// Exchanges columns until |X| <= 2; R11 is then the factor of the new independent columns.
   void exchange_columns() {
@@ -220,6 +229,7 @@ class Decision {
   const double tolerance_;
   QrFunction& factorize_;
   DependentColumns found_;
+  SparseColumns R_, transposed_R_;
   std::vector<int> place_;                 // [column] its place among the independent ones, or -1
   std::vector<double> x_, dx_, residual_;  // of the present dependent column
 };

@@ -15,6 +15,7 @@ struct SparseColumns {
   std::vector<double> values;
 
   std::size_t num_columns() const { return start.size() - 1; }
+  bool operator==(const SparseColumns&) const = default;
 };
 
 /// Calls visit(row, value) for each entry of column j.

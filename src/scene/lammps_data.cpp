@@ -238,6 +238,7 @@ class LammpsReader : LammpsLines {
   }
   /// Reads "type number …". In hybrid styles the name of each type's own style stands in between.
   void read_coefficients(const Words& words, std::string_view kind, Imported::Coefficients* coefficients) {
+    if (!coefficients->error.empty()) return;
     try {
       const std::int64_t type = this->type(words[0], kind, "a type", most);
       std::vector<double> numbers;
@@ -247,7 +248,7 @@ class LammpsReader : LammpsLines {
       }
       coefficients->of_type[type] = std::move(numbers);
     } catch (const InputError& error) {
-      if (coefficients->error.empty()) coefficients->error = error.what();
+      coefficients->error = error.what();
     }
   }
 

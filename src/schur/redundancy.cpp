@@ -86,8 +86,12 @@ bool Redundancy::decide_island(const double* blocks, Rows rows, std::span<const 
                                       [](const Island& island, Index row) { return island.first < row; });
   const bool is_known = place != islands_.end() && place->first == rows.first;
   Island& island = is_known ? *place : *islands_.insert(place, Island{rows.first, rows.second, nullptr, false});
-  island.solver = decide_rank([&](Scaling scaling) { return columns(blocks, rows, scaling); }, tolerance,
-                              [&] { return mass_ratio_of(rows); });
+  SparseColumns C = columns(blocks, rows, Scaling::ByMasses);
+  if (is_known && island.tolerance == tolerance && island.columns == C) return false;
+  const auto make = [&](Scaling scaling) { return scaling == Scaling::ByMasses ? C : columns(blocks, rows, scaling); };
+  island.solver = decide_rank(make, tolerance, [&] { return mass_ratio_of(rows); });
+  island.columns = std::move(C);
+  island.tolerance = tolerance;
   bool has_changed = false;
   std::vector<char> dependent(static_cast<std::size_t>(rows.second - rows.first), 0);
   for (const Dependence& dependence : island.solver->dependences())

@@ -19,7 +19,7 @@ double find_mass_ratio(std::span<const Incidence> incidences, std::span<const do
 
 /// Says which rows of K depend on others, and what follows for S lambda = b. QR of M^-1/2 K decides, and also QR of K
 /// if masses differ much, island by island, where S raises the suspicion. A decision is kept until somebody decides
-/// anew. The class costs nothing if nothing was suspected.
+/// anew, which costs nothing where K is the same. The class costs nothing if nothing was suspected.
 ///
 /// Dependent rows take no part in S (their multipliers are 0) unless `minimize_norm` shares the load out again.
 class Redundancy {
@@ -79,6 +79,8 @@ class Redundancy {
     Index first, end;
     std::unique_ptr<RankSolver> solver;
     bool by_qr = false;
+    SparseColumns columns{};  ///< for which `solver` has decided, scaled by masses, …
+    double tolerance = 0.0;   ///< … with this one
   };
   SparseColumns columns(const double* blocks, Rows rows, Scaling scaling);
   void stand_alone(Index first_row, SparseColumns* C) const;
