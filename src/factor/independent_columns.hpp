@@ -12,8 +12,8 @@ struct IndependentColumns {
 };
 
 /// Finds independent columns by Heath's method, with one column fewer for each singular value of R11 below the
-/// tolerance that it missed: the column that is largest in the singular vector (Foster and Davis, Algorithm 933, ACM
-/// TOMS 40, 2013). A column that the method drops after a miss is not trusted. It may have taken rounding for a
+/// tolerance that it missed: a column that is large in its singular vector (Foster and Davis, Algorithm 933, ACM TOMS
+/// 40, 2013). A column that the method drops after a miss is not trusted. It may have taken rounding for a
 /// direction and so used up the direction of a later, independent column. C must have columns of unit length.
 IndependentColumns find_independent_columns(const SparseColumns& C, double tolerance,
                                             QrFunction& factorize = factorize_qr);

@@ -202,6 +202,33 @@ TEST(RankSolver, SeesADependenceThatShowsInNoDiagonalEntry) {
   for (const auto& [column, coefficient] : dependence.terms) EXPECT_NEAR(coefficient, x[column], 1e-10);
 }
 
+// The same, fifty times, where neighbours share some rows.
+TEST(RankSolver, SeesManyDependencesThatShowInNoDiagonalEntry) {
+  constexpr Eigen::Index blocks = 50, d = 60, rows = 80, shared = 5;
+  const Matrix R = 2.0 * Matrix::Identity(d, d) - Matrix(Matrix::Ones(d, d).triangularView<Eigen::Upper>());
+  std::mt19937 generator(1);
+  std::normal_distribution<double> normal;
+  SparseColumns C;
+  C.num_rows = static_cast<int>(blocks * (rows - shared) + shared);
+  for (Eigen::Index block = 0; block < blocks; ++block) {
+    Matrix any(rows, d);
+    for (double& x : any.reshaped()) x = normal(generator);
+    const Matrix part = reference::orthonormal_basis(any).leftCols(d) * R;
+    for (Eigen::Index j = 0; j < d; ++j) {
+      for (Eigen::Index i = 0; i < rows; ++i) {
+        C.rows.push_back(static_cast<int>(block * (rows - shared) + i));
+        C.values.push_back(part(i, j));
+      }
+      C.start.push_back(static_cast<int>(C.rows.size()));
+    }
+  }
+
+  RankSolver solver(C);
+
+  EXPECT_EQ(solver.rank(), static_cast<std::size_t>(blocks * (d - 1)));
+  EXPECT_GT(solver.smallest_singular_value(), 1e-4);
+}
+
 TEST(RankSolver, GivesAColumnOfZerosNoMultiplier) {
   Matrix C = Matrix::Identity(3, 3);
   C.col(1).setZero();
