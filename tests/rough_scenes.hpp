@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <variant>
 
 #include <tanor/system.hpp>
 
@@ -85,6 +86,14 @@ inline System make_rough_hoop(double theta, const std::string& turn, double omeg
   system.constraints = {Circles{"hoop", {0}, Vector3{}, normal, radius}};
   system.forces = {Gravity{"", {0.0, 0.0, -9.81}}};
   system.friction = {Coulomb{.name = "", .at = {"hoop"}, .coefficient = mu, .static_coefficient = mu_s}};
+  return system;
+}
+
+/// Returns a bead on a rough hoop that turns faster and faster, by its angle.
+inline System make_bead_by_its_angle() {
+  System system = make_rough_hoop(0.9, "3.8*t + t^2", 3.8, 0.3, 0.35);
+  const auto& hoop = std::get<Circles>(system.constraints[0]);
+  system.coordinates = {CircleCoordinates{"", hoop.points, hoop.center, hoop.normal, hoop.radius}};
   return system;
 }
 

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <functional>
 #include <random>
 #include <tanor/tanor.hpp>
 
@@ -122,22 +123,21 @@ std::array<double, 3> measure(const System& system, const std::vector<double>& w
   return defects;
 }
 
-TEST(Massless, ChainsWithMassesOfAllSizesFallAsTheEquationsSay) {
+void expect_solutions(const std::function<System(unsigned)>& make) {
   for (unsigned seed = 1; seed <= 300; ++seed) {
-    const System system = make_chain(seed);
+    const System system = make(seed);
     std::vector<double> lambda;
     const std::vector<double> w = solve(system, &lambda);
     for (const double defect : measure(system, w, lambda)) EXPECT_LE(defect, 1e-8) << "seed " << seed;
   }
 }
 
+TEST(Massless, ChainsWithMassesOfAllSizesFallAsTheEquationsSay) {
+  expect_solutions(make_chain);
+}
+
 TEST(Massless, TowersOfPulleysFallAsTheEquationsSay) {
-  for (unsigned seed = 1; seed <= 300; ++seed) {
-    const System system = make_tower(seed);
-    std::vector<double> lambda;
-    const std::vector<double> w = solve(system, &lambda);
-    for (const double defect : measure(system, w, lambda)) EXPECT_LE(defect, 1e-8) << "seed " << seed;
-  }
+  expect_solutions(make_tower);
 }
 
 }  // namespace

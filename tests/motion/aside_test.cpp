@@ -81,14 +81,6 @@ System make_fast_molecules() {
   return system;
 }
 
-/// Returns a bead on a rough hoop that turns, by its angle.
-System make_bead_by_its_angle() {
-  System system = scenes::make_rough_hoop(0.9, "3.8*t + t^2", 3.8, 0.3, 0.35);
-  const auto& hoop = std::get<Circles>(system.constraints[0]);
-  system.coordinates = {CircleCoordinates{"", hoop.points, hoop.center, hoop.normal, hoop.radius}};
-  return system;
-}
-
 /// Returns a parallelogram with a redundant middle crank, whose pivots shake.
 System make_shaken_cranks() {
   System system = scenes::make_cranks({0.0, 0.5, 1.0}, std::atan2(0.8, 0.6), 1.0);
@@ -105,7 +97,7 @@ std::vector<AsideScene> list_aside_scenes() {
           {"lengths_of_time", scenes::make_breathing_chain()},
           {"forces_of_time", make_chain_under_forces_of_time()},
           {"coordinates", scenes::make_coordinates()},
-          {"coordinates_with_friction", make_bead_by_its_angle(), {.form = Form::Tangent}},
+          {"coordinates_with_friction", scenes::make_bead_by_its_angle(), {.form = Form::Tangent}},
           {"neighbour_lists", make_fast_molecules()},
           {"reused_factors", make_wide_net()},
           {"multipliers_that_remain", make_shaken_cranks()},

@@ -43,14 +43,6 @@ System make_redundant_cranks() {
   return system;
 }
 
-/// Makes a bead on a rough hoop that turns, with the angle along the hoop as its coordinate.
-System make_bead_on_hoop() {
-  System system = scenes::make_rough_hoop(0.9, "3.8*t + t^2", 3.8, 0.3, 0.35);
-  const auto& hoop = std::get<Circles>(system.constraints[0]);
-  system.coordinates = {CircleCoordinates{"", hoop.points, hoop.center, hoop.normal, hoop.radius}};
-  return system;
-}
-
 /// Makes chains that move at speeds from 0.01 to 1 m/s, so that their power series have different numbers of terms.
 System make_chains_of_all_speeds() {
   System system;
@@ -184,7 +176,7 @@ std::vector<Interruption> list_cases() {
     if (traits.steps_in_coordinates) {
       cases.push_back({"coordinates", [] { return scenes::make_coordinates(); }, options});
       cases.back().options.start = StartMode::Project;
-      cases.push_back({"rough_hoop", make_bead_on_hoop, options, {.form = Form::Tangent}});
+      cases.push_back({"rough_hoop", scenes::make_bead_by_its_angle, options, {.form = Form::Tangent}});
     }
   }
   return cases;
