@@ -135,7 +135,7 @@ struct NearestToSingular {
   double time = 0.0;                  ///< s
 };
 
-/// What happened between the steps of a motion.
+/// Reports what happened between the steps of a motion.
 struct EventReport {
   std::size_t events = 0;   ///< instants at which the equations changed because a contact began or ceased to slip
   double last_event = 0.0;  ///< time of the last of them, s

@@ -7,7 +7,7 @@
 
 namespace tanor {
 
-/// What `solve_aside` keeps between calls, so that a step allocates nothing.
+/// Holds the memory of `solve_aside` between calls, so that a step allocates nothing.
 struct AsideMemory {
   std::vector<double> known, accelerations;
 };

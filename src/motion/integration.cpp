@@ -244,7 +244,7 @@ Outcome Integration::look_for_stiffness(double t_end) {
   if (singular_.is_extrapolating() || !stiff_steps_.is_due(h, t_end - state.t)) return {};
   bool is_stiff = false;
   const auto look = [&] { is_stiff = stiff_steps_.look(state, h, rounding_); };
-  Outcome found = solve_aside(mechanics_, options_, state, std::cref(look), &aside_);
+  Outcome found = solve_aside(mechanics_, options_, state, std::cref(look), rounding_.aside());
   if (!is_stiff) return found;
   take_scheme(Method::Radau5, stiff_steps_.implicit_step());
   report_.method_reason = stiff_steps_.explain();
@@ -312,7 +312,7 @@ Outcome Integration::cross_corner(double t, const Taken& taken) {
 /// Tries a step once. Afterwards `next_step` is the length to try next.
 Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
   if (Outcome found = trial_.events.start(state); !found.ok()) return found;
-  if (Outcome found = rounding_.measure(state, &aside_); !found.ok()) return found;
+  if (Outcome found = rounding_.measure(state); !found.ok()) return found;
   const double expected = std::min(next_step, t_end - state.t);
   rounding_.allow(state, expected, scheme_->rounding_gain());
   const double left = t_end - state.t;

@@ -120,7 +120,6 @@ class Integration {
   SingularConfigurations singular_;
   Rounding rounding_;
   StiffSteps stiff_steps_;
-  AsideMemory aside_;
   StepTrial trial_;
   TurnMeter turns_;
   bool has_stopped_ = false;         // true if an event stopped the advance before its end

@@ -82,7 +82,7 @@ double Rounding::largest_difference(const State& from) const {
 
 /// Measures da = a_ - a. A force that jumps at x does so on one side of it alone, so the smaller one of two opposite
 /// differences is rounding.
-Outcome Rounding::measure(const State& from, AsideMemory* memory) {
+Outcome Rounding::measure(const State& from) {
   if (is_due_ == 0.0) return {};
   is_due_ = 0.0;
   measured_at_ = num_steps_;
@@ -97,7 +97,7 @@ Outcome Rounding::measure(const State& from, AsideMemory* memory) {
     }
     if (is_known && mechanics_.linearise(from.t, from.x.data()).ok()) take_sample(from);
   };
-  return solve_aside(mechanics_, options_, from, std::cref(measure_beside), memory);
+  return solve_aside(mechanics_, options_, from, std::cref(measure_beside), &aside_);
 }
 
 /// Finds the levels from da = a_ - a. The part of da that breaks constraints is projected away at the end of a step.

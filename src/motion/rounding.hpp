@@ -27,9 +27,12 @@ class Rounding {
 
   /// Measures rounding before a step from `from`, which has its acceleration. The mechanics must be linearised there,
   /// and stays so.
-  Outcome measure(const State& from, AsideMemory* memory);
+  Outcome measure(const State& from);
   /// Allows for rounding in a step of length h from there.
   void allow(const State& from, double h, const RoundingGain& gain);
+
+  /// Returns the memory of what is solved aside, for others.
+  AsideMemory* aside() { return &aside_; }
 
   /// Exchanges nothing if rounding is not measured.
   void exchange_memory(Memory& memory);
@@ -58,6 +61,7 @@ class Rounding {
   double is_due_;  // not 0 if rounding is to be measured before the next step
   double num_samples_ = 0.0, num_steps_ = 0.0, measured_at_ = 0.0;
   std::vector<double> x_, v_, a_, other_, now_;  // scratch
+  AsideMemory aside_;
 };
 
 }  // namespace tanor

@@ -82,8 +82,8 @@ class Record {
   }
   /// Adds a member of a base of the report. Its comment is that of `where`, such as "EventReport.events".
   template <class Base, class Value>
-  requires std::derived_from<Report, Base>
-  Record& field(const char* name, const std::string& where, Value Base::*member, py::ssize_t columns = 0) {
+  requires std::derived_from<Report, Base> Record& field(const char* name, const std::string& where,
+                                                         Value Base::*member, py::ssize_t columns = 0) {
     return property(
         name,
         [member, columns](const py::object& self) {

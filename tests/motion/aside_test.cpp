@@ -191,12 +191,15 @@ TEST_P(AsideTest, AStepOfAnyOtherMethodLeavesNoTrace) {
     AsideMemory memory;
     const Outcome outcome = tried.make_steps(few, [&] {
       const std::vector<double> before = tried.numbers();
-      const Outcome back = solve_aside(tried.form(), options, tried.state(), [&] {
-        const std::unique_ptr<Scheme> scheme = make_scheme(other.method, of_other, tried.form());
-        State to = tried.state();
-        to.t += 20.0 * 0.003;
-        (void)scheme->step(tried.state(), 20.0 * 0.003, &to);
-      }, &memory);
+      const Outcome back = solve_aside(
+          tried.form(), options, tried.state(),
+          [&] {
+            const std::unique_ptr<Scheme> scheme = make_scheme(other.method, of_other, tried.form());
+            State to = tried.state();
+            to.t += 20.0 * 0.003;
+            (void)scheme->step(tried.state(), 20.0 * 0.003, &to);
+          },
+          &memory);
       EXPECT_TRUE(back.ok()) << back.what;
       EXPECT_EQ(tried.numbers(), before);
       found.push_back(before);
