@@ -59,29 +59,30 @@ void Rounding::note_rejection(double h, double error, int order) {
   rejected_ = {h, error};
 }
 
-/// Finds a_ = a(x + dx, v + dv) with |dx| = eps |x| and |dv| = eps |v|, whose signs are those of sample k or opposite.
+/// Finds a(x + dx, v + dv) with |dx| = eps |x| and |dv| = eps |v|, whose signs are those of sample k or opposite.
 /// Returns false if there are no accelerations; the step itself reports that.
 bool Rounding::accelerate_beside(const State& from, std::size_t k, double side) {
+  auto& [t, x, v, a] = beside_;
   const std::size_t n = from.x.size(), first = 2 * n * k;
-  for (std::vector<double>* array : {&x_, &v_, &a_}) array->resize(n);
+  t = from.t;
+  for (std::vector<double>* array : {&x, &v, &a}) array->resize(n);
   for (std::size_t i = 0; i < n; ++i) {
-    x_[i] = from.x[i] + side * eps * sign_of(first + 2 * i) * std::abs(from.x[i]);
-    v_[i] = from.v[i] + side * eps * sign_of(first + 2 * i + 1) * std::abs(from.v[i]);
+    x[i] = from.x[i] + side * eps * sign_of(first + 2 * i) * std::abs(from.x[i]);
+    v[i] = from.v[i] + side * eps * sign_of(first + 2 * i + 1) * std::abs(from.v[i]);
   }
-  mechanics_.prescribe(from.t, x_.data(), v_.data());
-  return mechanics_.accelerations({from.t, x_.data(), v_.data()}, options_.request(Gradients::Evaluate), a_.data())
-      .ok();
+  mechanics_.prescribe(t, x.data(), v.data());
+  return mechanics_.accelerations({t, x.data(), v.data()}, options_.request(Gradients::Evaluate), a.data()).ok();
 }
 
-/// Returns the largest |a_ - a|.
+/// Returns the largest difference of the accelerations beside.
 double Rounding::largest_difference(const State& from) const {
   double largest = 0.0;
-  for (std::size_t i = 0; i < from.a.size(); ++i) largest = larger(largest, std::abs(a_[i] - from.a[i]));
+  for (std::size_t i = 0; i < from.a.size(); ++i) largest = larger(largest, std::abs(beside_.a[i] - from.a[i]));
   return mechanics_.largest(largest);
 }
 
-/// Measures da = a_ - a. A force that jumps at x does so on one side of it alone, so the smaller one of two opposite
-/// differences is rounding.
+/// Measures da, how accelerations beside differ. A force that jumps at x does so on one side of it alone, so the
+/// smaller one of two opposite differences is rounding.
 Outcome Rounding::measure(const State& from) {
   if (is_due_ == 0.0) return {};
   is_due_ = 0.0;
@@ -91,16 +92,16 @@ Outcome Rounding::measure(const State& from) {
     bool is_known = accelerate_beside(from, sample, 1.0);
     if (is_known && may_jump_) {
       const double difference = largest_difference(from);
-      std::swap(a_, other_);
+      std::swap(beside_.a, other_);
       is_known = accelerate_beside(from, sample, -1.0);
-      if (!(largest_difference(from) < difference)) std::swap(a_, other_);
+      if (!(largest_difference(from) < difference)) std::swap(beside_.a, other_);
     }
     if (is_known && mechanics_.linearise(from.t, from.x.data()).ok()) take_sample(from);
   };
   return solve_aside(mechanics_, options_, from, std::cref(measure_beside), &aside_);
 }
 
-/// Finds the levels from da = a_ - a. The part of da that breaks constraints is projected away at the end of a step.
+/// Finds the levels from da. The part of da that breaks constraints is projected away at the end of a step.
 /// The part along them is what the projection leaves of v + s da, less v, where s makes s da as large as v.
 void Rounding::take_sample(const State& from) {
   const std::size_t n = from.x.size();
@@ -110,15 +111,15 @@ void Rounding::take_sample(const State& from) {
   fastest = mechanics_.largest(fastest);
   if (!(largest > 0.0 && std::isfinite(largest))) return;
   const double s = (fastest > 0.0 ? fastest : 1.0) / largest;
-  for (std::size_t i = 0; i < n; ++i) v_[i] = from.v[i] + s * (a_[i] - from.a[i]);
-  if (!mechanics_.project_velocities(from.t, from.x.data(), v_.data()).outcome.ok()) return;
+  for (std::size_t i = 0; i < n; ++i) beside_.v[i] = from.v[i] + s * (beside_.a[i] - from.a[i]);
+  if (!mechanics_.project_velocities(from.t, from.x.data(), beside_.v.data()).outcome.ok()) return;
   // One sample may be small by chance, so that levels fall slowly.
   const auto note = [&](double unit, std::vector<double>* levels) {
     for (std::size_t k = 0; k < num_groups_; ++k) (*levels)[k] = std::max(now_[k] / unit, 0.9 * (*levels)[k]);
   };
-  groups_->largest_differences(a_.data(), from.a.data(), now_);
+  groups_->largest_differences(beside_.a.data(), from.a.data(), now_);
   note(1.0, &whole_);
-  groups_->largest_differences(v_.data(), from.v.data(), now_);
+  groups_->largest_differences(beside_.v.data(), from.v.data(), now_);
   note(s, &along_);
 }
 

@@ -60,7 +60,11 @@ class Rounding {
   } exceeding_;
   double is_due_;  // not 0 if rounding is to be measured before the next step
   double num_samples_ = 0.0, num_steps_ = 0.0, measured_at_ = 0.0;
-  std::vector<double> x_, v_, a_, other_, now_;  // scratch
+  struct {
+    double t = 0.0;
+    std::vector<double> x, v, a;
+  } beside_;                         // a sample
+  std::vector<double> other_, now_;  // scratch
   AsideMemory aside_;
 };
 
