@@ -70,14 +70,21 @@ Imported read_file(const std::string& name, const std::string& text, Format form
   return read_pdb(name, text);
 }
 
-/// Returns rods along the bonds of the wanted types, and moves atoms so that these are short.
-Rods make_rods(const Imported& data, const std::vector<std::int64_t>& types, bool all,
-               std::vector<Vector3>* positions) {
+/// Returns rods along the bonds of the wanted types, and moves atoms so that these are short. Bonds of length 0, as of
+/// cores and shells, are no rods: they are counted in `unread`.
+Rods make_rods(const std::vector<std::int64_t>& types, bool all, Imported* data) {
   Rods rods{.name = "rods", .pairs = {}, .length = {}, .offsets = {}};
-  for (const Imported::Bond& bond : data.bonds)
-    if (all || std::find(types.begin(), types.end(), bond.type) != types.end()) rods.pairs.push_back(bond.atoms);
+  std::size_t num_points = 0;
+  for (const Imported::Bond& bond : data->bonds) {
+    if (!all && std::find(types.begin(), types.end(), bond.type) == types.end()) continue;
+    const auto [i, j] = bond.atoms;
+    const bool has_length =
+        data->positions[static_cast<std::size_t>(i)] != data->positions[static_cast<std::size_t>(j)];
+    has_length ? rods.pairs.push_back(bond.atoms) : void(++num_points);
+  }
+  if (num_points > 0) data->unread.push_back(fmt::format("what joins atoms at one place (bonds: {})", num_points));
 
-  rods.offsets = join_molecules(data.cell, rods.pairs, positions);
+  rods.offsets = join_molecules(data->cell, rods.pairs, &data->positions);
   const auto is_zero = [](const Vector3& offset) { return offset == Vector3{}; };
   if (std::all_of(rods.offsets.begin(), rods.offsets.end(), is_zero)) rods.offsets.clear();
   return rods;
@@ -297,12 +304,12 @@ PointSet read_import(const Cursor& import, const Context& context) {
   set.source = fmt::format("import: {} ({}{}{})", file.string(), name->first,
                            rule == BondRule::Distance ? ", bonds by distance" : "",
                            convert_velocities(find_units(import["units"], data), &data));
-  for (const std::string& what : data.unread)
-    set.left_out.push_back(fmt::format("import: {} of {} is not read", what, file.string()));
   set.masses = find_masses(data, import["mass"], file);
   if (choices.bonds_are_energies) join_bonds(&data);
   const bool all_are_rods = !choices.bonds_are_energies && choices.rod_types.empty();
-  Rods rods = make_rods(data, choices.rod_types, all_are_rods, &data.positions);
+  Rods rods = make_rods(choices.rod_types, all_are_rods, &data);
+  for (const std::string& what : data.unread)
+    set.left_out.push_back(fmt::format("import: {} of {} is not read", what, file.string()));
   if (angle_rule == AngleRule::Rigid && format != Format::LammpsData)
     data.angles = find_angles(rods, data.positions.size(), import["angles"]);
   if (!choices.bonds_are_energies || !rods.pairs.empty()) set.constraints.emplace_back(std::move(rods));

@@ -45,7 +45,7 @@ class AtomsReader : LammpsLines {
     lines_ = section_.title;
     for (std::size_t k = 0; k < section_.num_lines;) {
       lines_.next();
-      if (content().empty()) continue;
+      if (content().empty() || is_letter(content()[0])) continue;  // a line may name the columns
       use(split_words(content()));
       ++k;
     }
@@ -105,14 +105,23 @@ class AtomsReader : LammpsLines {
       if (!columns_) {
         const auto style = std::ranges::find_if(styles, has_as_many);
         if (style == styles.end())
-          lines_.complain(fmt::format(
-              "found {} columns, wanted 5 or 8 (style atomic), 6 or 9 (molecular), 7 or 10 (full)", words.size()));
+          lines_.complain(fmt::format("found {} columns, wanted {}", words.size(), list_widths(styles)));
         use_columns(*style);
       }
       read_atom(words);
     });
     complain("the columns of Atoms are those of no style that is known, wanted /import/atom_style",
              section_.title.number());
+  }
+
+  /// Returns how many columns lines of the named style may have, or those of the styles that are met most.
+  std::string list_widths(const std::vector<AtomColumns>& styles) const {
+    if (section_.style.empty()) return "5 or 8 (style atomic), 6 or 9 (molecular), 7 or 10 (full)";
+    NameList widths;
+    for (const AtomColumns& each : styles)
+      widths.add(each.is_open ? fmt::format("{} or more", each.names.size())
+                              : fmt::format("{} or {}", each.names.size(), each.names.size() + 3));
+    return fmt::format("{} (style {})", widths.join(" or "), styles[0].style);
   }
 
   /// Returns columns that several styles share, with all names of each: "q/theta".

@@ -31,17 +31,23 @@ class LammpsReader : LammpsLines {
   Imported read() {
     lines_.next();  // the first line is a comment
     find_units(split_words(lines_.line()));
+    read_labels();
     std::string section;
+    bool is_behind_title = false;
     while (lines_.next()) {
       const std::string_view content = this->content();
+      const bool may_name_columns = std::exchange(is_behind_title, false);
       if (content.empty()) continue;
       if (section == "Atoms" && !is_letter(content[0])) {
-        ++atoms_section_.num_lines;  // they are read at the end, when all types have their labels
+        ++atoms_section_.num_lines;  // they are read at the end, when all bonds and masses are known
         continue;
       }
       const Words words = split_words(content);
+      // LAMMPS skips the line behind a title. Some files name the columns there.
+      if (may_name_columns && is_letter(content[0]) && !parse_number(words.back())) continue;
       if (is_title(section, words)) {
         section = content;
+        is_behind_title = true;
         start(section);
       } else if (section.empty()) {
         read_header(words);
@@ -78,11 +84,29 @@ class LammpsReader : LammpsLines {
     }
   }
 
-  /// Titles begin with a letter, but so do lines of masses and coefficients whose type has a label.
+  /// Reads the labels of all types, which may stand behind the lines that use them.
+  void read_labels() {
+    if (lines_.rest().find(type_labels) == std::string_view::npos) return;
+    const LineReader first = lines_;
+    std::string kind;
+    while (lines_.next()) {
+      const Words words = split_words(content());
+      if (words.empty()) continue;
+      if (is_letter(words[0][0]))
+        kind = content().ends_with(type_labels) ? words[0] : "";
+      else if (!kind.empty() && words.size() == 2)
+        labels_[kind].emplace(words[1], integer(words[0], "a type", 1, most));
+    }
+    lines_ = first;
+  }
+
+  /// Titles begin with a letter, but so do lines of masses and coefficients whose type has a label. These end in
+  /// numbers, if not in the name of a style.
   bool is_title(std::string_view section, const Words& words) const {
     const bool may_have_label = section == "Masses" || section.ends_with(" Coeffs");
     const auto is_label = [&](const auto& labels) { return labels.second.contains(words[0]); };
-    return is_letter(words[0][0]) && !(may_have_label && std::ranges::any_of(labels_, is_label));
+    return is_letter(words[0][0]) &&
+           !(may_have_label && (parse_number(words.back()) || std::ranges::any_of(labels_, is_label)));
   }
 
   void start(std::string_view section) {
@@ -110,9 +134,6 @@ class LammpsReader : LammpsLines {
       angles_.push_back(read_tuple<3>(words, "angle", "Angle", data_.num_angle_types));
     else if (section == "Dihedrals")
       dihedrals_.push_back(read_tuple<4>(words, "dihedral", "Dihedral", data_.num_dihedral_types));
-    else if (section.ends_with(type_labels) && words.size() == 2)
-      labels_[std::string(section.substr(0, section.find(' ')))].emplace(words[1],
-                                                                         integer(words[0], "a type", 1, most));
     else if (Imported::Coefficients* const coefficients = coefficients_of(section))
       read_coefficients(words, section.substr(0, section.find(' ')), coefficients);
   }

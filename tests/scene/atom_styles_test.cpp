@@ -242,6 +242,48 @@ TEST(AtomStyles, TypesMayHaveLabels) {
   EXPECT_NE(atoms_error(unknown).find("found \"N-N\", wanted a bond type from 1 to 2"), std::string::npos);
 }
 
+TEST(AtomStyles, LabelsMayStandBehindTheLinesThatUseThem) {
+  const std::string head = "a file\n\n2 atoms\n2 atom types\n0 10 xlo xhi\n0 10 ylo yhi\n0 10 zlo zhi\n\n",
+                    masses = "Masses\n\nC 12.0\nO 16.0\n\nPair Coeffs\n\nC 0.1 3.4\nO 0.2 3.0\n\n",
+                    labels = "Atom Type Labels\n\n1 C\n2 O\n\n", atoms = "Atoms # atomic\n\n1 C 0 0 0\n2 O 1 2 3\n";
+  for (const std::string& text : {masses + labels + atoms, masses + atoms + "\n" + labels, labels + masses + atoms}) {
+    const Scene scene = read_atoms(head + text);
+    EXPECT_EQ(scene.system.masses, (std::vector<double>{12, 16})) << text;
+    EXPECT_EQ(scene.left_out, (Names{"import: the section Pair Coeffs of a.data is not read"})) << text;
+  }
+  EXPECT_NE(atoms_error(head + masses + "Atoms # atomic\n\n1 1 0 0 0\n2 2 1 2 3\n")
+                .find("line 11: found \"C\", wanted an atom type from 1 to 2"),
+            std::string::npos);
+}
+
+TEST(AtomStyles, ALineBehindATitleMayNameTheColumns) {
+  std::string text = file_with("", {"1 1 1 1 0.5 0.5 0.5", "2 2 1 1 1.5 2.5 3.5"}, false);
+  text.replace(text.find("Atoms\n\n"), 7, "Atoms\natom-ID atom-type ellipsoidflag density x y z\n");
+  const Scene scene = read_atoms(text + "\nVelocities\natom-ID vx vy vz\n1 1 0 0\n2 0 0 2\n", "ellipsoid");
+
+  EXPECT_EQ(scene.system.positions, (std::vector<double>{0.5, 0.5, 0.5, 1.5, 2.5, 3.5}));
+  EXPECT_EQ(scene.system.velocities, (std::vector<double>{1, 0, 0, 0, 0, 2}));
+}
+
+TEST(AtomStyles, TooFewColumnsAreToldWithTheStyleThatIsNamed) {
+  const std::vector<std::string> lines{"1 1 0.5 0.5", "2 2 1.5 2.5"};
+  EXPECT_NE(atoms_error(file_with(" # hybrid bond", lines)).find("found 4 columns, wanted 6 or 9 (style hybrid bond)"),
+            std::string::npos);
+  EXPECT_NE(atoms_error(file_with("", lines), "hybrid").find("found 4 columns, wanted 5 or more (style hybrid)"),
+            std::string::npos);
+  EXPECT_NE(atoms_error(file_with("", lines), "template").find("found 4 columns, wanted 8 or 11 (style template)"),
+            std::string::npos);
+  EXPECT_NE(atoms_error(file_with("", lines), "full").find("found 4 columns, wanted 7 or 10 (style full)"),
+            std::string::npos);
+}
+
+TEST(AtomStyles, BondsOfLengthZeroAreLeftOutByName) {
+  const Scene scene = read_atoms(file_with(" # molecular", {"1 1 1 0 0 0", "2 1 2 0 0 0", "3 1 2 1 0 0"}, true, 2));
+
+  EXPECT_EQ(rods_of(scene).pairs, (decltype(Rods::pairs){{1, 2}}));
+  EXPECT_EQ(scene.left_out, (Names{"import: what joins atoms at one place (bonds: 1) of a.data is not read"}));
+}
+
 TEST(AtomStyles, CoefficientsOfHybridStylesMatterForEnergiesAlone) {
   const Scene scene = import(R"("file": "import/hybrid_bond_coeffs.data")");
   EXPECT_EQ(scene.system.masses, (std::vector<double>{12, 16, 12, 16}));
