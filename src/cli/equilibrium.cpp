@@ -25,13 +25,12 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Returns "stable after 7 iterations, residual 3e-15 N (6e-16 of the largest force)" or the like.
+/// Returns "stable after 7 iterations, residual 3e-15 N (the largest force is 4.9 N)" or the like.
 std::string describe(const EquilibriumResult& found) {
   if (std::isnan(found.largest_force)) return "stable: no point can move";
-  const double relative = found.largest_force > 0.0 ? found.residual_force / found.largest_force : 0.0;
   std::string line =
-      fmt::format("{} after {} iterations, residual {:.1e} N ({:.1e} of the largest force)",
-                  name_of(found.stability.status), found.search.iterations, found.residual_force, relative);
+      fmt::format("{} after {} iterations, residual {:.2g} N (the largest force is {:.4g} N)",
+                  name_of(found.stability.status), found.search.iterations, found.residual_force, found.largest_force);
   if (found.stability.lowest_omega2 > 0.0)
     line += fmt::format(", lowest omega {:.6g} rad/s", std::sqrt(found.stability.lowest_omega2));
   if (found.stability.zero_modes > 0)

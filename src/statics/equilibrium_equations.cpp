@@ -1,15 +1,49 @@
 #include "statics/equilibrium_equations.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <variant>
 
 #include "base/numbers.hpp"
+#include "statics/islands.hpp"
 
 namespace tanor {
 
 namespace {
 
 constexpr double step_of_irregular = 2.3;
+
+/// The rounding error of a sum of forces that cancel is this part of the largest one.
+constexpr double rounding_of_cancellation = 64.0 * eps;
+
+/// Replaces each value by the largest one of all points that constraints join.
+void spread_largest(const std::vector<int>& joined, std::vector<double>* values) {
+  std::vector<double> largest(values->size(), 0.0);
+  for (std::size_t i = 0; i < values->size(); ++i) {
+    double& own = largest[static_cast<std::size_t>(joined[i])];
+    own = larger(own, (*values)[i]);
+  }
+  for (std::size_t i = 0; i < values->size(); ++i) (*values)[i] = largest[static_cast<std::size_t>(joined[i])];
+}
+
+std::vector<double> find_rounding_of_loads(const Model& model, double t, const std::vector<int>& joined) {
+  std::vector<double> loads(model.num_points(), 0.0);
+  for (const Force& force : model.system.forces) {
+    if (const auto* const gravity = std::get_if<Gravity>(&force)) {
+      for (std::size_t i = 0; i < loads.size(); ++i) loads[i] += model.mass[i] * norm(make_vec3(gravity->acceleration));
+    } else if (const auto* const given = std::get_if<ConstantForce>(&force)) {
+      const std::array<Jet<2>, 3> now = given->force(t);
+      const double size = norm(Vec3{now[0].value(), now[1].value(), now[2].value()});
+      for (const Index point : given->points)
+        loads[static_cast<std::size_t>(model.numbering.inner_point[static_cast<std::size_t>(point)])] += size;
+    }
+  }
+  loads.resize(model.num_moving());
+  for (double& each : loads) each *= rounding_of_cancellation;
+  spread_largest(joined, &loads);
+  return loads;
+}
 
 }  // namespace
 
@@ -20,6 +54,8 @@ EquilibriumEquations::EquilibriumEquations(Workspace& work, double t, Vec3 spin)
       extent_(model_.scene_size),
       spin_(spin),
       stiffness_(work),
+      joined_(find_joined_points(model_)),
+      rounding_of_loads_(find_rounding_of_loads(model_, t, joined_)),
       rounding_(model_.num_moving(), 0.0),
       blur_(model_.num_moving(), 0.0),
       blocks_(3 * work.constraints.num_blocks()),
@@ -56,7 +92,9 @@ void EquilibriumEquations::linearise(const double* r, const double* lambda, Stif
   work_.constraints.evaluate_gradients(model_.parallel, r, blocks_.data());
   stiffness_.evaluate(t_, r, lambda, curvature);
   for (std::size_t i = 0; i < rounding_.size(); ++i)
-    rounding_[i] = 64.0 * eps * stiffness_.largest_of(i) * std::max(model_.scene_size, norm(load(r, i)));
+    rounding_[i] = rounding_of_cancellation * stiffness_.largest_of(i) * std::max(model_.scene_size, norm(load(r, i)));
+  spread_largest(joined_, &rounding_);
+  for (std::size_t i = 0; i < rounding_.size(); ++i) rounding_[i] += rounding_of_loads_[i];
   std::ranges::fill(blur_, 0.0);
 }
 
@@ -73,6 +111,19 @@ void EquilibriumEquations::linearise_near(const double* r, const double* lambda,
 
 void EquilibriumEquations::disturb(double by, double* r) const {
   for (std::size_t i = 0; i < size(); ++i) r[i] += by * irregular(i, step_of_irregular);
+}
+
+void EquilibriumEquations::forget_idle_multipliers(const double* r, std::vector<double>* lambda) {
+  work_.forces.evaluate(model_.parallel, t_, r, at_rest_.data(), f_.data());
+  std::vector<char> is_loaded(joined_.size(), 0);
+  const auto own = [&](std::size_t point) { return static_cast<std::size_t>(joined_[point]); };
+  for (std::size_t i = 0; i < joined_.size(); ++i) {
+    if (norm(load(f_.data(), i)) > 0.0) is_loaded[own(i)] = 1;
+  }
+  for (const Incidence& incidence : model_.incidences) {
+    const auto point = static_cast<std::size_t>(incidence.point);
+    if (point < joined_.size() && is_loaded[own(point)] == 0) (*lambda)[static_cast<std::size_t>(incidence.row)] = 0.0;
+  }
 }
 
 void EquilibriumEquations::add_reactions(const double* lambda, double* y) const {

@@ -46,8 +46,11 @@ class EquilibriumEquations {
 
   double violation() const { return violation_; }  ///< at the last `evaluate`, relative
   /// Returns the rounding error, N, of forces that cancel at a moving point. Rounding of the positions causes it,
-  /// multiplied by the point's rows of W of the last `linearise`.
+  /// multiplied by the rows of W of the last `linearise`, of the point or of one that constraints join to it, and
+  /// rounding of its weight and of the forces given on it.
   double rounding_of_forces(std::size_t point) const { return rounding_[point]; }
+  /// Returns that part of it which weights and given forces leave.
+  double rounding_of_loads(std::size_t point) const { return rounding_of_loads_[point]; }
   /// The scene's size or the largest |r| at the last `evaluate`, m, to which positions are rounded.
   double extent() const { return extent_; }
 
@@ -57,6 +60,9 @@ class EquilibriumEquations {
   StiffnessMatrix& stiffness() { return stiffness_; }
   /// The active forces f of the last `evaluate` [3 points], N.
   const std::vector<double>& forces() const { return f_; }
+  /// Sets the multipliers of constraints to 0 where no force acts on any point that they join: there they are what
+  /// rounding of other islands has left. Evaluates the forces at r.
+  void forget_idle_multipliers(const double* r, std::vector<double>* lambda);
   /// Compute y += K lambda [size()], and rows = K'x [model().num_rows()] with x [size()].
   void add_reactions(const double* lambda, double* y) const;
   void apply_transposed(const double* x, double* rows) const;
@@ -70,8 +76,9 @@ class EquilibriumEquations {
   double t_, violation_ = 0.0, extent_;
   Vec3 spin_;
   StiffnessMatrix stiffness_;
-  std::vector<double> rounding_;  // [moving point] N
-  std::vector<double> blur_;      // [moving point] N/m
+  std::vector<int> joined_;  // [moving point] a point that represents all that constraints join to it
+  std::vector<double> rounding_of_loads_, rounding_;  // [moving point] N
+  std::vector<double> blur_;                          // [moving point] N/m
   std::vector<double> blocks_, f_, reactions_, at_rest_;
 };
 

@@ -241,6 +241,7 @@ ReducedInertia Search::find_inertia_with(const std::vector<double>& lambda) {
 
 Outcome Search::classify() {
   StabilityReport& stability = result_.stability;
+  if (options_.prestress.empty()) equations_.forget_idle_multipliers(state_.r.data(), &state_.lambda);
   equations_.linearise(state_.r.data(), state_.lambda.data());
   if (equations_.stiffness().asymmetry() > symmetric_to) {
     stability.status = Stability::NotConservative;
@@ -357,7 +358,6 @@ Outcome Search::run(bool assesses_stability) {
   }
   if (Outcome outcome = classify(); !outcome.ok()) return outcome;
   if (may_leave) leave_unstable();
-
   const bool is_wanted = options_.accept == AcceptedEquilibria::Any || status == Stability::Stable ||
                          (options_.accept == AcceptedEquilibria::Marginal && status == Stability::Marginal);
   if (is_wanted) return {};

@@ -71,7 +71,8 @@ GivenEquilibrium::GivenEquilibrium(const System& system, const EquilibriumClaim&
       equations_(work_, options.at, input_.frame.spin),
       smallest_(equations_, options.solver),
       r_(3 * model().num_points()),
-      lambda_(model().num_rows(), 0.0) {
+      lambda_(model().num_rows(), 0.0),
+      residuals_(model().num_moving(), 0.0) {
   check_size(claim.positions.size(), r_.size(), "positions");
   model().numbering.gather_points(claim.positions, r_, model().parallel);
   work_.set_time(options.at);
@@ -142,31 +143,27 @@ std::string GivenEquilibrium::find_complaint(double force_tolerance) {
     throw InputError("", "the positions are no equilibrium: they break " + name_worst_row() + " by " +
                              text(equations_.violation()) + " of a length" + advice);
   }
-  std::size_t worst = 0;
-  const auto left = [&](std::size_t i) { return norm(load(g.data(), i)); };
-  for (std::size_t i = 1; i < model().num_moving(); ++i) {
-    if (left(i) > left(worst)) worst = i;
-  }
+  for (std::size_t i = 0; i < residuals_.size(); ++i) residuals_[i] = norm(load(g.data(), i));
   if (g.empty() || scale == 0.0) return {};
   // If every single force vanishes, as in a molecule at rest, the residual is rounding of the positions.
   linearise(lambda_);
-  const auto is_rounding = [&](std::size_t i) { return left(i) <= equations_.rounding_of_forces(i); };
-  for (std::size_t i = 0; i < model().num_moving(); ++i) {
-    if (!is_rounding(i) && (is_rounding(worst) || left(i) > left(worst))) worst = i;
-  }
-  if (is_rounding(worst)) return {};
-  residual_ = left(worst);
-  if (residual_ <= force_tolerance * scale) return {};
+  std::size_t worst = 0;
+  const auto known = [&](std::size_t i) {
+    return residuals_[i] <= equations_.rounding_of_forces(i) ? 0.0 : residuals_[i];
+  };
+  for (std::size_t i = 1; i < residuals_.size(); ++i) worst = known(i) > known(worst) ? i : worst;
+  const double left = known(worst);
+  if (left <= force_tolerance * scale) return {};
   // If all forces are small beside those that a move of the scene's size makes, the largest one is no scale: the
   // residual is small where rest is near.
   const double step = find_next_step(g, xi, scale), size = model().scene_size;
-  if (residual_ <= force_tolerance * size * equations_.stiffness().largest_of(worst) && step <= force_tolerance * size)
+  if (left <= force_tolerance * size * equations_.stiffness().largest_of(worst) && step <= force_tolerance * size)
     return {};
   const Vec3 at = load(r_.data(), worst);
-  return "the positions are no equilibrium: nothing balances " + text(residual_) + " N at point " +
+  return "the positions are no equilibrium: nothing balances " + text(left) + " N at point " +
          std::to_string(model().numbering.user_point[worst]) + " (" + text(at.x) + ", " + text(at.y) + ", " +
-         text(at.z) + "), " + text(residual_ / scale) + " of the largest force, where at most " +
-         text(force_tolerance) + " is allowed" +
+         text(at.z) + "), where at most " + text(force_tolerance * scale) + " N, " + text(force_tolerance) +
+         " of the largest force, is allowed" +
          (std::isfinite(step) ? "; Newton's method would move points by " + text(step) + " m" : "") + advice;
 }
 

@@ -33,9 +33,9 @@ class GivenEquilibrium {
   const Model& model() const { return work_.model(); }
   EquilibriumEquations& equations() { return equations_; }
   const EquilibriumEquations& equations() const { return equations_; }
-  const std::vector<double>& positions() const { return r_; }         ///< [3 points]
-  const std::vector<double>& multipliers() const { return lambda_; }  ///< [rows]
-  double residual() const { return residual_; }                       ///< largest |f + K lambda|, N
+  const std::vector<double>& positions() const { return r_; }          ///< [3 points]
+  const std::vector<double>& multipliers() const { return lambda_; }   ///< [rows]
+  const std::vector<double>& residuals() const { return residuals_; }  ///< |f + K lambda| [moving point], N
   const std::vector<std::string>& left_out() const { return input_.left_out; }
   std::size_t degrees_of_freedom() const { return rank_.degrees_of_freedom; }
   /// Returns the rows of K that depend on others.
@@ -62,7 +62,7 @@ class GivenEquilibrium {
   EquilibriumEquations equations_;
   SmallestMultipliers smallest_;
   std::vector<double> r_, lambda_;
-  double residual_ = 0.0;
+  std::vector<double> residuals_;
   RankReport rank_;
 };
 

@@ -12,7 +12,7 @@
 
 #include "base/dense.hpp"
 #include "base/text.hpp"
-#include "statics/rigid_modes.hpp"
+#include "statics/islands.hpp"
 #include "statics/tall_products.hpp"
 
 namespace tanor {

@@ -106,7 +106,7 @@ Outcome find_modes(const GivenEquilibrium& state, const Plan& plan, double toler
   const ModeSet found = plan.is_dense ? finder->find_all() : finder->find_lowest(plan.count, tolerance);
   if (!found.outcome.ok()) return found.outcome;
   ZeroModes zero(state.equations(), plan.is_dense ? ZeroModes::Found::ByDenseMatrices : ZeroModes::Found::ByFactor);
-  zero.raise(state.residual());
+  zero.raise(state.residuals());
   write_modes(state.model(), found, plan.count, zero, result);
   result->residual_max = found.residual;
   if (plan.is_dense || result->unstable_directions < plan.count) return {};
@@ -207,9 +207,10 @@ Modes modes(const System& system, std::span<const double> positions, const Modes
   }
   KktSolver kkt(state.equations());
   ModeFinder finder(state.equations(), kkt, result.degrees_of_freedom, state.dependent_rows());
-  const double lightest = std::ranges::min(std::span(model.mass).first(model.num_moving()));
-  const double zero = std::max(rounding * finder.scale(),
-                               ZeroModes::share_of_residual * state.residual() / (model.smallest_length * lightest));
+  const double lightest = std::ranges::min(std::span(model.mass).first(model.num_moving())),
+               residual = std::ranges::max(state.residuals());
+  const double zero =
+      std::max(rounding * finder.scale(), ZeroModes::share_of_residual * residual / (model.smallest_length * lightest));
   const bool feels_coriolis = state.feels_coriolis(), has_rates = options.damped || feels_coriolis;
   Eigen::SparseMatrix<double> D = find_coriolis(state.equations());
   if (options.damped) D += find_damping(state.equations().work(), options.time, state.positions().data());

@@ -390,10 +390,11 @@ bool NewtonDescent::take_step(const Step& step, double share, const std::vector<
 
 Outcome NewtonDescent::explain(const char* why) const {
   const auto point = model_.numbering.user_point[residual_.worst_point];
-  return {Status::NotConverged,
-          std::string("no equilibrium was found: the search ") + why + " after " + std::to_string(iterations_) +
-              " iterations; best residual " + text(residual_.force) + " N (" + text(residual_.relative_force()) +
-              " of the largest force) at point " + std::to_string(point) + ", violation " + text(residual_.violation)};
+  return {Status::NotConverged, std::string("no equilibrium was found: the search ") + why + " after " +
+                                    std::to_string(iterations_) + " iterations; best residual " +
+                                    text(residual_.force) + " N (the largest force is " + text(residual_.scale) +
+                                    " N) at point " + std::to_string(point) + ", violation " +
+                                    text(residual_.violation)};
 }
 
 }  // namespace tanor

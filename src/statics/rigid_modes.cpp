@@ -4,11 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <optional>
 #include <utility>
 
 #include "base/dense.hpp"
+#include "base/numbers.hpp"
+#include "statics/islands.hpp"
 
 namespace tanor {
 
@@ -197,18 +198,32 @@ class FiniteMotions {
         stiffness_(find_island_stiffness(equations, island)),
         gradients_(equations.model().num_rows(), 0.0),
         of_row_(equations.model().num_rows(), -1) {
+    const auto moves = [&](int point) { return static_cast<std::size_t>(point) < island.size(); };
     for (const Incidence& incidence : equations.model().incidences) {
-      if (static_cast<std::size_t>(incidence.point) >= island.size()) continue;
+      if (!moves(incidence.point)) continue;
       const auto row = static_cast<std::size_t>(incidence.row);
       gradients_[row] = std::hypot(gradients_[row], norm(load(equations.gradients().data(), incidence.block)));
       of_row_[row] = island[static_cast<std::size_t>(incidence.point)];
     }
+    const auto add = [&](int each, int support) {
+      if (each >= 0 && !moves(support)) holds_.push_back({each, support});
+    };
+    for (const Incidence& incidence : equations.model().incidences)
+      add(of_row_[static_cast<std::size_t>(incidence.row)], incidence.point);
+    const auto add_pair = [&](int point, int support) {
+      if (moves(point)) add(island[static_cast<std::size_t>(point)], support);
+    };
+    for (const auto& [i, j] : equations.work().forces.list_couplings()) add_pair(i, j), add_pair(j, i);
+    for (const auto& [on, of] : equations.work().forces.list_influences()) add_pair(on, of);
+    std::ranges::sort(holds_);
+    holds_.erase(std::unique(holds_.begin(), holds_.end()), holds_.end());
   }
 
   /// Counts the unanswered motions of the islands that leave their constraints as they are and their forces too, turned
-  /// with them, over a finite distance. An infinitesimal motion is not enough: nothing answers to it at the top of
-  /// -x^4, or where cranks turn. So that the count does not depend on the basis, sums of two motions are tried as well,
-  /// and an island that does not follow all of them counts none.
+  /// with them, over a finite distance, and that would leave the supports that hold them where they are: a link that
+  /// turns about a point which others hold does not move as a whole. An infinitesimal motion is not enough: nothing
+  /// answers to it at the top of -x^4, or where cranks turn. So that the count does not depend on the basis, sums of
+  /// two motions are tried as well, and an island that does not follow all of them counts none.
   std::size_t count_free() {
     std::vector<char> is_free(island_.size(), 1);
     for (Eigen::Index k = 0; k < 6; ++k) {
@@ -230,6 +245,7 @@ class FiniteMotions {
   };
   struct Values {
     std::vector<double> forces, rows;  // [3 points], N; [row]
+    std::vector<double> supports{};    // [3 holds_], moves
   };
 
   std::size_t own(std::size_t i) const { return static_cast<std::size_t>(island_[i]); }
@@ -261,7 +277,8 @@ class FiniteMotions {
   }
 
   /// Returns what a motion changes: forces, less the earlier ones turned with their island, over the largest force of
-  /// the island and what its stiffness makes of the motion; and distances from constraints over the size of the motion.
+  /// the island and what its stiffness makes of the motion; and over the size of the motion distances from constraints,
+  /// and the places of supports if they took part.
   Values find_change(const Motion& motion) const {
     std::vector<std::optional<Screw>> screws(island_.size());
     for (std::size_t each = 0; each < island_.size(); ++each) {
@@ -290,6 +307,13 @@ class FiniteMotions {
       const bool is_known = size > 0.0 && gradients_[row] > 0.0;
       change.rows[row] = is_known ? (change.rows[row] - before_.rows[row]) / (gradients_[row] * size) : 0.0;
     }
+    for (const auto& [each, support] : holds_) {
+      const auto& screw = screws[static_cast<std::size_t>(each)];
+      const Vec3 arm = load(r_.data(), support) - fields_.centre[static_cast<std::size_t>(each)],
+                 moves =
+                     screw ? (1.0 / motion.sizes[static_cast<std::size_t>(each)]) * (screw->carry(arm) - arm) : Vec3{};
+      change.supports.insert(change.supports.end(), {moves.x, moves.y, moves.z});
+    }
     return change;
   }
 
@@ -300,6 +324,8 @@ class FiniteMotions {
     for (std::size_t row = 0; row < of_row_.size(); ++row) {
       if (of_row_[row] >= 0) visit(static_cast<std::size_t>(of_row_[row]), change.rows[row]);
     }
+    for (std::size_t k = 0; k < change.supports.size(); ++k)
+      visit(static_cast<std::size_t>(holds_[k / 3].first), change.supports[k]);
   }
 
   /// Adds a turn about the line of all points of an island. It moves no point at first order, but it decides about
@@ -340,7 +366,8 @@ class FiniteMotions {
     if (std::ranges::all_of(motion.sizes, [](double size) { return size == 0.0; })) return;
     choose_idle_turns(&motion);
     for_each(find_change(motion), [&](std::size_t each, double value) {
-      if (!(std::abs(value) <= digits)) (*is_free)[each] = 0;
+      const double size = motion.sizes[each], places = 64.0 * eps * norm(fields_.centre[each]);
+      if (size > 0.0 && !(size * std::abs(value) <= digits * size + places)) (*is_free)[each] = 0;
     });
   }
 
@@ -350,49 +377,13 @@ class FiniteMotions {
   const RigidFields& fields_;
   std::vector<RigidMotions> motions_;  // [island]
   Values before_;
-  std::vector<double> stiffness_;  // [point] of its island, N/m
-  std::vector<double> gradients_;  // [row]
-  std::vector<int> of_row_;        // [row] its island, -1: it joins no moving points
+  std::vector<double> stiffness_;           // [point] of its island, N/m
+  std::vector<double> gradients_;           // [row]
+  std::vector<int> of_row_;                 // [row] its island, -1: it joins no moving points
+  std::vector<std::pair<int, int>> holds_;  // an island, and a support that constraints or forces join to it
 };
 
 }  // namespace
-
-std::vector<int> find_statics_islands(const EquilibriumEquations& equations) {
-  const StiffnessMatrix& W = equations.stiffness();
-  std::vector<int> parent(W.num_points());
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto find = [&](int i) {
-    while (parent[static_cast<std::size_t>(i)] != i) {
-      int& up = parent[static_cast<std::size_t>(i)];
-      i = up = parent[static_cast<std::size_t>(up)];
-    }
-    return i;
-  };
-  const auto join = [&](int i, int j) { parent[static_cast<std::size_t>(find(i))] = find(j); };
-  for (std::size_t i = 0; i < W.num_points(); ++i) {
-    for (int k = W.start()[i]; k < W.start()[i + 1]; ++k)
-      join(static_cast<int>(i), W.columns()[static_cast<std::size_t>(k)]);
-  }
-  std::vector<int> first(equations.model().num_rows(), -1);
-  for (const Incidence& incidence : equations.model().incidences) {
-    if (static_cast<std::size_t>(incidence.point) >= parent.size()) continue;
-    int& own = first[static_cast<std::size_t>(incidence.row)];
-    own < 0 ? void(own = incidence.point) : join(own, incidence.point);
-  }
-  for (std::size_t i = 0; i < parent.size(); ++i) parent[i] = find(static_cast<int>(i));
-  return parent;
-}
-
-std::vector<double> find_island_stiffness(const EquilibriumEquations& equations, const std::vector<int>& island) {
-  const StiffnessMatrix& W = equations.stiffness();
-  std::vector<double> largest(island.size(), 1e-150), result;
-  for (std::size_t i = 0; i < island.size(); ++i) {
-    double& own = largest[static_cast<std::size_t>(island[i])];
-    own = std::max(own, W.largest_of(i));
-  }
-  for (const int own : island) result.push_back(largest[static_cast<std::size_t>(own)]);
-  return result;
-}
 
 std::size_t count_rigid_modes(const EquilibriumEquations& equations, const std::vector<double>& r) {
   const std::vector<int> island = find_statics_islands(equations);

@@ -16,6 +16,7 @@
 #include "base/numbers.hpp"
 #include "base/text.hpp"
 #include "dynamics/workspace.hpp"
+#include "statics/moving_parts.hpp"
 #include "system/members.hpp"
 
 namespace tanor {
@@ -29,12 +30,7 @@ constexpr double largest_misfit = 1e-9;
 /// Instants, in units of the time in which things move, and in seconds where nothing is known to move.
 constexpr std::array instants_of_motion{0.0, 0.29, 0.83, 1.7, 3.1};
 constexpr std::array instants_of_search{0.0, 7.4e-4, 7.4e-3, 0.074, 0.74, 7.4, 74.0};
-/// Configurations are disturbed, so that no rate vanishes by accident. Forces of points that lie close to each other,
-/// and formulas that are not defined everywhere, bear little of it.
-struct Disturbance {
-  std::size_t number;  // each is another configuration
-  double part;         // of the scene's size
-};
+/// Forces of points that lie close to each other, and formulas that are not defined everywhere, bear little.
 constexpr Disturbance much{0, 0.1}, little{1, 1e-3};
 /// So many other ones determine a frame: one bead has one rate in each, and a frame nine numbers.
 constexpr std::size_t num_configurations = 6;
@@ -141,130 +137,6 @@ std::vector<std::string> list_what_depends_on_time(const System& system) {
 
 namespace {
 
-/// The supports, constraints and given forces of a system, and how they move at an instant.
-class MovingParts {
- public:
-  MovingParts(const System& system, double t)
-      : system_(system), t_(t), work_(system, {}, 0.0), model_(work_.model()), r_(3 * model_.num_points()) {
-    model_.numbering.gather_points(system.positions, r_);
-    std::vector<double> v(r_.size());
-    work_.prescribe_all(t, r_.data(), v.data());
-    for (std::size_t i = 0; i < model_.num_points(); ++i)
-      centre_ = centre_ + (1.0 / static_cast<double>(model_.num_points())) * load(r_.data(), i);
-    std::vector<int> inner(model_.numbering.num_user_rows, -1);
-    for (std::size_t a = 0; a < model_.num_rows(); ++a) {
-      const auto row = static_cast<std::size_t>(model_.numbering.user_row[a]);
-      if (row < inner.size()) inner[row] = static_cast<int>(a);
-    }
-    std::size_t next = 0;
-    for_each_member(system, [&](std::span<const Index>, int rows) {
-      members_.push_back({next,
-                          {inner.begin() + static_cast<std::ptrdiff_t>(next),
-                           inner.begin() + static_cast<std::ptrdiff_t>(next) + rows}});
-      next += static_cast<std::size_t>(rows);
-    });
-  }
-
-  double size() const { return model_.scene_size; }
-  Vec3 centre() const { return centre_; }
-  double time() const { return t_; }
-
-  /// A configuration at one instant: supports where they are, all other points where the frame has carried them from a
-  /// disturbed start. Arrays are in the inner order, [3 points].
-  struct Configuration {
-    double tau;
-    std::vector<double> r, prescribed;
-  };
-  Configuration place(const SteadyFrame& frame, double tau, const Disturbance& by) {
-    Configuration result{tau, r_, std::vector<double>(r_.size(), 0.0)};
-    for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i)
-      result.r[i] += by.part * size() * irregular(i + by.number * r_.size());
-    for (std::size_t i = 0; i < model_.num_moving(); ++i)
-      store(result.r.data(), i, frame.carry(load(result.r.data(), i), tau));
-    work_.set_time(t_ + tau);
-    work_.prescribe_all(t_ + tau, result.r.data(), result.prescribed.data());
-    return result;
-  }
-
-  /// Returns the rates, m/s, at which points that move with the frame leave what is prescribed: each member of a
-  /// constraint, of which the distance |xi| from all its rows counts, each number of a support, and each number of a
-  /// given force, over the size of the force.
-  VectorXd find_rates(const SteadyFrame& frame, const Configuration& at) {
-    const std::size_t n = model_.num_points();
-    std::vector<double> v(3 * n), xi(model_.num_rows()), rates(model_.num_rows()), squares(model_.num_rows(), 0.0),
-        blocks(3 * work_.constraints.num_blocks());
-    for (std::size_t i = 0; i < n; ++i) store(v.data(), i, frame.velocity_at(load(at.r.data(), i), at.tau));
-    work_.set_time(t_ + at.tau);
-    (void)work_.constraints.evaluate_values(model_.parallel, at.r.data(), xi.data());
-    (void)work_.constraints.evaluate_rates(model_.parallel, at.r.data(), v.data(), rates.data());
-    work_.constraints.evaluate_gradients(model_.parallel, at.r.data(), blocks.data());
-    for (const Incidence& incidence : model_.incidences)
-      squares[static_cast<std::size_t>(incidence.row)] += squared(load(blocks.data(), incidence.block));
-    std::vector<double> result;
-    for (const auto& [first, rows] : members_) {
-      double product = 0.0, distance2 = 0.0;
-      for (const int a : rows) {
-        const auto row = static_cast<std::size_t>(a);
-        product += xi[row] * rates[row] / squares[row];
-        distance2 += xi[row] * xi[row] / squares[row];
-      }
-      result.push_back(distance2 > 0.0 ? product / std::sqrt(distance2) : 0.0);
-    }
-    for (std::size_t i = 3 * model_.num_moving(); i < 3 * n; ++i) result.push_back(v[i] - at.prescribed[i]);
-    add_given_forces(frame, at.tau, &result);
-    for (double& rate : result) rate = std::isfinite(rate) ? rate : 0.0;
-    return Eigen::Map<VectorXd>(result.data(), static_cast<Eigen::Index>(result.size()));
-  }
-
-  /// Returns where the part of number `k` of the rates stands in the scene, and its name.
-  std::pair<std::string, std::string> name(std::size_t k) const {
-    if (k < members_.size()) return {"/constraints", equation_name(system_, members_[k].first_row)};
-    k = (k - members_.size()) / 3;
-    const std::size_t supports = model_.num_points() - model_.num_moving();
-    if (k >= supports) return {"/forces", "a given force"};
-    return {"/supports",
-            "the support at point " + std::to_string(model_.numbering.user_point[model_.num_moving() + k])};
-  }
-
-  /// Returns the forces of one entry on all points [3 points in the user's order] that are at a configuration and move
-  /// with the frame.
-  std::vector<double> find_forces(Workspace* alone, const SteadyFrame& frame, const Configuration& at) const {
-    const Model& own = alone->model();
-    std::vector<double> user(at.r.size()), r(user.size()), v(user.size()), f(user.size());
-    model_.numbering.scatter_points(at.r, user);
-    own.numbering.gather_points(user, r);
-    for (std::size_t i = 0; i < own.num_points(); ++i) store(v.data(), i, frame.velocity_at(load(r.data(), i), at.tau));
-    alone->forces.evaluate(own.parallel, t_ + at.tau, r.data(), v.data(), f.data());
-    own.numbering.scatter_points(f, user);
-    return user;
-  }
-
- private:
-  /// Adds f' - Omega x f, over |f| and times the scene's size.
-  void add_given_forces(const SteadyFrame& frame, double tau, std::vector<double>* rates) const {
-    for (const Force& force : system_.forces) {
-      const auto* const given = std::get_if<ConstantForce>(&force);
-      if (given == nullptr || given->force.is_constant()) continue;
-      const std::array<Jet<2>, 3> now = given->force(t_ + tau);
-      const Vec3 f{now[0].value(), now[1].value(), now[2].value()},
-          rate{now[0].derivative(1), now[1].derivative(1), now[2].derivative(1)}, rest = rate - cross(frame.spin, f);
-      for (const double each : {rest.x, rest.y, rest.z}) rates->push_back(size() * each / norm(f));
-    }
-  }
-
-  struct Member {
-    std::size_t first_row;  // in the user's order
-    std::vector<int> rows;  // inner
-  };
-  const System& system_;
-  double t_;
-  Workspace work_;
-  const Model& model_;
-  std::vector<double> r_;
-  Vec3 centre_{};
-  std::vector<Member> members_;
-};
-
 /// Finds the frame from the rates, which are linear in Omega, w and a.
 class FrameSearch {
  public:
@@ -273,7 +145,6 @@ class FrameSearch {
   SteadyFrame find() {
     SteadyFrame frame{.centre = parts_.centre()};
     if (fits(frame)) return frame;
-    gather_rates();
     for (const Eigen::Index unknowns : {6, 9}) {
       frame = solve(unknowns);
       if (fits(frame)) return frame;
@@ -285,7 +156,8 @@ class FrameSearch {
     double worst = 0.0;
     std::optional<std::size_t> result;
     for (const double tau : instants_) {
-      const double allowed = (largest_misfit + 64.0 * eps * std::abs(parts_.time() + tau) / unit_) * speed_of(frame, tau);
+      const double allowed =
+          (largest_misfit + 64.0 * eps * std::abs(parts_.time() + tau) / unit_) * speed_of(frame, tau);
       for (const Disturbance& by : {much, little}) {
         const VectorXd rates = parts_.find_rates(frame, parts_.place(frame, tau, by));
         Eigen::Index row = 0;
@@ -335,22 +207,22 @@ class FrameSearch {
     return false;
   }
 
-  /// Rows [A b] with A x + b = 0 for x = (w, a unit, Omega size), m/s. Many rows are reduced by reflections.
-  void gather_rates() {
+  /// Rows [A b] with A dx + b = 0 for changes of x = (w, a unit, Omega size), m/s, from those of a frame. Many rows are
+  /// reduced by reflections.
+  void gather_rates(const SteadyFrame& frame) {
     constexpr Eigen::Index most = 4096, columns = 10;
     rows_.resize(0, columns);
-    const SteadyFrame at_rest{.centre = parts_.centre()};
     for (const double tau : instants_) {
       for (std::size_t k = 0; k < num_configurations; ++k) {
-        const MovingParts::Configuration at = parts_.place(at_rest, tau, {2 + k, much.part});
-        const VectorXd base = parts_.find_rates(at_rest, at);
+        const MovingParts::Configuration at = parts_.place(frame, tau, {2 + k, much.part});
+        const VectorXd base = parts_.find_rates(frame, at);
         MatrixXd more(base.size(), columns);
         more.col(9) = base;
         for (Eigen::Index axis = 0; axis < 3; ++axis) {
-          SteadyFrame shifts = at_rest, turns = at_rest;
+          SteadyFrame shifts = frame, turns = frame;
           const Vec3 unit{axis == 0 ? 1.0 : 0.0, axis == 1 ? 1.0 : 0.0, axis == 2 ? 1.0 : 0.0};
-          shifts.velocity = unit;
-          turns.spin = (1.0 / parts_.size()) * unit;
+          shifts.velocity = shifts.velocity + unit;
+          turns.spin = turns.spin + (1.0 / parts_.size()) * unit;
           more.col(axis) = parts_.find_rates(shifts, at) - base;
           more.col(3 + axis) = tau / unit_ * more.col(axis);
           more.col(6 + axis) = parts_.find_rates(turns, at) - base;
@@ -362,13 +234,20 @@ class FrameSearch {
     }
   }
 
-  SteadyFrame solve(Eigen::Index unknowns) const {
+  /// Solves twice: what moves away from where it was found says little, and what moves along is told to rounding.
+  SteadyFrame solve(Eigen::Index unknowns) {
     constexpr double dependent = 1e-9;
     VectorXd x = VectorXd::Zero(9);
-    x.head(unknowns) = dense::solve_least_squares(rows_.leftCols(unknowns), -rows_.col(9), dependent);
-    // A part of x that rounding alone has made is none.
-    const double least = dependent * x.cwiseAbs().maxCoeff();
-    for (double& each : x) each = std::abs(each) <= least ? 0.0 : each;
+    for (int round = 0; round < 2; ++round) {
+      gather_rates(make_frame(x));
+      x.head(unknowns) += dense::solve_least_squares(rows_.leftCols(unknowns), -rows_.col(9), dependent);
+      // A part of x that rounding alone has made is none.
+      const double least = dependent * x.cwiseAbs().maxCoeff();
+      for (double& each : x) each = std::abs(each) <= least ? 0.0 : each;
+    }
+    return make_frame(x);
+  }
+  SteadyFrame make_frame(const VectorXd& x) const {
     const auto part = [&](Eigen::Index first, double scale) {
       return scale * Vec3{x[first], x[first + 1], x[first + 2]};
     };
@@ -433,6 +312,22 @@ void check_forces(const System& system, const SteadyFrame& frame, const std::vec
 
 }  // namespace
 
+namespace {
+
+/// Returns the frame that falls freely if its acceleration is that of gravity to the accuracy of the search: what is
+/// left of the weight would be rounding.
+SteadyFrame fall_freely(const System& system, SteadyFrame frame) {
+  Vec3 weight{};
+  for (const Force& force : system.forces) {
+    if (const auto* const gravity = std::get_if<Gravity>(&force)) weight = weight + make_vec3(gravity->acceleration);
+  }
+  const Vec3 felt = weight - frame.acceleration - cross(frame.spin, frame.velocity);
+  if (norm(felt) <= largest_misfit * norm(weight)) frame.acceleration = weight - cross(frame.spin, frame.velocity);
+  return frame;
+}
+
+}  // namespace
+
 SteadyFrame find_steady_frame(const System& system, double t) {
   bool may_move = std::ranges::any_of(system.forces,
                                       [](const Force& force) { return std::holds_alternative<FormulaForce>(force); });
@@ -445,11 +340,11 @@ SteadyFrame find_steady_frame(const System& system, double t) {
     const auto [where, name] = parts.name(*worst);
     refuse(system, where,
            "nothing rests: no frame that turns with a constant spin or accelerates evenly carries along all that "
-           "supports and constraints prescribe; " +
+           "supports, constraints and forces prescribe; " +
                name + " leaves the one that comes nearest");
   }
   check_forces(system, frame, search.instants(), &parts);
-  return frame;
+  return fall_freely(system, frame);
 }
 
 void add_inertia(const SteadyFrame& frame, System* system) {

@@ -9,7 +9,7 @@
 
 #include "base/dense.hpp"
 #include "base/text.hpp"
-#include "statics/rigid_modes.hpp"
+#include "statics/islands.hpp"
 
 namespace tanor {
 

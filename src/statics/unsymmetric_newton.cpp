@@ -50,12 +50,11 @@ Outcome UnsymmetricNewton::run(const NewtonLimits& limits, StaticState* state, s
   StaticResidual now = measure_.measure(*state);
   const double first_scale = now.scale;
   const auto fail = [&](const char* why) {
-    return Outcome{Status::NotConverged, std::string("no equilibrium was found: ") + why + " after " +
-                                             std::to_string(iterations_) + " iterations; best residual " +
-                                             text(now.force) + " N (" + text(now.relative_force()) +
-                                             " of the largest force) at point " +
-                                             std::to_string(model_.numbering.user_point[now.worst_point]) +
-                                             ", violation " + text(now.violation)};
+    return Outcome{Status::NotConverged,
+                   std::string("no equilibrium was found: ") + why + " after " + std::to_string(iterations_) +
+                       " iterations; best residual " + text(now.force) + " N (the largest force is " + text(now.scale) +
+                       " N) at point " + std::to_string(model_.numbering.user_point[now.worst_point]) + ", violation " +
+                       text(now.violation)};
   };
   for (;;) {
     residuals->push_back(now.force);

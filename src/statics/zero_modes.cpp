@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "statics/rigid_modes.hpp"
+#include "statics/islands.hpp"
 
 namespace tanor {
 
@@ -40,18 +40,18 @@ double find_rounding(const Island& island, ZeroModes::Found found) {
 
 }  // namespace
 
-ZeroModes::ZeroModes(const EquilibriumEquations& equations, Found found) : model_(equations.model()) {
+ZeroModes::ZeroModes(const EquilibriumEquations& equations, Found found)
+    : model_(equations.model()), island_(find_statics_islands(equations)) {
   constexpr double soft = 1e-3;  // relative to the stiffest row of the island, whose moves the point shares
   constexpr double beyond_blur = 100.0;
-  const std::vector<int> island = find_statics_islands(equations);
   const std::vector<double> stiffness = equations.stiffness().sum_rows();
-  const std::vector<Island> islands = describe(equations, island, stiffness);
-  for (std::size_t i = 0; i < island.size(); ++i) {
-    const Island& own = islands[static_cast<std::size_t>(island[i])];
+  const std::vector<Island> islands = describe(equations, island_, stiffness);
+  for (std::size_t i = 0; i < island_.size(); ++i) {
+    const Island& own = islands[static_cast<std::size_t>(island_[i])];
     // If nothing is stiff, all modes are zero modes whatever the bound is.
     const double of_row = own.stiffness > 0.0 ? std::max(stiffness[i], soft * own.stiffness) / model_.mass[i] : 1.0;
-    of_points_.push_back(
-        std::max(find_rounding(own, found) * of_row, beyond_blur * equations.blur(i) / model_.mass[i]));
+    of_points_.push_back(std::max({find_rounding(own, found) * of_row, beyond_blur * equations.blur(i) / model_.mass[i],
+                                   equations.rounding_of_loads(i) / (model_.smallest_length * model_.mass[i])}));
   }
 }
 
@@ -70,9 +70,14 @@ double ZeroModes::least() const {
   return std::ranges::min(of_points_);
 }
 
-void ZeroModes::raise(double force) {
-  for (std::size_t i = 0; i < of_points_.size(); ++i)
-    of_points_[i] = std::max(of_points_[i], share_of_residual * force / (model_.smallest_length * model_.mass[i]));
+void ZeroModes::raise(const std::vector<double>& forces) {
+  std::vector<double> largest(island_.size(), 0.0);
+  const auto own = [&](std::size_t i) { return static_cast<std::size_t>(island_[i]); };
+  for (std::size_t i = 0; i < forces.size(); ++i) largest[own(i)] = std::max(largest[own(i)], forces[i]);
+  for (std::size_t i = 0; i < of_points_.size(); ++i) {
+    const double length = model_.smallest_length;
+    of_points_[i] = std::max(of_points_[i], share_of_residual * largest[own(i)] / (length * model_.mass[i]));
+  }
 }
 
 }  // namespace tanor

@@ -12,7 +12,8 @@ namespace tanor {
 /// In islands of up to 100 points multipliers, and factors with penalties in the place of constraints, are accurate to
 /// 1e-9. In larger islands the part is 1e-9 (100/points)^2, at least 1e-13, because the lowest omega^2 of a long chain
 /// is as small by nature. Without constraints the part is 1e-12 for dense matrices and 1e-13 for a factor. Where
-/// positions are known to an error only, as at the minimum of x^4, a hundred times the change of W over it counts.
+/// positions are known to an error only, as at the minimum of x^4, a hundred times the change of W over it counts, and
+/// where loads cancel, their rounding over a length.
 class ZeroModes {
  public:
   enum class Found { ByDenseMatrices, ByFactor };
@@ -26,13 +27,14 @@ class ZeroModes {
   double of_mode(const Eigen::Ref<const Eigen::VectorXd>& shape) const;
   bool are_equal() const;
   double least() const;
-  /// Raises the bounds for a residual force, N, at some point. Multipliers are then known to a hundred times this force
-  /// at best, and W to that force over a length.
-  void raise(double force);
+  /// Raises the bounds of each island for its largest residual force [moving point], N, whether it is rounding or not.
+  /// Multipliers are then known to a hundred times this force at best, and W to that force over a length.
+  void raise(const std::vector<double>& forces);
   static constexpr double share_of_residual = 100.0;
 
  private:
   const Model& model_;
+  std::vector<int> island_;        // [moving point]
   std::vector<double> of_points_;  // [moving point], 1/s^2
 };
 

@@ -52,24 +52,46 @@ TEST(MechanismsOnPins, AreMarginal) {
   expect_marginal(make_framework({{0, 0, 0}, {0, 0, -1}, {1, 0, -1}}, {{0, 1}, {1, 2}}, {0}), 4, 0);
   expect_marginal(make_framework({{0, 0, 0}, {0, 0, -1}}, {{0, 1}}, {0}), 2, 0);
 
+  // A link turns about a point that bars to three pins hold.
+  expect_marginal(make_framework({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.3, 0.2, 1}, {0.4, 0.1, 2}},
+                                 {{0, 3}, {1, 3}, {2, 3}, {3, 4}}, {0, 1, 2}),
+                  2, 0);
+
   // A panel on a shaft carries a link: each alone could turn as a whole.
   expect_marginal(make_framework({{0, 0, 0}, {0, 1, 0}, {1, 0.5, 0}, {1.5, 0.5, 1}}, {{0, 2}, {1, 2}, {2, 3}}, {0, 1}),
                   3, 0);
 }
 
-/// A body at one pin turns about it as a whole, and beads of a ring about the axis of their wire.
+/// A body of three points and more, or two at an axis, moves as a whole where all that its pins and guides leave keeps
+/// its shape: about a point, about a hinge, about the axis of a wire, freely.
 TEST(MotionsOfTheWhole, CostNothingAndAreStable) {
-  const System body = make_framework({{0, 0, 0}, {1, 0, 0.2}, {0.3, 0.9, 0}, {0.2, 0.3, 1}},
-                                     {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}, {0});
+  const std::vector<Vector3> corners{{0, 0, 0}, {1, 0, 0.2}, {0.3, 0.9, 0}, {0.2, 0.3, 1}};
+  const Pairs edges{{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
+  const auto in_plane = [](System system, const std::vector<Index>& points) {
+    for (std::size_t i = 2; i < system.positions.size(); i += 3) system.positions[i] = 0.0;
+    system.constraints.push_back(Planes{"flat", points, Vector3{0, 0, 1}});
+    return system;
+  };
+  const System triangle = make_framework({{0, 0, 0}, {1, 0, 0}, {0.3, 0.9, 0}}, {{0, 1}, {1, 2}, {0, 2}}, {0});
   System ring = make_framework({{1, 0, 0}, {0, 1, 0}, {-0.6, 0.8, 0}}, {{0, 1}});
   ring.constraints.push_back(Circles{"wire", {0, 1}, Vector3{}, Vector3{0, 0, 1}, 1.0});
   ring.constraints.erase(ring.constraints.begin());
   ring.constraints.push_back(Planes{"flat", {2}, Vector3{0, 0, 1}});
   ring.forces = {Springs{.name = "spring", .pairs = {{0, 1}, {1, 2}, {0, 2}}, .stiffness = 10.0}};
-  for (const auto& [system, rigid] : {std::pair{body, 3u}, {ring, 1u}}) {
+  System two = make_framework(corners, edges);
+  two.positions.insert(two.positions.end(), {5, 5, 5, 6, 5, 5});
+  two.masses.resize(6, 1.0);
+  std::get<Rods>(two.constraints[0]).pairs.push_back({4, 5});
+  for (const auto& [system, rigid] : {std::pair{make_framework(corners, edges, {0}), 3u},
+                                      {make_framework(corners, edges, {0, 1}), 1u},
+                                      {make_framework(corners, edges, {0, 1, 2}), 0u},
+                                      {in_plane(triangle, {1, 2}), 1u},
+                                      {make_framework(corners, edges), 6u},
+                                      {two, 11u},
+                                      {ring, 1u}}) {
     const EquilibriumResult found = find_equilibrium(system);
 
-    ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+    ASSERT_TRUE(found.outcome.ok()) << rigid << ": " << found.outcome.what;
     EXPECT_EQ(found.stability.zero_modes, rigid);
     EXPECT_EQ(found.stability.rigid_zero_modes, rigid);
   }
@@ -196,7 +218,9 @@ TEST(RandomFrameworks, AreStableWhereTheirStressIsDefinite) {
 std::vector<int> find_groups(const System& system) {
   std::vector<int> group(system.num_points());
   for (std::size_t i = 0; i < group.size(); ++i) group[i] = static_cast<int>(i);
-  for (const Index pin : system.supports[0].points) group[static_cast<std::size_t>(pin)] = -1;
+  for (const Support& support : system.supports) {
+    for (const Index pin : support.points) group[static_cast<std::size_t>(pin)] = -1;
+  }
   for (std::size_t round = 0; round < group.size(); ++round) {
     for (const auto& [i, j] : std::get<Rods>(system.constraints[0]).pairs) {
       int &a = group[static_cast<std::size_t>(i)], &b = group[static_cast<std::size_t>(j)];
@@ -242,9 +266,12 @@ double flex(const System& system, const DenseFramework& dense, const VectorXd& d
   const Pairs& bars = std::get<Rods>(system.constraints[0]).pairs;
   const VectorXd wanted = distances(system.positions, bars);
   move(0.1 * direction);
-  for (int step = 0; step < 10; ++step)
-    move(reference::solve_least_squares(DenseFramework(moved).K.transpose(), wanted - distances(moved.positions, bars),
-                                        1e-9));
+  for (int step = 0; step < 10; ++step) {
+    const MatrixXd K = DenseFramework(moved).K;
+    VectorXd rest = VectorXd::Zero(K.cols());  // planes are kept by each step
+    rest.head(wanted.size()) = wanted - distances(moved.positions, bars);
+    move(reference::solve_least_squares(K.transpose(), rest, 1e-9));
+  }
   const Pairs pairs = list_distances(system);
   double worst = (distances(moved.positions, pairs) - distances(system.positions, pairs)).cwiseAbs().maxCoeff();
   const std::vector<int> group = find_groups(system);
@@ -257,37 +284,42 @@ double flex(const System& system, const DenseFramework& dense, const VectorXd& d
   return worst;
 }
 
-/// Trees, loops and bodies on one or two pins. What flexes changes a distance between points or from a pin; what does
-/// not moves as a whole. A single point on rods is a mechanism.
+/// Trees, loops and bodies that are free or on one or two pins, in space and in a plane. What flexes changes a distance
+/// between points or from a pin; what does not moves as a whole. A single point on rods is a mechanism.
 TEST(RandomFrameworks, OnPinsAreStableWhereNothingFlexes) {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> any(-1.0, 1.0), part(0.0, 1.0);
-  int rigid = 0, flexible = 0;
-  for (int each = 0; each < 200; ++each) {
-    const int moving = 2 + each % 4, pins = 1 + each % 2;
+  int rigid = 0, flexible = 0, judged = 0;
+  for (int each = 0; judged < 300; ++each) {
+    const int moving = 2 + each % 4, pins = each % 3;
+    const bool is_flat = each % 5 < 2;
     std::vector<Vector3> places;
-    for (int i = 0; i < moving + pins; ++i) places.push_back({any(random), any(random), any(random)});
+    for (int i = 0; i < moving + pins; ++i) places.push_back({any(random), any(random), is_flat ? 0.0 : any(random)});
     Pairs bars;
-    for (Index i = static_cast<Index>(pins); i < moving + pins; ++i) {
+    std::vector<Index> held, free;
+    for (Index i = 0; i < moving + pins; ++i) {
+      (i < pins ? held : free).push_back(i);
+      if (i < pins) continue;
       std::vector<Index> others;
       for (Index j = 0; j < i; ++j) others.push_back(j);
       std::ranges::shuffle(others, random);
-      const std::size_t count = std::min<std::size_t>(others.size(), part(random) < 0.6 ? 3 : 1 + each % 3);
+      const std::size_t count =
+          std::min<std::size_t>(others.size(), part(random) < 0.4 ? (is_flat ? 2 : 3) : 1 + each / 3 % 3);
       for (std::size_t k = 0; k < count; ++k) bars.push_back({others[k], i});
     }
-    std::vector<Index> held;
-    for (Index i = 0; i < pins; ++i) held.push_back(i);
-    const System system = make_framework(places, bars, held);
+    System system = make_framework(places, bars, held);
+    if (is_flat) system.constraints.push_back(Planes{"flat", free, Vector3{0, 0, 1}});
     const DenseFramework dense(system);
-    if (dense.stresses.cols() > 0 || !dense.clear_gap || dense.motions.cols() == 0) continue;
+    if (dense.stresses.cols() > 0 || !dense.clear_gap) continue;
     double change = 0.0;
-    for (int trial = 0; trial < 3; ++trial) {
+    for (int trial = 0; trial < 3 && dense.motions.cols() > 0; ++trial) {
       VectorXd x(dense.motions.cols());
       for (double& value : x) value = any(random);
       change = std::max(change, flex(system, dense, dense.motions * x.normalized()));
     }
     if (change > 1e-9 && change < 1e-4) continue;
     const bool is_rigid = change <= 1e-9;
+    ++judged;
 
     const EquilibriumResult found = find_equilibrium(system);
 
@@ -295,10 +327,14 @@ TEST(RandomFrameworks, OnPinsAreStableWhereNothingFlexes) {
     EXPECT_EQ(found.stability.status, is_rigid ? Stability::Stable : Stability::Marginal) << each;
     EXPECT_EQ(found.outcome.ok(), is_rigid) << each;
     EXPECT_EQ(found.stability.rigid_zero_modes == found.stability.zero_modes, is_rigid) << each;
+    if (pins == 0) {
+      const std::size_t whole = is_flat ? 3u : moving > 2 ? 6u : 5u;
+      EXPECT_EQ(found.stability.rigid_zero_modes, whole) << each;
+    }
     (is_rigid ? rigid : flexible) += 1;
   }
-  EXPECT_GT(rigid, 20);
-  EXPECT_GT(flexible, 60);
+  EXPECT_GT(rigid, 60);
+  EXPECT_GT(flexible, 100);
 }
 
 }  // namespace

@@ -196,6 +196,49 @@ TEST(TurningWire, BeadIsStableUpToTheFrequencyOfItsSpring) {
   }
 }
 
+/// In a lift that falls freely nothing has weight: its rounding is none, at whatever time.
+TEST(FallingLift, HasNoWeight) {
+  for (const double at : {0.0, 0.7, 300.0}) {
+    System lift;
+    lift.positions = {0.0, 0.0, 0.0, 0.3, 0.0, -1.0};
+    lift.masses = {1.0, 3.0};
+    lift.supports = {{"lift", {0}, {ScalarFunction::formula("0.3*t"), 0.0, ScalarFunction::formula("-4.905*t^2")}}};
+    lift.constraints = {Rods{"rod", {{0, 1}}, std::sqrt(1.09)}};
+    lift.add_gravity({0.0, 0.0, -9.81});
+    lift.positions[3] += 0.3 * at;
+    lift.positions[5] -= 4.905 * at * at;
+
+    const EquilibriumResult found = find_equilibrium(lift, {.at = at});
+    const Modes swing = modes(lift, lift.positions, {.count = ModesOptions::all, .time = at});
+
+    EXPECT_EQ(found.stability.status, Stability::Marginal) << at << ": " << found.outcome.what;
+    EXPECT_EQ(found.stability.zero_modes, 2u) << at;
+    EXPECT_EQ(swing.zero_modes, 2u) << at;
+    EXPECT_EQ(swing.unstable_directions, 0u) << at;
+  }
+}
+
+/// k(x - R) = m Omega^2 x in the frame of a well that turns about the origin.
+TEST(TurningWell, HoldsABeadFartherOut) {
+  for (const double at : {0.0, 1.3}) {
+    System system;
+    system.positions = {std::cos(2.0 * at), std::sin(2.0 * at), 0.1};
+    system.masses = {1.0};
+    system.forces = {
+        Potential{"well",
+                  {{0}},
+                  formula_potential("20*(x1*cos(2*t)+y1*sin(2*t)-1)^2+40*(y1*cos(2*t)-x1*sin(2*t))^2+30*z1^2", 1)}};
+
+    const EquilibriumResult found = find_equilibrium(system, {.at = at});
+
+    ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+    EXPECT_EQ(found.stability.status, Stability::Stable);
+    EXPECT_NEAR(found.positions[0], 40.0 / 36.0 * std::cos(2.0 * at), 1e-10);
+    EXPECT_NEAR(found.positions[1], 40.0 / 36.0 * std::sin(2.0 * at), 1e-10);
+    EXPECT_NEAR(found.stability.lowest_omega2, 36.0, 1e-8);
+  }
+}
+
 // ---- refusals ----------------------------------------------------------------------------------------------------
 
 /// Makes a pendulum, to which each of these tests adds what depends on time.

@@ -1,7 +1,9 @@
 /// The tests distinguish motions that cost nothing from slow ones.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -141,6 +143,50 @@ TEST(Modes, NameForcesOfAGyroscopeThatDependOnVelocities) {
 
   ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
   EXPECT_EQ(found.left_out, std::vector<std::string>{"top: what depends on velocities takes no part in vibrations"});
+}
+
+/// Positions far out are rounded, and what forces that leaves, through rods too, is no stiffness.
+TEST(TetrahedronFarOut, HasSixRigidModes) {
+  const std::vector<std::array<double, 3>> corners{{0, 0, 0}, {1, 1, 0}, {1, 0, 1}, {0, 1, 1}};
+  using Pairs = decltype(Rods::pairs);
+  const Pairs edges{{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
+  for (const double far : {1e3, 1e5, 2.1e6, 1.4e7}) {
+    for (std::size_t num_rods = 0; num_rods <= edges.size(); ++num_rods) {
+      System system;
+      for (const auto& [x, y, z] : corners)
+        system.positions.insert(system.positions.end(), {x - 0.31 * far, y + 0.83 * far, z + 0.46 * far});
+      system.masses = {1.0, 0.7, 1.9, 1.3};
+      const auto middle = edges.begin() + static_cast<std::ptrdiff_t>(num_rods);
+      if (num_rods > 0) system.constraints = {Rods{"rods", Pairs(edges.begin(), middle), std::sqrt(2.0)}};
+      Springs springs{.name = "springs", .pairs = Pairs(middle, edges.end()), .stiffness = 1e4};
+      springs.rest_length.constants = {std::sqrt(2.0)};
+      if (!springs.pairs.empty()) system.forces = {springs};
+
+      const EquilibriumResult rest = find_equilibrium(system);
+      const Modes found = modes(system, system.positions, {.count = ModesOptions::all});
+
+      ASSERT_TRUE(rest.outcome.ok()) << far << ", " << num_rods << ": " << rest.outcome.what;
+      EXPECT_EQ(rest.stability.rigid_zero_modes, 6u) << far << ", " << num_rods;
+      EXPECT_EQ(found.zero_modes, 6u) << far << ", " << num_rods;
+      EXPECT_EQ(found.rigid_zero_modes, 6u) << far << ", " << num_rods;
+      EXPECT_EQ(found.unstable_directions, 0u) << far << ", " << num_rods;
+    }
+  }
+}
+
+/// A given force that balances the weight to rounding leaves no stiffness.
+TEST(WeightThatIsBalanced, LeavesAPendulumMarginal) {
+  System system;
+  system.positions = {0.0, 0.0, 0.0, 0.3, 0.1, -0.9};
+  system.masses = {1.0, 0.1};
+  system.supports = {{"", {0}, {}}};
+  system.constraints = {Rods{"rod", {{0, 1}}}};
+  system.forces = {Gravity{"", {0.0, 0.0, -weight}}, ConstantForce{"", {1}, Vector3{0.0, 0.0, 0.981}}};
+
+  const EquilibriumResult found = find_equilibrium(system);
+
+  EXPECT_EQ(found.stability.status, Stability::Marginal) << found.outcome.what;
+  EXPECT_EQ(found.stability.zero_modes, 2u);
 }
 
 }  // namespace
