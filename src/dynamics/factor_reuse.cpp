@@ -28,10 +28,9 @@ FactorReuse::FactorReuse(Workspace& work, const GramOperator& S, GramSolver& fac
 double FactorReuse::allowed_error(const StepTarget& target) {
   const double h = std::abs(target.h);
   const Scales& scales = work_.scales;
-  const bool has_own = !(target.atol > 0.0);
   const auto allowed_square = [&](std::size_t i) {
-    const double atol_v = has_own ? scales.velocity_tolerances()[i] : target.atol;
-    const double atol_x = has_own ? scales.position_tolerances()[i] : target.atol;
+    const double atol_v = scales.velocity_tolerance(target.atol, i);
+    const double atol_x = scales.position_tolerance(target.atol, i);
     const double in_v = (atol_v + target.rtol * norm(load(target.v, i))) / h;
     const double in_x = (atol_x + target.rtol * norm(load(target.x, i))) / (h * h);
     const double allowed = std::min(in_v, in_x);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -47,13 +48,12 @@ class Scales {
   std::span<const double> velocity_tolerances() const { return velocity_tolerance_; }
   /// V^2/L around each point, m/s^2. Since V is at least sqrt(a L), it is no less than the accelerations there.
   std::span<const double> accelerations() const { return acceleration_; }
-  /// Returns the tolerance of a point, or `atol` if it is given.
-  double position_tolerance(double atol, std::size_t point) const {
-    return atol > 0.0 ? atol : position_tolerance_[point];
-  }
-  double velocity_tolerance(double atol, std::size_t point) const {
-    return atol > 0.0 ? atol : velocity_tolerance_[point];
-  }
+  /// Such a part of these tolerances, 1e-15 of the scales, is rounding, and no step meets less.
+  static constexpr double rounding = 1e-5;
+  /// Returns the tolerance of a point, or `atol` if it is given and above rounding.
+  double position_tolerance(double atol, std::size_t point) const { return choose(atol, position_tolerance_[point]); }
+  double velocity_tolerance(double atol, std::size_t point) const { return choose(atol, velocity_tolerance_[point]); }
+  static double choose(double atol, double own) { return atol > 0.0 ? std::max(atol, rounding * own) : own; }
 
  private:
   void derive_from_speeds();

@@ -78,7 +78,8 @@ double largest_ratio(const double* error, const double* from, const double* to, 
         square[part] = e * e;
         size[part] = a * a > b * b ? a * a : b * b;
       }
-      const Pack<> atol = own_atol != nullptr ? pack_at(own_atol + first / 3) : Pack<>{} + same_atol;
+      const Pack<> own = pack_at(own_atol + first / 3), same = Pack<>{} + same_atol, least = Scales::rounding * own;
+      const Pack<> atol = same_atol > 0.0 ? (same > least ? same : least) : own;
       const Pack<> squares = add_triples(square[0], square[1], square[2]);
       const Pack<> sizes = add_triples(size[0], size[1], size[2]);
       if (are_all(squares <= worst * (atol * atol + rtol * rtol * sizes))) continue;
@@ -103,7 +104,7 @@ double largest_ratio_of_few(const double* error, const double* from, const doubl
     const Vec3 a = load(from, i), b = load(to, i);
     const double size =
         std::max(a.x * a.x, b.x * b.x) + std::max(a.y * a.y, b.y * b.y) + std::max(a.z * a.z, b.z * b.z);
-    const double atol = own_atol != nullptr ? own_atol[i] : same_atol;
+    const double atol = Scales::choose(same_atol, own_atol[i]);
     worst = larger(worst, norm(load(error, i)) / (atol + rtol * std::sqrt(size)));
   }
   return worst;
@@ -327,7 +328,7 @@ ErrorRatios Workspace::error_ratios(const StepErrors& errors, double atol, doubl
   constexpr std::size_t few = 8;
   if (joints.allows_rounding() && !errors.are_of_projections) return joints.error_ratios(errors, atol, rtol, scales);
   const auto largest = [&](const double* error, const double* from, const double* to, std::span<const double> all) {
-    const double* const own = atol > 0.0 ? nullptr : all.data();
+    const double* const own = all.data();
     if (model_.num_points() < few) return largest_ratio_of_few(error, from, to, model_.num_points(), own, atol, rtol);
     return model_.parallel.max_over_ranges(model_.num_points(), [&](std::size_t begin, std::size_t end) {
       return largest_ratio(error, from, to, begin, end, own, atol, rtol);

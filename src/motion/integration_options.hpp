@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include <tanor/motion.hpp>
 
 #include "dynamics/instant.hpp"
@@ -10,7 +12,10 @@ namespace tanor {
 struct IntegrationOptions : MotionOptions {
   // NOLINTNEXTLINE(google-explicit-constructor): the user's options are complete as they are.
   IntegrationOptions(const MotionOptions& options = {}, bool is_exact = false)
-      : MotionOptions(options), exact(is_exact) {}
+      : MotionOptions(options), exact(is_exact) {
+    rtol = std::max(rtol, nearly_rounding);  // no step meets less, see Scales for atol
+  }
+  static constexpr double nearly_rounding = 1e-15;
 
   bool exact;  ///< see Request
 

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include "base/parallel.hpp"
+#include "methods.hpp"
 #include "motion/noise_scenes.hpp"
 #include "scenes.hpp"
 
@@ -170,6 +172,38 @@ TEST(Rounding, ARestoredRunGoesOnBitByBit) {
     EXPECT_TRUE(std::ranges::equal(straight.positions(), restored.positions())) << name_of(method);
     EXPECT_EQ(straight.report().accuracy_warning, restored.report().accuracy_warning);
     EXPECT_EQ(straight.report().steps, restored.report().steps);
+  }
+}
+
+/// Steps meet rounding, 1e-15 of the scales, where both tolerances are far below it. Free flight and a spring have
+/// closed forms.
+TEST(TolerancesBelowRounding, HoldAtRounding) {
+  System flight;
+  flight.positions = {0.0, 0.0, 0.0};
+  flight.velocities = {1.0, 2.0, 3.0};
+  flight.masses = {1.0};
+  flight.add_gravity({0.0, 0.0, -9.81});
+  System spring;
+  spring.positions = {0.0, 0.0, 0.0, 1.2, 0.0, 0.0};
+  spring.masses = {1.0, 1.0};
+  spring.supports = {{"", {0}, {}}};
+  spring.forces = {Springs{.name = "", .pairs = {{0, 1}}, .stiffness = 100.0, .rest_length = 1.0}};
+  const double t = 0.2;
+  for (const Method method : list_adaptive_methods()) {
+    const auto run = [&](const System& system, double tolerance) {
+      Simulation simulation(system, {.method = method, .rtol = tolerance, .atol = tolerance});
+      std::size_t steps = 0;
+      const Outcome outcome = simulation.advance_to(t, [&](const MotionReport&) { return ++steps < 20'000; });
+      EXPECT_TRUE(outcome.ok()) << name_of(method) << ": " << outcome.what;
+      EXPECT_EQ(simulation.time(), t) << name_of(method);
+      return std::pair(simulation.positions().back() + simulation.positions()[simulation.positions().size() - 3],
+                       static_cast<double>(simulation.report().steps + simulation.report().rejected));
+    };
+    EXPECT_NEAR(run(flight, 1e-30).first, 4.0 * t - 0.5 * 9.81 * t * t, 1e-13) << name_of(method);
+    const auto [x, steps] = run(spring, 1e-30);
+    EXPECT_NEAR(x, 1.0 + 0.2 * std::cos(10.0 * t), 1e-11) << name_of(method);
+    EXPECT_LE(steps, 2.0 * run(spring, 1e-15).second + 20.0) << name_of(method);
+    (void)run(scenes::make_pendulum(), 1e-30);
   }
 }
 
