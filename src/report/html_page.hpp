@@ -15,6 +15,8 @@ inline bool has_html_page() {
 }
 
 inline constexpr const char* html_page_name = "report.html";
+/// Stands in the page before the two ends of its colours of tensions, "[-3.1, 3.1]".
+inline constexpr std::string_view html_colours_key = R"("colours":{"tensions":)";
 
 /// Writes the self-contained page `directory/report.html`: the facts of a run, its motion and its histories. A table
 /// `error_time.csv` in the folder is shown too.

@@ -5,10 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <iterator>
 #include <optional>
+#include <string>
 
 #include <tanor/error.hpp>
 
+#include "report/html_page.hpp"
 #include "report/json_text.hpp"
 #include "report/summary.hpp"
 #include "report/vtp_frame.hpp"
@@ -44,13 +47,20 @@ std::vector<Guide> mix_guides(std::vector<Guide> guides, const std::vector<Guide
   return guides;
 }
 
-/// Returns the colours that the summary of a run with a page tells, if there is one.
+/// Returns the colours that the page has, which a run renews on its way, or that the summary tells, if there is one.
 std::optional<TensionScale> read_colours(const fs::path& directory) {
-  std::ifstream file(directory / summary_name);
-  const Json summary = Json::parse(file, nullptr, false);
-  const auto found = summary.is_object() ? summary.find(tension_colours_key) : summary.end();
-  if (found == summary.end() || !found->is_array() || found->size() != 2) return std::nullopt;
-  const auto number = [&](std::size_t k) { return (*found)[k].is_number() ? (*found)[k].get<double>() : NAN; };
+  std::ifstream page(directory / html_page_name, std::ios::binary), file(directory / summary_name);
+  const std::string text{std::istreambuf_iterator<char>(page), {}};
+  const std::size_t key = text.find(html_colours_key);
+  Json ends;
+  if (key != std::string::npos) {
+    const std::size_t begin = key + html_colours_key.size();
+    ends = Json::parse(text.substr(begin, text.find(']', begin) + 1 - begin), nullptr, false);
+  } else if (const Json summary = Json::parse(file, nullptr, false); summary.is_object()) {
+    ends = summary.value(tension_colours_key, Json());
+  }
+  if (!ends.is_array() || ends.size() != 2) return std::nullopt;
+  const auto number = [&](std::size_t k) { return ends[k].is_number() ? ends[k].get<double>() : NAN; };
   const TensionScale scale{.least = number(0), .most = number(1)};
   return scale.least <= 0.0 && scale.most >= 0.0 ? std::optional(scale) : std::nullopt;
 }

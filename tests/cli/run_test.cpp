@@ -131,6 +131,11 @@ TEST(RunTest, APageLeavesTheMotionAsItIs) {
   EXPECT_EQ(read_text(folder / "with/trajectory.xyz"), read_text(folder / "without/trajectory.xyz"));
   // A program without the page says so.
   EXPECT_NE(std::filesystem::exists(folder / "with/report.html"), contains(ended.err, "there is no report.html"));
+  // Pictures take its colours, also of one that a run has made on its way.
+  if (std::filesystem::exists(folder / "with/report.html")) {
+    const std::string ends = read_json(folder / "with/summary.json")["tension_colours"].dump();
+    EXPECT_TRUE(contains(read_text(folder / "with/report.html"), R"("colours":{"tensions":)" + ends));
+  }
   EXPECT_FALSE(std::filesystem::exists(folder / "without/report.html"));
 }
 

@@ -204,6 +204,10 @@ TEST(StoredMotionTest, TheColoursOfAPageAreThoseOfThePictures) {
   for (const std::string other : {"{}", "", "[1, 2]", R"({"tension_colours": [1, 2]})", R"({"tension_colours": [0]})",
                                   R"({"tension_colours": ["a", null]})"})
     EXPECT_EQ(measure_with(other).most, 1.8) << other;
+  // The page of a run that goes on is newer than any summary.
+  write_text(folder / "report.html", R"(<p>{"run":{},"colours":{"tensions":[-2.5,7.0],"pulled":[]}}</p>)");
+  EXPECT_EQ(measure_with(R"({"tension_colours": [-170, 0]})").least, -2.5);
+  EXPECT_EQ(measure_with("").most, 7.0);
 }
 
 TEST(TensionScaleTest, EndsAtNearlyAllTensionsRoundedUpToTwoDigits) {
