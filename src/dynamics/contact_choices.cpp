@@ -11,12 +11,12 @@ namespace tanor {
 
 namespace {
 
-/// Formats a vector to 13 digits, with components of rounding size as 0. `scale` is the size of the terms that cancel
-/// in it.
+/// Formats a vector to 13 digits, since a refusal tells it nowhere else, with components of rounding size as 0. `scale`
+/// is the size of the terms that cancel in it.
 std::string vector_text(const Vec3& a, double scale) {
   const auto digits = [scale](double x) {
     char buffer[32];
-    std::snprintf(buffer, sizeof buffer, "%.13g", std::abs(x) > 1e-13 * scale ? x : 0.0);
+    std::snprintf(buffer, sizeof buffer, "%.13g", std::abs(x) > 1e-11 * scale ? x : 0.0);
     return std::string(buffer);
   };
   return "(" + digits(a.x) + ", " + digits(a.y) + ", " + digits(a.z) + ")";

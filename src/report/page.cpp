@@ -6,6 +6,7 @@
 
 #include <tanor/enum_names.hpp>
 
+#include "base/text.hpp"
 #include "report/friction_parts.hpp"
 #include "report/shared_parts.hpp"
 #include "report/words.hpp"
@@ -31,7 +32,7 @@ std::string list_forces(const System& system) {
     if (const auto* pairs = std::get_if<PairForces>(&force)) {
       list += fmt::format(" ({}", name_of(pairs->law));
       if (pairs->box != Vector3{})
-        list += fmt::format(", box {} x {} x {} m", pairs->box[0], pairs->box[1], pairs->box[2]);
+        list += fmt::format(", box {} x {} x {} m", text(pairs->box[0]), text(pairs->box[1]), text(pairs->box[2]));
       list += pairs->exclude_rods ? ", not along rods)" : ")";
     }
   }

@@ -8,6 +8,8 @@
 
 #include <tanor/error.hpp>
 
+#include "base/text.hpp"
+
 namespace tanor::scene {
 namespace {
 
@@ -77,7 +79,7 @@ class Bins {
       const double inside = fractions[k] - std::floor(fractions[k]);
       if (!std::isfinite(inside))
         throw InputError("", fmt::format("found an atom at ({}, {}, {}) m, wanted coordinates of the size of the box",
-                                         r[0], r[1], r[2]));
+                                         tanor::text(r[0]), tanor::text(r[1]), tanor::text(r[2])));
       bin[k] = std::min(static_cast<std::int64_t>(inside * static_cast<double>(counts_[k])), counts_[k] - 1);
     }
     return bin;

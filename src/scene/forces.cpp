@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "base/text.hpp"
 #include "scene/along.hpp"
 #include "scene/kind.hpp"
 
@@ -15,8 +16,8 @@ Vector3 read_box(const Cursor& box, const Context& context) {
   if (!context.cell) box.fail("[lx, ly, lz], for no file with a box is imported");
   const Cell& cell = *context.cell;
   if (cell.xy != 0.0 || cell.xz != 0.0 || cell.yz != 0.0) {
-    box.fail(
-        fmt::format("[lx, ly, lz], for the file's box is tilted (xy {}, xz {}, yz {})", cell.xy, cell.xz, cell.yz));
+    box.fail(fmt::format("[lx, ly, lz], for the file's box is tilted (xy {}, xz {}, yz {})", tanor::text(cell.xy),
+                         tanor::text(cell.xz), tanor::text(cell.yz)));
   }
   return {cell.xx, cell.yy, cell.zz};
 }

@@ -26,6 +26,20 @@ std::size_t count_changes(std::string_view from, std::string_view to) {
   return row.back();
 }
 
+/// Returns the only known word that begins as a short form does, up to its last letter: acceleration of acc, velocities
+/// of velocity.
+std::string find_longer_form(std::string_view word, const std::vector<std::string>& known) {
+  constexpr std::size_t least = 3;
+  std::string found;
+  for (const std::string& each : known) {
+    const auto same = static_cast<std::size_t>(std::ranges::mismatch(word, each).in1 - word.begin());
+    if (same < least || same + 1 < word.size()) continue;
+    if (!found.empty()) return "";
+    found = each;
+  }
+  return found;
+}
+
 }  // namespace
 
 std::string suggest(std::string_view word, const std::vector<std::string>& known) {
@@ -34,7 +48,8 @@ std::string suggest(std::string_view word, const std::vector<std::string>& known
   const auto near = std::ranges::min_element(known, {}, [&](const auto& each) { return count_changes(word, each); });
   const std::size_t changes = near == known.end() ? word.size() : count_changes(word, *near);
   const bool is_near = changes < word.size() && changes <= std::max<std::size_t>(1, (word.size() + 1) / 4);
-  return is_near ? " (did you mean " + *near + "?)" : "";
+  const std::string meant = is_near ? *near : find_longer_form(word, known);
+  return meant.empty() ? "" : " (did you mean " + meant + "?)";
 }
 
 }  // namespace tanor::scene

@@ -15,6 +15,10 @@ TEST(Suggestion, IsTheNearestWordIfItIsNear) {
   EXPECT_EQ(suggest("rod", {}), "");
   EXPECT_EQ(suggest("wind", {"bond"}), "") << "half of it is wrong";
   EXPECT_EQ(suggest("a", {"b"}), "");
+  EXPECT_EQ(suggest("acc", {"kind", "acceleration"}), " (did you mean acceleration?)");
+  EXPECT_EQ(suggest("velocity", {"positions", "velocities"}), " (did you mean velocities?)");
+  EXPECT_EQ(suggest("out", {"output_every", "output_points"}), "") << "several begin so";
+  EXPECT_EQ(suggest("t", {"type"}), "");
   EXPECT_EQ(suggest(std::string(1000000, 'x'), {std::string(1000, 'x')}), "") << "no name is as long";
 }
 
@@ -26,6 +30,10 @@ TEST(Suggestion, StandsBehindUnknownKeysKindsAndChoices) {
   EXPECT_EQ(told(R"("motoin": {})"), "scene.json: /motoin: found the unknown key \"motoin\" (did you mean motion?)");
   EXPECT_EQ(told(R"("motion": {"tend": 1})"),
             "scene.json: /motion/tend: found the unknown key \"tend\" (did you mean t_end?)");
+  EXPECT_EQ(told(R"("forces": [{"kind": "gravity", "acc": [0, 0, 1]}])"),
+            "scene.json: /forces/0/acc: found the unknown key \"acc\" (did you mean acceleration?)");
+  const std::string mass = error_of(R"({"tanor_scene": 1, "points": {"positions": [[0, 0, 0]], "mass": 1}})");
+  EXPECT_NE(mass.find("unknown key \"mass\" (did you mean masses?)"), std::string::npos) << mass;
   EXPECT_EQ(told(R"("constraints": [{"kind": "rod", "pair": [[0, 1]]}])"),
             "scene.json: /constraints/0/pair: found the unknown key \"pair\" (did you mean pairs?)");
   EXPECT_EQ(told(R"("constraints": [{"kind": "shpere"}])"),
