@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "dynamics/workspace.hpp"
@@ -51,6 +52,10 @@ class EquilibriumEquations {
   double rounding_of_forces(std::size_t point) const { return rounding_[point]; }
   /// Returns that part of it which weights and given forces leave.
   double rounding_of_loads(std::size_t point) const { return rounding_of_loads_[point]; }
+  /// Returns the larger one of |f| and |K lambda| at a moving point at the last `evaluate`, N.
+  double acting_force(std::size_t point) const {
+    return std::max(norm(load(f_.data(), point)), norm(load(reactions_.data(), point)));
+  }
   /// The scene's size or the largest |r| at the last `evaluate`, m, to which positions are rounded.
   double extent() const { return extent_; }
 

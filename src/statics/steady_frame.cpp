@@ -31,7 +31,7 @@ constexpr double largest_misfit = 1e-9;
 constexpr std::array instants_of_motion{0.0, 0.29, 0.83, 1.7, 3.1};
 constexpr std::array instants_of_search{0.0, 7.4e-4, 7.4e-3, 0.074, 0.74, 7.4, 74.0};
 /// Forces of points that lie close to each other, and formulas that are not defined everywhere, bear little.
-constexpr Disturbance much{0, 0.1}, little{1, 1e-3};
+constexpr Disturbance much{0, 0.1}, little{1, 1e-3}, beside_little{8, 1e-3};
 /// So many other ones determine a frame: one bead has one rate in each, and a frame nine numbers.
 constexpr std::size_t num_configurations = 6;
 
@@ -292,17 +292,23 @@ void check_forces(const System& system, const SteadyFrame& frame, const std::vec
         !std::visit([](const auto& each) { return name_moving_fields(each); }, system.forces[k]).empty();
     if (!frame.moves() && !may_change) continue;
     Workspace work(std::move(alone), {}, parts->time());
-    const std::vector<double> before = parts->find_forces(&work, frame, parts->place(frame, 0.0, little));
+    const std::vector<double> before = parts->find_forces(&work, frame, parts->place(frame, 0.0, little)),
+                              beside = parts->find_forces(&work, frame, parts->place(frame, 0.0, beside_little));
     for (const double tau : instants) {
-      const std::vector<double> after = parts->find_forces(&work, frame, parts->place(frame, tau, little));
+      const MovingParts::Configuration at = parts->place(frame, tau, little);
+      const std::vector<double> after = parts->find_forces(&work, frame, at);
       const RotationTerms by(norm(frame.spin), tau);
-      double largest = 0.0, change = 0.0;
+      double largest = 0.0, change = 0.0, response = 0.0, far = 0.0;
       for (std::size_t i = 0; i < system.num_points(); ++i) {
         const Vec3 old = load(before.data(), i);
         largest = larger(largest, norm(old));
+        response = larger(response, norm(load(beside.data(), i) - old));
+        far = larger(far, norm(load(at.r.data(), i)));
         change = larger(change, norm(load(after.data(), i) - turn(frame.spin, by, old)));
       }
-      if (std::isfinite(largest) && !(change <= largest_misfit * largest))
+      // Rounding of the places changes forces as much as the disturbance does, in proportion.
+      const double rounding = 64.0 * eps * far / (little.part * parts->size()) * response;
+      if (std::isfinite(largest) && !(change <= largest_misfit * largest + rounding))
         refuse(system, where,
                name + " changes with time" + (frame.moves() ? " in the frame " + frame.describe() : "") +
                    ", so that nothing rests");

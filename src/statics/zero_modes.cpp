@@ -38,6 +38,21 @@ double find_rounding(const Island& island, ZeroModes::Found found) {
   return std::max(least, of_multipliers * std::min(1.0, std::pow(short_chain / island.points, 2)));
 }
 
+/// Returns the forces that act at each point of islands where all of them are rounding of the places, as of springs at
+/// their lengths far out, else 0.
+std::vector<double> find_forces_of_rounding(const EquilibriumEquations& equations, const std::vector<int>& island) {
+  std::vector<double> largest(island.size(), 0.0), rounding(island.size(), 0.0), result(island.size(), 0.0);
+  const auto own = [&](std::size_t i) { return static_cast<std::size_t>(island[i]); };
+  for (std::size_t i = 0; i < island.size(); ++i) {
+    largest[own(i)] = std::max(largest[own(i)], equations.acting_force(i));
+    rounding[own(i)] = std::max(rounding[own(i)], equations.rounding_of_forces(i));
+  }
+  for (std::size_t i = 0; i < island.size(); ++i) {
+    if (largest[own(i)] <= rounding[own(i)]) result[i] = equations.acting_force(i);
+  }
+  return result;
+}
+
 }  // namespace
 
 ZeroModes::ZeroModes(const EquilibriumEquations& equations, Found found)
@@ -53,6 +68,7 @@ ZeroModes::ZeroModes(const EquilibriumEquations& equations, Found found)
     of_points_.push_back(std::max({find_rounding(own, found) * of_row, beyond_blur * equations.blur(i) / model_.mass[i],
                                    equations.rounding_of_loads(i) / (model_.smallest_length * model_.mass[i])}));
   }
+  raise(find_forces_of_rounding(equations, island_));
 }
 
 double ZeroModes::of_mode(const Eigen::Ref<const Eigen::VectorXd>& shape) const {

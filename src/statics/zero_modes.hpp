@@ -13,12 +13,12 @@ namespace tanor {
 /// 1e-9. In larger islands the part is 1e-9 (100/points)^2, at least 1e-13, because the lowest omega^2 of a long chain
 /// is as small by nature. Without constraints the part is 1e-12 for dense matrices and 1e-13 for a factor. Where
 /// positions are known to an error only, as at the minimum of x^4, a hundred times the change of W over it counts, and
-/// where loads cancel, their rounding over a length.
+/// where loads cancel, their rounding over a length; where all forces of an island are rounding, a hundred times these.
 class ZeroModes {
  public:
   enum class Found { ByDenseMatrices, ByFactor };
 
-  /// The bounds belong to the W of the last linearisation of `equations`.
+  /// The bounds belong to the W of the last linearisation of `equations`, and to the forces of their last evaluation.
   ZeroModes(const EquilibriumEquations& equations, Found found);
 
   /// The bound of each moving point, d_i/m_i > 0, 1/s^2, where q'Dq is the rounding error of q'Wq.

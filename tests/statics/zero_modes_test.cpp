@@ -174,6 +174,26 @@ TEST(TetrahedronFarOut, HasSixRigidModes) {
   }
 }
 
+/// One point hangs on two springs to pins, which have their lengths, and another one on a single spring.
+TEST(SpringsFarOut, HaveTheZeroModesOfTheOrigin) {
+  for (const double far : {0.0, 1e5, 3.3e6}) {
+    System system;
+    for (const Vector3& place : {Vector3{0, 0, 0}, {1, 0.2, 0}, {0.4, 0.9, 0.1}, {0.7, -0.3, 0.8}})
+      system.positions.insert(system.positions.end(), {place[0] + far, place[1] - 2.0 * far, place[2] + 0.5 * far});
+    system.masses = {1.0, 1.0, 1.3, 0.8};
+    system.supports = {{"", {0, 1}, {}}};
+    Springs springs{.name = "springs", .pairs = {{0, 2}, {1, 2}, {0, 3}}, .stiffness = 100.0};
+    springs.rest_length.constants = {std::sqrt(0.98), std::sqrt(0.86), std::sqrt(1.22)};
+    system.forces = {springs};
+
+    const EquilibriumResult found = find_equilibrium(system);
+
+    EXPECT_EQ(found.stability.status, Stability::Marginal) << far << ": " << found.outcome.what;
+    EXPECT_EQ(found.stability.zero_modes, 3u) << far;
+    EXPECT_EQ(found.stability.rigid_zero_modes, 0u) << far;
+  }
+}
+
 /// A given force that balances the weight to rounding leaves no stiffness.
 TEST(WeightThatIsBalanced, LeavesAPendulumMarginal) {
   System system;
