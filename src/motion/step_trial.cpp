@@ -13,7 +13,7 @@ StepTrial::StepTrial(const IntegrationOptions& options, Mechanics& mechanics, co
     : events(options, mechanics),
       watch(options, mechanics),
       corners(options, mechanics),
-      arms(mechanics),
+      arms(options, mechanics),
       options_(options),
       mechanics_(mechanics),
       motion_(motion),
@@ -94,8 +94,8 @@ void StepTrial::step_again(const State& from, double t, StepAttempt* attempt) {
   step = motion_.scheme->step(from, t - from.t, &state);
 }
 
-/// Ends a step in which an arm vanishes right before. A fixed step may have met the instant although its end and the
-/// way there do not show it: it failed, or the projection moved its end back.
+/// Ends a step in which an arm vanishes right before. A step may have met the instant although its end and the way
+/// there do not show it: it failed, or the projection moved its end back. No error tells that of a motion along a line.
 void StepTrial::end_before_arms_vanish(StepAttempt* attempt) {
   constexpr double margin = 1.1;  // for the error of the prediction
   const State& from = motion_.state;
@@ -104,14 +104,17 @@ void StepTrial::end_before_arms_vanish(StepAttempt* attempt) {
   StepResult& step = attempt->step;
   bool knows = knows_acceleration();
   std::optional<VanishingArms::Found> arm;
-  if (!motion_.scheme->is_adaptive() && (!step.outcome.ok() || arms.are_short(from, state))) {
+  if (!step.outcome.ok() || arms.are_short(from, state)) {
     const bool moves = !knows;
     if (moves) knows = mechanics_.linearise(from.t, from.x.data()).ok() && find_acceleration().ok();
     arm = arms.find_ahead(from, knows, margin * h);
     if (moves && !arm && step.outcome.ok()) step.outcome = mechanics_.linearise(state.t, state.x.data());
   }
   if (!arm && step.outcome.ok()) arm = arms.find(*motion_.scheme, from, state);
-  if (arm) approach(*arm, arms.time_left(*arm, from, knows), attempt);
+  if (!arm) return;
+  if (!arms.is_unresolved(*arm, from)) return approach(*arm, arms.time_left(*arm, from, knows), attempt);
+  attempt->has_stopped = true;
+  step.outcome = end = arms.explain(*arm, arm->time);
 }
 
 /// Makes the step again, to a tenth of the time that is left and so on, since no step that ends behind the instant can
@@ -144,7 +147,8 @@ void StepTrial::approach(const VanishingArms::Found& arm, double left_at_begin, 
       next = good + 0.5 * (next - good);
     }
   }
-  if (good > 0.0 && begin + good + left > end_of_step + finest) {  // the prediction was too early
+  const double rounded = good > 0.0 ? std::max(finest, arms.rounding_of_time(arm, reached)) : finest;
+  if (good > 0.0 && begin + good + left > end_of_step + rounded) {  // the prediction was too early
     step_again(motion_.state, end_of_step, attempt);
     if (attempt->step.outcome.ok()) return;
   }

@@ -15,12 +15,17 @@ constexpr std::size_t num_places = 5;  // at which a step shows whether an arm m
 /// An arm vanishes that gets shorter than this part of its length where the step begins. A step that resolves a narrow
 /// passage begins nearer to it.
 constexpr double vanishes = 1e-6;
+// Lengths over the distance of their ends from the origin.
+constexpr double arm_rounding = 1e-12;  // to which states are projected
+constexpr double unresolved = 1e-9;     // rounding turns the direction of so short an arm, and steps stall
 constexpr double never = std::numeric_limits<double>::max();
 
-/// Returns the first positive root of d + v t + a t^2/2, in the form without cancellation; infinity if there is none.
+/// Returns the first positive root of d + v t + a t^2/2 with d > 0, in the form without cancellation; infinity if there
+/// is none.
 double first_root(double d, double v, double a) {
-  const double under = v * v - 2.0 * a * d, root = 2.0 * d / (std::sqrt(std::max(under, 0.0)) - v);
-  return under >= 0.0 && root >= 0.0 ? root : std::numeric_limits<double>::infinity();
+  const double under = v * v - 2.0 * a * d, root = std::sqrt(std::max(under, 0.0));
+  const double first = v < 0.0 ? 2.0 * d / (root - v) : -(root + v) / a;
+  return under >= 0.0 && first >= 0.0 ? first : std::numeric_limits<double>::infinity();
 }
 
 }  // namespace
@@ -39,6 +44,9 @@ struct VanishingArms::Path {
     return self.evaluate({dense->time(fraction), self.x_.data(), self.v_.data()});
   }
 };
+
+VanishingArms::VanishingArms(const IntegrationOptions& options, Mechanics& mechanics)
+    : mechanics_(mechanics), miss_(std::max(arm_rounding, 100.0 * options.rtol)) {}
 
 void VanishingArms::watch(Arms arms) {
   arms_ = std::move(arms);
@@ -78,7 +86,8 @@ bool VanishingArms::are_short(const State& from, const State& to) {
   const std::vector<Vec3> begin = evaluate(from.at()), ahead = evaluate_ahead(from, h, 0.0), end = evaluate(to.at());
   bool is_short = false;
   for (std::size_t k = 0; k < arms_.count && !is_short; ++k)
-    is_short = norm(begin[k]) <= wide * std::max(norm(ahead[k] - begin[k]), norm(end[k] - begin[k]));
+    is_short = norm(begin[k]) <= std::max(wide * std::max(norm(ahead[k] - begin[k]), norm(end[k] - begin[k])),
+                                          unresolved * arms_.size(from.at(), k));
   return mechanics_.largest(is_short ? 1.0 : 0.0) > 0.0;
 }
 
@@ -91,11 +100,11 @@ std::optional<VanishingArms::Found> VanishingArms::agree(const Found& first) {
 
 /// Returns the length below which arm k vanishes, m, if it has this length at a state.
 double VanishingArms::nearest(const State& from, std::size_t k, double length) const {
-  constexpr double rounding = 1e-12;  // to which states are projected
-  return vanishes * length + rounding * arms_.size(from.at(), k);
+  return vanishes * length + miss_ * arms_.size(from.at(), k);
 }
 
-/// Follows one arm along its direction where the step begins.
+/// Follows one arm along its direction where the step begins. It has vanished where only its rounding is left at the
+/// end.
 std::optional<VanishingArms::Found> VanishingArms::examine(const Path& path, std::size_t k) {
   const Vec3 begin = samples_.front()[k];
   const double length = norm(begin);
@@ -112,6 +121,7 @@ std::optional<VanishingArms::Found> VanishingArms::examine(const Path& path, std
     const double root = isolation_.find_root(i, along);
     if (norm(path.at(root)[k]) <= nearest(path.from, k, length)) return Found{path.dense->time(root), k, direction};
   }
+  if (norm(samples_.back()[k]) <= arm_rounding * arms_.size(path.to.at(), k)) return Found{path.to.t, k, direction};
   return {};
 }
 
@@ -133,6 +143,22 @@ double VanishingArms::time_left(const Found& arm, const State& state, bool knows
   return arm.own ? mechanics_.largest(left) : mechanics_.largest(-never);
 }
 
+bool VanishingArms::is_unresolved(const Found& arm, const State& state) {
+  const bool is_own = arm.own && norm(evaluate(state.at())[*arm.own]) <= unresolved * arms_.size(state.at(), *arm.own);
+  return mechanics_.largest(is_own ? 1.0 : 0.0) > 0.0;
+}
+
+double VanishingArms::rounding_of_time(const Found& arm, const State& state) {
+  double own = 0.0;
+  if (arm.own) {
+    const std::size_t k = *arm.own;
+    const double d = dot(evaluate(state.at())[k], arm.direction);
+    const double v = dot(evaluate_ahead(state, 1.0, 0.0)[k], arm.direction) - d;
+    own = arm_rounding * arms_.size(state.at(), k) / std::max(std::abs(v), std::numeric_limits<double>::min());
+  }
+  return mechanics_.largest(own);
+}
+
 std::optional<VanishingArms::Found> VanishingArms::find_ahead(const State& state, bool knows_acceleration,
                                                               double within) {
   const std::vector<Vec3> now = evaluate(state.at()), by_v = evaluate_ahead(state, 1.0, 0.0),
@@ -143,7 +169,8 @@ std::optional<VanishingArms::Found> VanishingArms::find_ahead(const State& state
     if (!(length > 0.0)) continue;
     const Vec3 direction = 1.0 / length * now[k], v = by_v[k] - now[k], a = by_a[k] - now[k];
     const double t = first_root(length, dot(v, direction), dot(a, direction));
-    if (t > within || norm(now[k] + t * v + 0.5 * t * t * a) > nearest(state, k, length)) continue;
+    if (t > within && length > unresolved * arms_.size(state.at(), k)) continue;
+    if (!(t < never) || norm(now[k] + t * v + 0.5 * t * t * a) > nearest(state, k, length)) continue;
     if (state.t + t < first.time) first = {state.t + t, k, direction};
   }
   return agree(first);

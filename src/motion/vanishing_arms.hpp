@@ -24,7 +24,7 @@ class VanishingArms {
     std::function<std::string(std::size_t k)> name;
   };
 
-  explicit VanishingArms(Mechanics& mechanics) : mechanics_(mechanics) {}
+  VanishingArms(const IntegrationOptions& options, Mechanics& mechanics);
   /// Looks for these from now on. All processes must call this, with their own.
   void watch(Arms arms);
   /// Returns true if no process has any.
@@ -40,11 +40,16 @@ class VanishingArms {
   std::optional<Found> find(Scheme& scheme, const State& from, const State& to);
   /// Returns true if an arm is so short that a step from one state to the other may have passed its end unseen.
   bool are_short(const State& from, const State& to);
-  /// Looks within so many seconds, by the velocities of a state, and its accelerations if they are known.
+  /// Looks within so many seconds, by the velocities of a state, and its accelerations if they are known. An arm that
+  /// is too short for its direction to be known is found whenever it vanishes.
   std::optional<Found> find_ahead(const State& state, bool knows_acceleration, double within);
   /// Returns the time in which the arm vanishes from a state, s, by its velocity, and its acceleration if that is
   /// known. It is not finite if the arm does not, and negative if it has vanished before.
   double time_left(const Found& arm, const State& state, bool knows_acceleration);
+  /// Returns true if the arm is too short for its direction to be known.
+  bool is_unresolved(const Found& arm, const State& state);
+  /// Returns the rounding of the time in which the arm vanishes, s: that of its length over its rate.
+  double rounding_of_time(const Found& arm, const State& state);
   /// Returns "rope[0]: the part from b to point 1 has run out at t = 0.5".
   Outcome explain(const Found& arm, double t) const;
 
@@ -57,6 +62,7 @@ class VanishingArms {
   double nearest(const State& from, std::size_t k, double length) const;
 
   Mechanics& mechanics_;
+  const double miss_;  // by which the motion may miss the place where an arm vanishes, over the distance of its ends
   Arms arms_;
   bool is_empty_ = true;
   std::vector<std::vector<Vec3>> samples_;  // [place][arm]
