@@ -41,6 +41,8 @@ class Verifier : private AnswerMeasures {
   void turn_pairs_of_lines(const Definitions& definitions, Vector* lambda) const;
   Vector measure_rows(const Vector& weights) const;
   Vector measure_curvature(const Definitions& definitions, const Vector& user_v);
+  void verify_branch(const Definitions& definitions, const Vector& user_v);
+  void measure_cancellation(const Definitions& definitions);
   void verify_power(const Definitions& definitions, const Vector& user_v, const Vector& lambda, const Vector& eta);
   Vector project_onto_tangent(const Vector& u);
   void verify_normal_projector(const Definitions& definitions);

@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <variant>
 
 #include "certificate/verifier.hpp"
 #include "dynamics/split.hpp"
@@ -17,9 +19,11 @@ void Verifier::verify_constraints() {
   row_norms_ = measure_rows(Vector(model_.num_points(), 1.0));
   {
     const Vector user_v = to_user(answer_.v);
+    measure_cancellation(definitions);
     scale_ = measure_curvature(definitions, user_v);
     for (std::size_t k = 0; k < scale_.size(); ++k) scale_[k] = std::max(scale_[k], acceleration_[k]);
     verify_equations(definitions, user_v);
+    verify_branch(definitions, user_v);
   }
   if (forms_.tangent == nullptr) {
     verify_normal_projector(definitions);
@@ -71,6 +75,40 @@ void Verifier::verify_equations(const Definitions& definitions, const Vector& us
             1e-10 + rounding);
 
   verify_power(definitions, user_v, lambda, K_lambda);
+}
+
+/// Verifies by values of xi alone that the motion r + s v + s^2/2 w stays on a user's constraints, for s > 0 or for s <
+/// 0: in a corner the derivatives at r may be those of a branch that it does not follow.
+void Verifier::verify_branch(const Definitions& definitions, const Vector& user_v) {
+  const auto is_users = [](const Constraint& group) { return std::holds_alternative<UserConstraints>(group); };
+  if (std::ranges::none_of(model_.system.constraints, is_users)) return;
+  constexpr double part = 1e-5;  // of the time to cross a length
+  const Vector user_w = to_user(answer_.w);
+  const double speed = model_.largest_norm(answer_.v.data()), acceleration = model_.largest_norm(answer_.w.data());
+  const double crossing = model_.smallest_length / std::max(speed, std::sqrt(model_.smallest_length * acceleration));
+  const double s = part * crossing, way = s * (speed + 0.5 * s * acceleration);
+  if (!(std::isfinite(s) && way > 0.0)) return;
+  Vector here(d_), rate(d_), second(d_), least(d_, std::numeric_limits<double>::infinity());
+  definitions.taylor(model_.parallel, answer_.t, user_r_, user_v, user_w, here, rate, second);
+  try {
+    for (const double step : {-s, s}) {
+      Vector moved = user_r_, xi(d_);
+      for (std::size_t i = 0; i < n_; ++i) moved[i] += step * (user_v[i] + 0.5 * step * user_w[i]);
+      definitions.taylor(model_.parallel, answer_.t + step, moved, user_v, user_w, xi, rate, second);
+      for (std::size_t a = 0; a < d_; ++a) least[a] = std::min(least[a], std::abs(xi[a] - here[a]));
+    }
+  } catch (const InputError&) {
+    return;  // a table ends there
+  }
+  Worst worst;
+  std::size_t row = 0;
+  for (const Constraint& group : model_.system.constraints) {
+    const auto [members, rows_per_member] = shape_of(group);
+    for (std::size_t k = 0; k < members * rows_per_member; ++k, ++row)
+      if (is_users(group)) worst.see(least[row] / (row_norms_[row] * way), row);
+  }
+  if (!(worst.error > fewest_digits)) worst.error = 0.0;  // it tells yes or no, and nothing about digits
+  add_row(&result_.residual, "xi(r + s v + s^2/2 w) = 0", worst, fewest_digits);
 }
 
 /// Numbers the rows of lines that turn: 1 at the first line of a point, 2 at the next one, and 0 at all other rows.
@@ -142,6 +180,20 @@ Verifier::Vector Verifier::measure_curvature(const Definitions& definitions, con
     own = std::max(own, std::abs(phi_[user_row(a)]) / row_norms_[user_row(a)]);
   }
   return worst;
+}
+
+/// Raises scales of accelerations to where the rounding of phi is small. Along straight lines phi is a difference of
+/// terms as large as for velocities that are turned by a right angle.
+void Verifier::measure_cancellation(const Definitions& definitions) {
+  constexpr double cancels = 1e-2;  // 1e-12 of a scale are then some roundings of these terms
+  const Vec3 axis = (1.0 / std::sqrt(14.0)) * Vec3{1.0, 2.0, 3.0};
+  Vector turned(n_);
+  for (std::size_t i = 0; i < n_ / 3; ++i) {
+    const Vec3 v = load(answer_.v.data(), i);
+    store(turned.data(), i, cross(axis, v) + dot(axis, v) * axis);
+  }
+  const Vector terms = measure_curvature(definitions, to_user(turned));
+  for (std::size_t k = 0; k < terms.size(); ++k) acceleration_[k] = std::max(acceleration_[k], cancels * terms[k]);
 }
 
 /// Verifies eta'v + lambda'xi_t = 0 over all points, including supports.
