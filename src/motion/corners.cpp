@@ -34,7 +34,7 @@ Corners::Corners(const IntegrationOptions& options, Mechanics& mechanics)
     : options_(options), mechanics_(mechanics), functions_(mechanics.corners()) {
   if (empty()) return;
   for (std::vector<double>* array : {&x_, &v_}) array->resize(mechanics.size());
-  for (std::vector<double>* array : {&start_, &here_, &other_}) array->resize(functions_->num_terms());
+  for (std::vector<double>* array : {&start_, &here_, &other_, &tolerances_}) array->resize(functions_->num_terms());
 }
 
 bool Corners::differ(const std::vector<double>& one, const std::vector<double>& other) const {
@@ -70,25 +70,71 @@ Corners::Corner Corners::narrow(const State& from, Place low, Place high) {
   return {true, low, high, no_term};
 }
 
+/// Samples the path, and then ever shorter beginnings of it where an argument may pass 0 and come back before the first
+/// sample.
 Corners::Corner Corners::find_on_path(const State& from, double h) {
   if (!follow_motion()) return {};
-  Place low{0.0, from.t};
-  evaluate_along(from, low, &start_);
+  constexpr double part = 0.25;
+  evaluate_along(from, {0.0, from.t}, &start_);
+  measure_tolerance(from);
   samples_.resize(samples_on_path + 1, start_);
   samples_[0] = start_;
-  for (std::size_t i = 1; i <= samples_on_path; ++i) {
-    const double s = h * static_cast<double>(i) / samples_on_path;
-    const Place high{s, from.t + s};
-    evaluate_along(from, high, &samples_[i]);
-    if (differ(start_, samples_[i])) return narrow(from, low, high);
-    low = high;
+  for (double length = h; length > time_resolution(from.t, 0.0); length *= part) {
+    Place low{0.0, from.t};
+    for (std::size_t i = 1; i <= samples_on_path; ++i) {
+      const double s = length * static_cast<double>(i) / samples_on_path;
+      const Place high{s, from.t + s};
+      evaluate_along(from, high, &samples_[i]);
+      if (differ(start_, samples_[i])) return check_speed(from, length, narrow(from, low, high));
+      low = high;
+    }
+    if (const Corner touch = find_touch(from, length); touch.is_found) return touch;
+    if (!may_hide()) break;
   }
-  return find_touch(from, h);
+  return {};
 }
 
-/// Finds where the argument of a term turns back at 0, from the samples of the whole way. The minimum of its square is
-/// narrowed by golden sections.
-Corners::Corner Corners::find_touch(const State& from, double h) {
+/// Returns true if an argument changes so much up to the first sample that it may have been 0 before.
+bool Corners::may_hide() const {
+  constexpr double little = 0.1;
+  for (std::size_t k = 0; k < start_.size(); ++k) {
+    const double size = std::abs(samples_[0][k]);
+    if (size > 0.0 && !(std::abs(samples_[1][k] - samples_[0][k]) <= little * size)) return true;
+  }
+  return false;
+}
+
+/// Measures what the tolerance of places makes of the arguments.
+void Corners::measure_tolerance(const State& from) {
+  const double tolerance = options_.atol > 0.0 ? options_.atol : options_.rtol;
+  go_along(from, {0.0, from.t});
+  for (std::size_t i = 0; i < x_.size(); ++i) x_[i] += (i % 2 == 0 ? 1.0 : 0.75) * tolerance;
+  functions_->evaluate_terms({from.t, x_.data(), v_.data()}, here_.data());
+  for (std::size_t k = 0; k < start_.size(); ++k) tolerances_[k] = std::abs(here_[k] - start_[k]);
+}
+
+/// A corner across which the argument turns back within its tolerance is one that the motion only touches. Along the
+/// parabola u = c s + q s^2/2 it turns at c^2/(2 |q|).
+Corners::Corner Corners::check_speed(const State& from, double length, Corner corner) {
+  constexpr double little = 1e-3;
+  const double s = corner.before.s, step = little * length;
+  evaluate_along(from, corner.before, &here_);
+  const std::vector<double> at = here_;
+  evaluate_along(from, corner.after, &other_);
+  std::vector<double> ahead(at.size());
+  evaluate_along(from, {s + step, from.t + s + step}, &ahead);
+  evaluate_along(from, {s - step, from.t + s - step}, &here_);
+  for (std::size_t k = 0; k < at.size(); ++k) {
+    if ((at[k] < 0.0) == (other_[k] < 0.0)) continue;
+    const double c = (ahead[k] - here_[k]) / (2.0 * step), q = (ahead[k] - 2.0 * at[k] + here_[k]) / (step * step);
+    if (c * q < 0.0 && c * c <= 2.0 * std::abs(q) * tolerances_[k]) return {true, corner.before, corner.before, k};
+  }
+  return corner;
+}
+
+/// Finds where the argument of a term turns back at 0, from the samples of a way of that length. The minimum of its
+/// square is narrowed by golden sections.
+Corners::Corner Corners::find_touch(const State& from, double length) {
   constexpr double golden = 0.6180339887498949, touches = 1e-3, finest = 1e-9;
   for (std::size_t k = 0; k < start_.size(); ++k) {
     const auto size = [&](std::size_t i) { return std::abs(samples_[i][k]); };
@@ -97,12 +143,13 @@ Corners::Corner Corners::find_touch(const State& from, double h) {
       return std::abs(here_[k]);
     };
     for (std::size_t i = 1; i < samples_on_path; ++i) {
-      if (!(size(i) < size(i - 1) && size(i) <= size(i + 1)) || size(i) > 0.1 * size(0)) continue;
-      const double piece = h / samples_on_path;
+      if (!(size(i) < size(i - 1) && size(i) <= size(i + 1))) continue;
+      if (size(i) > std::max(0.1 * size(0), tolerances_[k])) continue;
+      const double piece = length / samples_on_path;
       double low = piece * static_cast<double>(i - 1), high = low + 2.0 * piece;
       double one = high - golden * (high - low), other = low + golden * (high - low);
       double at_one = size_at(one), at_other = size_at(other);
-      while (high - low > finest * h) {
+      while (high - low > finest * length) {
         const bool is_left = at_one < at_other;
         (is_left ? high : low) = is_left ? other : one;
         (is_left ? other : one) = is_left ? one : other;
@@ -112,7 +159,8 @@ Corners::Corner Corners::find_touch(const State& from, double h) {
         (is_left ? at_one : at_other) = size_at(next);
       }
       const double s = 0.5 * (low + high);
-      if (std::min(at_one, at_other) <= touches * size(0)) return {true, {s, from.t + s}, {s, from.t + s}, k};
+      if (std::min(at_one, at_other) <= std::max(touches * size(0), tolerances_[k]))
+        return {true, {s, from.t + s}, {s, from.t + s}, k};
     }
   }
   return {};
@@ -144,6 +192,24 @@ void Corners::go_back(const State& from) {
   mechanics_.prescribe(from.t, x_.data(), v_.data());
 }
 
+/// Returns the time in which arguments would reach a corner at their present rates, s, if that is shorter than the time
+/// in which they do: stages of a step over a slowing motion go that far.
+double Corners::reach_by_rate(const State& from, const Corner& corner) {
+  constexpr double little = 1e-3;
+  const double whole = corner.before.s, step = little * whole;
+  std::vector<double> after(start_.size());
+  evaluate_along(from, corner.after, &after);
+  evaluate_along(from, {step, from.t + step}, &here_);
+  go_back(from);
+  double reach = whole;
+  for (std::size_t k = 0; k < start_.size(); ++k) {
+    const double falls = (start_[k] - here_[k]) / start_[k];
+    const bool is_met = k == corner.touched || (start_[k] < 0.0) != (after[k] < 0.0);
+    if (is_met && falls > 0.0) reach = std::min(reach, step / falls);
+  }
+  return reach;
+}
+
 /// A corner right behind the end of the step may be met there by rounding.
 Outcome Corners::shorten(const State& from, double h, double* clear) {
   const double reach = right_ahead(from.t, h), rounding = 4.0 * time_resolution(from.t, h);
@@ -159,12 +225,16 @@ Outcome Corners::shorten(const State& from, double h, double* clear) {
   is_ahead_ = corner.is_found;
   if (!corner.is_found) return {};
   // Where an argument only touches 0, singular accelerations keep steps in proportion to the way that is left, and
-  // `find_touch` resolves a billionth of a long step.
-  const double touching = corner.touched != no_term ? 1e8 * time_resolution(from.t, h) : 0.0;
+  // `find_touch` resolves a billionth of a long step. What is left within some tolerances tells nothing more.
+  constexpr double some = 10.0;
+  const std::size_t k = corner.touched;
+  const double touching = k == no_term                                   ? 0.0
+                          : std::abs(start_[k]) <= some * tolerances_[k] ? corner.before.s
+                                                                         : 1e8 * time_resolution(from.t, h);
   if (corner.before.s <= std::max(touching, is_behind ? rounding : reach))
     *clear = 0.0;
   else
-    *clear = std::min(h, (1.0 - margin) * corner.before.s);
+    *clear = std::min(h, (1.0 - margin) * reach_by_rate(from, corner));
   return {};
 }
 

@@ -57,7 +57,11 @@ class Corners {
   Corner find_behind(const State& from, double h);
   Corner find_on_path(const State& from, double h);
   Corner narrow(const State& from, Place low, Place high);
-  Corner find_touch(const State& from, double h);
+  Corner find_touch(const State& from, double length);
+  Corner check_speed(const State& from, double length, Corner corner);
+  void measure_tolerance(const State& from);
+  bool may_hide() const;
+  double reach_by_rate(const State& from, const Corner& corner);
   Outcome check_progress(double t, double h, const std::vector<std::size_t>& which);
   StepResult cross_at(const State& from, const Corner& corner, double t_end, State* to);
   StepResult arrive(const State& from, const Corner& corner, double t_end, State* to);
@@ -68,6 +72,7 @@ class Corners {
   CornerFunctions* const functions_;          // null if there are no corners
   std::vector<double> x_, v_;                 // a state inside the step
   std::vector<double> start_, here_, other_;  // [term] arguments
+  std::vector<double> tolerances_;            // [term] of arguments
   std::vector<std::vector<double>> samples_;  // [sample][term] along the parabola
   std::vector<double> instants_;
   bool is_ahead_ = false;

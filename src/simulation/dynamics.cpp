@@ -8,6 +8,7 @@
 #include "base/quiet_traps.hpp"
 #include "base/text.hpp"
 #include "certificate/certificate.hpp"
+#include "dynamics/corner_functions.hpp"
 #include "dynamics/forms.hpp"
 #include "dynamics/friction_blocks.hpp"
 #include "simulation/acceleration_split.hpp"
@@ -34,6 +35,7 @@ struct Dynamics::Implementation {
   Workspace& work = forms.work;
   const Model& model = forms.model;
   EquationsOfMotion& form = *forms.main;
+  CornerFunctions* const corners = form.corners();
   const Form form_wanted;
   SolvedInstant now;          // the state solved last, as the form answered
   bool stands_there = false;  // True if the forms are current for this state, as no later call changed them.
@@ -103,11 +105,26 @@ struct Dynamics::Implementation {
     return now.outcome;
   }
 
+  /// Fails by name if points stand in a corner of a guide, where no side of it holds.
+  Outcome check_corners(const Kinematics& own) {
+    if (corners == nullptr) return {};
+    std::vector<double> arguments(corners->num_terms());
+    corners->evaluate_terms(own, arguments.data());
+    for (std::size_t k = 0; k < arguments.size(); ++k) {
+      if (arguments[k] != 0.0) continue;
+      if (Outcome stands = corners->check_standing(own, k); !stands.ok()) return stands;
+    }
+    return {};
+  }
+
   Outcome find_accelerations() {
-    if (!has_own_variables)
+    if (!has_own_variables) {
+      if (Outcome stands = check_corners({now.t, now.r.data(), now.v.data()}); !stands.ok()) return stands;
       return form.begin(now.t, now.r.data(), now.v.data(), demanding, {now.w.data(), nullptr, &now.report, &now.found});
+    }
     if (Outcome outcome = form.set_state(now.t, now.r.data(), now.v.data(), x.data(), x_dot.data()); !outcome.ok())
       return outcome;
+    if (Outcome stands = check_corners({now.t, x.data(), x_dot.data()}); !stands.ok()) return stands;
     if (Outcome outcome =
             form.begin(now.t, x.data(), x_dot.data(), demanding, {x_ddot.data(), nullptr, &now.report, &now.found});
         !outcome.ok())
@@ -130,8 +147,8 @@ struct Dynamics::Implementation {
              std::less_equal<>()(read.data() + read.size(), written.data());
     };
     if (!is_apart(at.positions) || !is_apart(at.velocities)) return false;
-    return are_arrays_of_form && !at.velocities.empty() && !wanted.accelerations.empty() && !wants_more &&
-           has_prescribed_supports(at);
+    return are_arrays_of_form && corners == nullptr && !at.velocities.empty() && !wanted.accelerations.empty() &&
+           !wants_more && has_prescribed_supports(at);
   }
   /// Prescribes the accelerations of supports. Returns true if they stand and move in the host's arrays as prescribed.
   bool has_prescribed_supports(const StateView& at) {

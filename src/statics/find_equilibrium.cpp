@@ -19,6 +19,7 @@
 #include "statics/projected_descent.hpp"
 #include "statics/smallest_multipliers.hpp"
 #include "statics/stability.hpp"
+#include "statics/standing_corner.hpp"
 #include "statics/statics_input.hpp"
 #include "statics/stiffening_stress.hpp"
 #include "statics/unbalanced_load.hpp"
@@ -486,15 +487,14 @@ EquilibriumResult find_equilibrium(const System& system, const EquilibriumOption
   const QuietTraps quiet;
   StaticsInput input(system, options);
   std::vector<std::string> left_out = std::move(input.left_out);
-  for (std::size_t k = 0; k < system.forces.size(); ++k) {
+  for (std::size_t k = 0; k < system.forces.size(); ++k)
     if (std::holds_alternative<Drag>(system.forces[k]))
       left_out.push_back(force_name(system, k) + ": drag acts on what moves");
-  }
   EquilibriumResult result = options.one_sided.empty() ? rest_from(input.system, input.frame, options, input.prestress,
                                                                    input.system.positions, true)
                                                        : OneSidedSearch(input, options).run();
   result.left_out.insert(result.left_out.begin(), left_out.begin(), left_out.end());
-  return result;
+  return refuse_standing_corner(system, options.at, std::move(result));
 }
 
 }  // namespace tanor

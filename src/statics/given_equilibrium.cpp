@@ -10,6 +10,7 @@
 #include "statics/dot.hpp"
 #include "statics/kkt_solver.hpp"
 #include "statics/newton_descent.hpp"
+#include "statics/standing_corner.hpp"
 #include "statics/unsymmetric_kkt.hpp"
 
 namespace tanor {
@@ -20,6 +21,9 @@ namespace {
 constexpr double allowed_violation = 1e-6;
 /// Rounding error of a change of y'Wz by self-stress for moves y and z, relative to the terms of that change.
 constexpr double allowed_change = 1e-8;
+
+/// Points nearer to a corner than this part of the size of the scene stand in it.
+constexpr double near_corner = 1e-9;
 
 constexpr const char* advice = "; find_equilibrium, or tanor equilibrium, finds one";
 
@@ -143,6 +147,13 @@ std::string GivenEquilibrium::find_complaint(double force_tolerance) {
     throw InputError("", "the positions are no equilibrium: they break " + name_worst_row() + " by " +
                              text(equations_.violation()) + " of a length" + advice);
   }
+  double size = 0.0;
+  for (const double each : r_) size = std::max(size, std::abs(each));
+  std::vector<double> users(r_.size());
+  model().numbering.scatter_points(r_, users);
+  const double distance = near_corner * (size > 0.0 ? size : 1.0);
+  if (std::string corner = find_standing_corner(model().system, equations_.time(), users, distance); !corner.empty())
+    throw InputError("", "the points stand in " + corner + ", where no side of it holds");
   for (std::size_t i = 0; i < residuals_.size(); ++i) residuals_[i] = norm(load(g.data(), i));
   if (g.empty() || scale == 0.0) return {};
   // If every single force vanishes, as in a molecule at rest, the residual is rounding of the positions.
@@ -156,8 +167,9 @@ std::string GivenEquilibrium::find_complaint(double force_tolerance) {
   if (left <= force_tolerance * scale) return {};
   // If all forces are small beside those that a move of the scene's size makes, the largest one is no scale: the
   // residual is small where rest is near.
-  const double step = find_next_step(g, xi, scale), size = model().scene_size;
-  if (left <= force_tolerance * size * equations_.stiffness().largest_of(worst) && step <= force_tolerance * size)
+  const double step = find_next_step(g, xi, scale), scene_size = model().scene_size;
+  if (left <= force_tolerance * scene_size * equations_.stiffness().largest_of(worst) &&
+      step <= force_tolerance * scene_size)
     return {};
   const Vec3 at = load(r_.data(), worst);
   return "the positions are no equilibrium: nothing balances " + text(left) + " N at point " +

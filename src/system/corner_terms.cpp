@@ -1,6 +1,7 @@
 #include "system/corner_terms.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include <tanor/jet.hpp>
 
@@ -12,11 +13,26 @@ namespace {
 
 using Instruction = Expression::Instruction;
 
+/// Returns true if both instructions compute the same.
+bool are_same_instructions(const std::vector<Instruction>& instructions, int one, int other) {
+  if (one == other) return true;
+  const Instruction &a = instructions[static_cast<std::size_t>(one)],
+                    &b = instructions[static_cast<std::size_t>(other)];
+  if (a.operation != b.operation || a.constant != b.constant) return false;
+  using enum Expression::Operation;
+  if (a.operation == Variable) return false;
+  if (a.operation == Constant) return true;
+  const bool has_two = (a.operation >= Add && a.operation <= Divide) || a.operation >= Atan2;
+  return are_same_instructions(instructions, a.a, b.a) &&
+         (!has_two || a.operation == Abs || are_same_instructions(instructions, a.b, b.b));
+}
+
 /// Returns a if the instruction is a square a a, or a positive multiple of one; otherwise -1.
 int find_root_of_square(const std::vector<Instruction>& instructions, int number) {
   const auto at = [&](int i) -> const Instruction& { return instructions[static_cast<std::size_t>(i)]; };
   while (at(number).operation == Expression::Operation::Scale && at(number).constant > 0.0) number = at(number).a;
-  return at(number).operation == Expression::Operation::Multiply && at(number).a == at(number).b ? at(number).a : -1;
+  const bool is_product = at(number).operation == Expression::Operation::Multiply;
+  return is_product && are_same_instructions(instructions, at(number).a, at(number).b) ? at(number).a : -1;
 }
 
 }  // namespace
@@ -26,7 +42,7 @@ CornerTerms::CornerTerms(const Expression& expression) : expression_(expression)
     if (operation == Expression::Operation::Abs) terms_.push_back({operation, a, -1});
     if (operation == Expression::Operation::Min) terms_.push_back({operation, b, a});
     if (operation == Expression::Operation::Max) terms_.push_back({operation, a, b});
-    if (operation != Expression::Operation::Sqrt) continue;
+    if (operation != Expression::Operation::Sqrt && operation != Expression::Operation::Log) continue;
     const int root = find_root_of_square(expression_.instructions, a);
     terms_.push_back(root >= 0 ? Term{operation, root, -1} : Term{operation, a, Term::only_touches_0});
   }
@@ -69,10 +85,39 @@ void CornerTerms::differentiate(std::size_t k, const double* variables, double* 
   }
 }
 
+bool CornerTerms::is_bent(std::size_t k, const double* variables, double distance) const {
+  constexpr double visible = 1e-3;
+  std::vector<double> g(num_variables()), arguments(size()), moved(num_variables());
+  evaluate(variables, arguments.data());
+  differentiate(k, variables, g.data());
+  g.back() = 0.0;  // the time
+  double slope = 0.0;
+  for (const double each : g) slope = std::hypot(slope, each);
+  if (terms_[k].b == Term::only_touches_0) return arguments[k] == 0.0;
+  if (!(std::abs(arguments[k]) <= distance * slope) || slope == 0.0) return false;
+  std::vector<double> sides[2];
+  for (const double sign : {-1.0, 1.0}) {
+    std::vector<double>& gradient = sides[sign < 0.0 ? 0 : 1];
+    for (std::size_t j = 0; j < g.size(); ++j) moved[j] = variables[j] + 2.0 * sign * distance / slope * g[j];
+    for (std::size_t j = 0; j + 1 < g.size(); ++j) {
+      const std::vector<Jet<1>> values =
+          run<Jet<1>>([&](std::size_t i) { return i == j ? Jet<1>::variable(moved[i]) : Jet<1>(moved[i]); });
+      for (const int result : expression_.results) gradient.push_back(values[static_cast<std::size_t>(result)].c[1]);
+    }
+  }
+  double size = 0.0, apart = 0.0;
+  for (std::size_t j = 0; j < sides[0].size(); ++j) {
+    size = std::hypot(size, sides[0][j], sides[1][j]);
+    apart = std::hypot(apart, sides[1][j] - sides[0][j]);
+  }
+  return !(apart <= visible * size);
+}
+
 std::string CornerTerms::name(std::size_t k, std::span<const std::string> variables) const {
   const Term& term = terms_[k];
   const std::string name = term.operation == Expression::Operation::Abs    ? "abs"
                            : term.operation == Expression::Operation::Sqrt ? "sqrt"
+                           : term.operation == Expression::Operation::Log  ? "a power"
                            : term.operation == Expression::Operation::Min  ? "min"
                                                                            : "max";
   const auto place = std::ranges::find(expression_.variables, term.a);

@@ -10,7 +10,7 @@
 namespace tanor {
 
 /// The terms of an expression that have corners: abs(a) and sqrt(a a) where a = 0, min and max of a and b where a = b.
-/// Each term has two branches, on which it is smooth.
+/// Each term has two branches, on which it is smooth. Other roots and powers exp(p log(a)) end where a = 0.
 class CornerTerms {
  public:
   explicit CornerTerms(const Expression& expression);
@@ -20,11 +20,14 @@ class CornerTerms {
   std::size_t num_variables() const { return expression_.variables.size(); }
 
   /// Evaluates the argument u of each term: a of abs(a) and sqrt(a^2), b - a of min, a - b of max. The expression takes
-  /// one branch where u < 0, the other one elsewhere. Another root has its own argument, which can only touch 0; no
-  /// tangent exists there.
+  /// one branch where u < 0, the other one elsewhere. Another root or power has its own argument, which can only touch
+  /// 0; no tangent exists there.
   void evaluate(const double* variables, double* arguments) const;
   /// Writes the partial derivatives of the argument of term k in all variables.
   void differentiate(std::size_t k, const double* variables, double* gradient) const;
+  /// Returns true if the gradient of the expression jumps where term k has its corner, and the variables, of which the
+  /// last one is the time, are no further than a distance from there.
+  bool is_bent(std::size_t k, const double* variables, double distance) const;
   /// Returns "abs(x1)", or "min" if the argument is no variable. The variables have these names.
   std::string name(std::size_t k, std::span<const std::string> variables) const;
 

@@ -6,6 +6,8 @@
 
 #include <tanor/error.hpp>
 
+#include "system/even_roots.hpp"
+
 namespace tanor {
 
 namespace {
@@ -210,13 +212,16 @@ class Formula::Parser {
   }
 
   void emit_unary(const Instruction& instruction) {
-    // sqrt(a^2) = |a|, which has derivatives on both sides of 0 and at it.
-    const Instruction& last = program_.back();
-    if (instruction.operation == Operation::Sqrt && last.operation == Operation::IntegerPower && last.operand == 2) {
-      program_.back() = {Operation::Abs};
-      return;
-    }
+    if (instruction.operation == Operation::Sqrt && emit_even_root(0.5)) return;
+    if (instruction.operation == Operation::Abs && emit_even_root(1.0)) return;
     emit_folded(instruction, 1);
+  }
+
+  /// Emits the power of the last operand if that is a product of even powers. It may take two operands more.
+  bool emit_even_root(double power) {
+    if (operands_ + 2 > largest_depth || !append_even_root(power, &program_)) return false;
+    depth_ = std::max(depth_, operands_ + 2);
+    return true;
   }
 
   void emit_binary(Operation operation) {
@@ -226,12 +231,15 @@ class Formula::Parser {
 
   void emit_power() {
     const Instruction exponent = program_.back();
-    if (exponent.operation != Operation::Constant || !detail::is_small_integer(exponent.constant)) {
-      return emit_binary(Operation::Power);
-    }
+    if (exponent.operation != Operation::Constant) return emit_binary(Operation::Power);
     program_.pop_back();
     --operands_;
-    emit_unary({Operation::IntegerPower, static_cast<int>(exponent.constant)});
+    if (detail::is_small_integer(exponent.constant))
+      return emit_unary({Operation::IntegerPower, static_cast<int>(exponent.constant)});
+    if (emit_even_root(exponent.constant)) return;
+    program_.push_back(exponent);
+    ++operands_;
+    emit_binary(Operation::Power);
   }
 
   /// Emits an operation. One on constants alone is done here and now.

@@ -172,7 +172,7 @@ struct DenseMotion {
 
   /// Turns the kink over: d(K'v + xi_t) = 0 while the term goes from one branch to the other.
   void turn(Kink* kink) {
-    constexpr int steps = 400;
+    constexpr int steps = 280;
     const double from = kink->side, h = -2.0 * from / steps;
     kink->side = 1.0;
     const Rows high = evaluate(t, r, v);
