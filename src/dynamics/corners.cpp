@@ -84,7 +84,8 @@ void GuideCorners::append_instants(double begin, double end, std::vector<double>
     for (const double t : knots) {
       const double next = std::nextafter(t, std::numeric_limits<double>::infinity());
       const double one = function(t).derivative(1), other = function(next).derivative(1);
-      if (!(std::abs(other - one) <= alike * std::max(std::abs(one), std::abs(other)))) instants->push_back(t);
+      const double size = std::max(std::abs(one), std::abs(other));
+      if (!(std::abs(other - one) <= alike * size) || std::isinf(size)) instants->push_back(t);
     }
   }
 }
@@ -227,6 +228,24 @@ Outcome GuideCorners::check_others(double t, const std::vector<Edge>& edges, std
   return {};
 }
 
+/// Checks that no function of time has a cusp, at which its rate grows without bound.
+Outcome GuideCorners::check_rates(double t) const {
+  constexpr double near = 8.0 * eps, beside = 1e-9, grows = 3.0;
+  const double size = std::max(1.0, std::abs(t));
+  std::vector<double> knots;
+  for (const ScalarFunction& function : functions_) {
+    knots.clear();
+    function.append_knots(t - beside * size, t + beside * size, &knots);
+    if (knots.empty() || std::isfinite(function.smooth_until(t - beside * size))) continue;  // a table is smooth
+    for (const double side : {-size, size}) {
+      const double rate = std::abs(function(t + near * side).derivative(1));
+      if (rate <= grows * std::abs(function(t + beside * side).derivative(1))) continue;
+      return {Status::Singular, "the corner of a function of time at t = " + text(t) + " is a cusp"};
+    }
+  }
+  return {};
+}
+
 Outcome GuideCorners::cross(const Kinematics& before, const Kinematics& after, std::span<const std::size_t> which,
                             double* v, Power* work) {
   if (const double missed = gap(before, after); !(missed <= visible)) {
@@ -234,6 +253,8 @@ Outcome GuideCorners::cross(const Kinematics& before, const Kinematics& after, s
     if (!which.empty()) return refuse(which.front(), before.t, what);
     return {Status::Singular, "a function of time jumps at t = " + text(before.t) + ": " + what};
   }
+  if (which.empty())
+    if (Outcome found = check_rates(before.t); !found.ok()) return found;
   std::vector<Edge> edges, held;
   if (Outcome found = find_edges(before, after, which, &edges, &held); !found.ok()) return found;
   const std::vector<double> given(before.v, before.v + size());

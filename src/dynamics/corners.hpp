@@ -93,6 +93,7 @@ class GuideCorners : public CornerFunctions {
   Edge make_edge(std::size_t term, const Kinematics& at) const;
   Outcome find_edges(const Kinematics& before, const Kinematics& after, std::span<const std::size_t> which,
                      std::vector<Edge>* edges, std::vector<Edge>* held);
+  Outcome check_rates(double t) const;
   Outcome check_apart(double t, const std::vector<Edge>& edges) const;
   Outcome turn(const Edge& edge, double t, const double* v_before, double* v) const;
   Outcome check_others(double t, const std::vector<Edge>& edges, std::span<const double> turned, const double* v) const;

@@ -330,14 +330,18 @@ StepResult Corners::cross(const State& from, double t_end, State* to) {
 
 /// The argument of a term that falls or rises to 0 in that time, as it now does, counts as well.
 std::string Corners::name_next(const State& from, double within) {
-  if (!follow_motion()) return {};
+  if (empty()) return {};
   constexpr double little = 1e-2;
-  evaluate_along(from, {0.0, from.t}, &start_);
-  evaluate_along(from, {little * within, from.t + little * within}, &here_);
-  mechanics_.prescribe(from.t, x_.data(), v_.data());
-  for (std::size_t k = 0; k < start_.size(); ++k)
-    if (std::abs(start_[k]) * little <= std::abs(here_[k] - start_[k])) return functions_->name_term(k);
-  return {};
+  if (follow_motion()) {
+    evaluate_along(from, {0.0, from.t}, &start_);
+    evaluate_along(from, {little * within, from.t + little * within}, &here_);
+    mechanics_.prescribe(from.t, x_.data(), v_.data());
+    for (std::size_t k = 0; k < start_.size(); ++k)
+      if (std::abs(start_[k]) * little <= std::abs(here_[k] - start_[k])) return functions_->name_term(k);
+  }
+  instants_.clear();
+  functions_->append_instants(from.t, from.t + within, &instants_);
+  return instants_.empty() ? "" : "a function of time";
 }
 
 }  // namespace tanor

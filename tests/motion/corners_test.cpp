@@ -428,6 +428,21 @@ TEST(Corners, ThatAreCuspsAreRefusedByName) {
   }
 }
 
+TEST(Corners, InTimeThatAreCuspsAreRefusedByName) {
+  for (const char* offset : {"0.6+0.4*((t-0.5)^2)^(1/3)-0.2", "0.6+0.4*sqrt(abs(t-0.5))"}) {
+    for (const Method method : list_all_methods()) {
+      MotionOptions options = corner_options(method);
+      options.start = StartMode::Project;
+      if (has_fixed_steps(method)) options.step = 3.1e-3;
+      Simulation simulation(make_plane_with_corner(offset), options);
+      const Outcome outcome = simulation.advance_to(1.0);
+      EXPECT_FALSE(outcome.ok()) << offset << ", " << name_of(method);
+      EXPECT_NE(outcome.what.find("the corner of a function of time"), std::string::npos)
+          << offset << ", " << name_of(method) << ": " << outcome.what;
+    }
+  }
+}
+
 /// A bead that comes to rest exactly on a ridge: rounding would tell whether it goes on or back.
 TEST(Corners, ThatAreReachedWithoutSpeedAreRefusedByName) {
   for (const double more : {0.0, 1e-13, -1e-13}) {
