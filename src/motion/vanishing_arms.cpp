@@ -83,7 +83,9 @@ std::optional<VanishingArms::Found> VanishingArms::find(Scheme& scheme, const St
 bool VanishingArms::are_short(const State& from, const State& to) {
   constexpr double wide = 2.0;
   const double h = to.t - from.t;
-  const std::vector<Vec3> begin = evaluate(from.at()), ahead = evaluate_ahead(from, h, 0.0), end = evaluate(to.at());
+  samples_.resize(num_places);
+  const std::vector<Vec3>&begin = samples_[0] = evaluate(from.at()),
+        &ahead = samples_[1] = evaluate_ahead(from, h, 0.0), &end = samples_[2] = evaluate(to.at());
   bool is_short = false;
   for (std::size_t k = 0; k < arms_.count && !is_short; ++k)
     is_short = norm(begin[k]) <= std::max(wide * std::max(norm(ahead[k] - begin[k]), norm(end[k] - begin[k])),
@@ -161,8 +163,10 @@ double VanishingArms::rounding_of_time(const Found& arm, const State& state) {
 
 std::optional<VanishingArms::Found> VanishingArms::find_ahead(const State& state, bool knows_acceleration,
                                                               double within) {
-  const std::vector<Vec3> now = evaluate(state.at()), by_v = evaluate_ahead(state, 1.0, 0.0),
-                          by_a = evaluate_ahead(state, 0.0, knows_acceleration ? 1.0 : 0.0);
+  samples_.resize(num_places);
+  const std::vector<Vec3>&now = samples_[0] = evaluate(state.at()),
+        &by_v = samples_[1] = evaluate_ahead(state, 1.0, 0.0),
+        &by_a = samples_[2] = evaluate_ahead(state, 0.0, knows_acceleration ? 1.0 : 0.0);
   Found first{never, {}, {}};
   for (std::size_t k = 0; k < now.size(); ++k) {
     const double length = norm(now[k]);
