@@ -148,10 +148,8 @@ void StepTrial::approach(const VanishingArms::Found& arm, double left_at_begin, 
     }
   }
   const double rounded = good > 0.0 ? std::max(finest, arms.rounding_of_time(arm, reached)) : finest;
-  if (good > 0.0 && begin + good + left > end_of_step + rounded) {  // the prediction was too early
-    step_again(motion_.state, end_of_step, attempt);
-    if (attempt->step.outcome.ok()) return;
-  }
+  if (good > 0.0 && begin + good + left > end_of_step + rounded)  // the prediction was too early
+    return step_again(motion_.state, end_of_step, attempt);
   if (good > 0.0 && (state.t != begin + good || !attempt->step.outcome.ok())) {
     state = reached;
     attempt->step = result;
