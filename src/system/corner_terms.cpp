@@ -35,6 +35,13 @@ int find_root_of_square(const std::vector<Instruction>& instructions, int number
   return is_product && are_same_instructions(instructions, at(number).a, at(number).b) ? at(number).a : -1;
 }
 
+/// Returns a if the instruction is p log(a), so that its exponential is a power; otherwise -1.
+int find_base(const std::vector<Instruction>& instructions, int number) {
+  const auto at = [&](int i) -> const Instruction& { return instructions[static_cast<std::size_t>(i)]; };
+  if (at(number).operation == Expression::Operation::Scale) number = at(number).a;
+  return at(number).operation == Expression::Operation::Log ? at(number).a : -1;
+}
+
 }  // namespace
 
 CornerTerms::CornerTerms(const Expression& expression) : expression_(expression) {
@@ -42,9 +49,12 @@ CornerTerms::CornerTerms(const Expression& expression) : expression_(expression)
     if (operation == Expression::Operation::Abs) terms_.push_back({operation, a, -1});
     if (operation == Expression::Operation::Min) terms_.push_back({operation, b, a});
     if (operation == Expression::Operation::Max) terms_.push_back({operation, a, b});
-    if (operation != Expression::Operation::Sqrt && operation != Expression::Operation::Log) continue;
-    const int root = find_root_of_square(expression_.instructions, a);
-    terms_.push_back(root >= 0 ? Term{operation, root, -1} : Term{operation, a, Term::only_touches_0});
+    const int base = operation == Expression::Operation::Sqrt  ? a
+                     : operation == Expression::Operation::Exp ? find_base(expression_.instructions, a)
+                                                               : -1;
+    if (base < 0) continue;
+    const int root = find_root_of_square(expression_.instructions, base);
+    terms_.push_back(root >= 0 ? Term{operation, root, -1} : Term{operation, base, Term::only_touches_0});
   }
   const auto is_same = [](const Term& one, const Term& other) { return one.a == other.a && one.b == other.b; };
   for (std::size_t k = terms_.size(); k-- > 0;) {
@@ -117,7 +127,7 @@ std::string CornerTerms::name(std::size_t k, std::span<const std::string> variab
   const Term& term = terms_[k];
   const std::string name = term.operation == Expression::Operation::Abs    ? "abs"
                            : term.operation == Expression::Operation::Sqrt ? "sqrt"
-                           : term.operation == Expression::Operation::Log  ? "a power"
+                           : term.operation == Expression::Operation::Exp  ? "a power"
                            : term.operation == Expression::Operation::Min  ? "min"
                                                                            : "max";
   const auto place = std::ranges::find(expression_.variables, term.a);
