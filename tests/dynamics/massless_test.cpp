@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cmath>
-#include <functional>
 #include <random>
 #include <tanor/tanor.hpp>
 
@@ -123,7 +122,7 @@ std::array<double, 3> measure(const System& system, const std::vector<double>& w
   return defects;
 }
 
-void expect_solutions(const std::function<System(unsigned)>& make) {
+void expect_solutions(System (*make)(unsigned)) {
   for (unsigned seed = 1; seed <= 300; ++seed) {
     const System system = make(seed);
     std::vector<double> lambda;
