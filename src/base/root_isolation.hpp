@@ -51,6 +51,8 @@ class RootIsolation {
   /// Narrows the root between samples i and i + 1, whose values have different signs, and returns it. A jump through 0
   /// counts as a root. Evaluates to NaN if a value is not finite.
   double find_root(std::size_t i, const Function& g) const;
+  /// Returns true if what `find_root` returned is no root but a pole, towards which |g| grows.
+  bool is_pole(double root, const Function& g) const;
 
  private:
   static constexpr std::size_t num_nodes = 6;
@@ -66,6 +68,7 @@ class RootIsolation {
   void find_doubts();
 
   Accuracy accuracy_;
+  double largest_ = 0.0;  // magnitude of the first samples
   std::vector<Sample> samples_, next_;
   std::vector<double> errors_;  // [sample] of its prediction from its neighbours; NaN if not computed
   double doubtful_place_ = std::numeric_limits<double>::quiet_NaN();

@@ -55,9 +55,11 @@ Outcome Watch::go_to(const Step& step, double fraction) {
 }
 
 /// Evaluates a function at the state inside the step. A value that is not finite is a failure, "event "vertical" is not
-/// finite at t = 1.5".
-double Watch::evaluate(std::size_t k, double t) {
+/// finite at t = 1.5", except where a search narrows a pole and may hit it.
+double Watch::evaluate(std::size_t k, double t, Infinite infinite) {
+  constexpr double large = 1e100;
   const double value = functions_[k].value(t, x_.data(), v_.data());
+  if (std::isinf(value) && infinite == Infinite::IsLarge) return std::copysign(large, value);
   if (!std::isfinite(value) && failure_.ok())
     failure_ = {Status::NotFinite, name_of(k) + " is not finite at t = " + text(t)};
   return value;
@@ -104,10 +106,16 @@ bool Watch::reaches_zero(const Step& step, std::size_t sample) const {
   return std::abs(value) <= near * std::abs(isolation_.slope(sample));
 }
 
-void Watch::add_crossing(std::size_t k, double t, bool rises) {
+/// Behind a pole the function has its other sign, but it did not pass 0. Of passages within the rounding of a state,
+/// as where a function jumps, one to the other side takes back the last.
+void Watch::add_crossing(const Step& step, std::size_t k, double t, bool rises, bool is_pole) {
+  const bool takes_back = !pending_.empty() && pending_.back().passage.event == k &&
+                          pending_.back().passage.rises != rises &&
+                          t - pending_.back().passage.time <= time_resolution(t, step.h());
+  if (takes_back) return pending_.pop_back();
   const Event::Direction wanted = functions_[k].direction;
   const bool is_wanted = wanted == Event::Direction::Both || (wanted == Event::Direction::Rising) == rises;
-  pending_.push_back({{k, t, rises}, is_wanted});
+  pending_.push_back({{k, t, rises}, is_wanted && !is_pole});
 }
 
 /// Follows the sign of a function through the samples, between which it changes once at most.
@@ -121,22 +129,26 @@ Outcome Watch::follow_sign(const Step& step, std::size_t k, const RootIsolation:
     const double now = sign_of(samples[i].value);
     if (now * sign < 0.0) {
       double fraction = samples[i == 0 ? 0 : i - 1].s;
-      if (i > 0 && samples[i - 1].value != 0.0) fraction = isolation_.find_root(i - 1, g);
+      bool is_pole = false;
+      if (i > 0 && samples[i - 1].value != 0.0) {
+        fraction = isolation_.find_root(i - 1, g);
+        is_pole = failure_.ok() && isolation_.is_pole(fraction, g);
+      }
       if (!failure_.ok()) return failure_;
-      add_crossing(k, step.time(fraction), now > 0.0);
+      add_crossing(step, k, step.time(fraction), now > 0.0, is_pole);
     }
     if (first_signs_[k] == 0.0) first_signs_[k] = now;
     if (now != 0.0) sign = now;
   }
   // A passage right behind the end counts here.
-  if (sign * isolation_.slope(last) < 0.0 && reaches_zero(step, last)) add_crossing(k, step.to.t, sign < 0.0);
+  if (sign * isolation_.slope(last) < 0.0 && reaches_zero(step, last)) add_crossing(step, k, step.to.t, sign < 0.0);
   return {};
 }
 
 Outcome Watch::find_crossings(const Step& step, std::size_t k) {
   const auto g = [&](double s) {
     if (Outcome found = go_to(step, s); !found.ok()) failure_ = found;
-    return failure_.ok() ? evaluate(k, step.time(s)) : std::numeric_limits<double>::quiet_NaN();
+    return failure_.ok() ? evaluate(k, step.time(s), Infinite::IsLarge) : std::numeric_limits<double>::quiet_NaN();
   };
   constexpr double finest = 2.0 * std::numeric_limits<double>::epsilon();
   isolation_.isolate(samples_[k], g, {rounding_[k], finest * std::max(1.0, std::abs(step.to.t) / step.h())});

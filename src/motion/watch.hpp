@@ -61,13 +61,14 @@ class Watch {
 
   std::string name_of(std::size_t k) const;
   Outcome go_to(const Step& step, double fraction);
-  double evaluate(std::size_t k, double t);
+  enum class Infinite { Fails, IsLarge };
+  double evaluate(std::size_t k, double t, Infinite infinite = Infinite::Fails);
   Outcome sample(const Step& step);
   void measure_rounding(const Step& step);
   Outcome find_crossings(const Step& step, std::size_t k);
   Outcome follow_sign(const Step& step, std::size_t k, const RootIsolation::Function& g);
   bool reaches_zero(const Step& step, std::size_t sample) const;
-  void add_crossing(std::size_t k, double t, bool rises);
+  void add_crossing(const Step& step, std::size_t k, double t, bool rises, bool is_pole = false);
   bool may_pass(const Step& step);
   double find_stop(const Step& step) const;
   Outcome leave(const DenseOutput& dense, State* to);

@@ -1,12 +1,15 @@
 /// Events of drawn functions, whose passages are known.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 #include <random>
 
 #include <gtest/gtest.h>
 
+#include "methods.hpp"
 #include "motion/by_method.hpp"
 #include "motion/elliptic.hpp"
 #include "motion/method_options.hpp"
@@ -236,6 +239,115 @@ TEST(EventDraws, ALevelRightBelowTheTurnsOfAPendulumIsPassedTwiceAtEach) {
       const double turn = (static_cast<double>(k) + 1.0) * quarter;
       EXPECT_NEAR(0.5 * (simulation.passages()[k].time + simulation.passages()[k + 1].time), turn, 1e-7);
     }
+  }
+}
+
+/// A bead between springs, x_k = A_k sin(w_k t + p_k), and a polynomial of degree two of its place.
+struct Swing {
+  std::array<double, 3> size, rate, phase;
+  std::array<double, 7> factor;
+
+  double value(const std::array<double, 3>& r) const {
+    return factor[0] + factor[1] * r[0] + factor[2] * r[1] + factor[3] * r[2] + factor[4] * r[0] * r[1] +
+           factor[5] * r[1] * r[2] + factor[6] * r[0] * r[0];
+  }
+  double at(double t) const {
+    std::array<double, 3> r{};
+    for (std::size_t k = 0; k < 3; ++k) r[k] = size[k] * std::sin(rate[k] * t + phase[k]);
+    return value(r);
+  }
+  /// Returns the passages until `end`, by samples so dense that the value hardly bends between two. `is_clear` becomes
+  /// false if it turns so near to 0 that rounding decides.
+  std::vector<double> find_passages(double end, bool* is_clear) const {
+    constexpr int samples = 20000;
+    const double step = end / samples;
+    std::vector<double> times;
+    for (int i = 0; i < samples; ++i) {
+      double low = i * step, high = low + step;
+      const double before = at(low - step), first = at(low), last = at(high);
+      const bool turns = std::abs(first) <= std::abs(before) && std::abs(first) <= std::abs(last);
+      if (turns && before * last > 0.0 && std::abs(first) < 1e-6) *is_clear = false;
+      if (first * last > 0.0) continue;
+      for (int k = 0; k < 60; ++k) (at(0.5 * (low + high)) * first > 0.0 ? low : high) = 0.5 * (low + high);
+      times.push_back(high);
+    }
+    return times;
+  }
+};
+
+TEST(EventDraws, OfThreeHundredBeadsBetweenSpringsAreThoseOfADenseProgram) {
+  std::mt19937_64 random(7);
+  const auto draw = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+  const std::vector<Method> methods = with_auto(list_adaptive_methods());
+  constexpr double end = 5.0;
+  std::size_t compared = 0;
+  for (std::size_t scene = 0; scene < 300; ++scene) {
+    Swing swing{};
+    for (double& factor : swing.factor) factor = draw(-1.0, 1.0);
+    System system;
+    std::array<std::string, 3> force;
+    PointStart point{.position = {}, .velocity = {}, .mass = 1.0};
+    for (std::size_t k = 0; k < 3; ++k) {
+      swing.size[k] = draw(0.3, 1.5);
+      swing.rate[k] = draw(0.5, 6.0);
+      swing.phase[k] = draw(0.0, 2.0 * pi);
+      point.position[k] = swing.size[k] * std::sin(swing.phase[k]);
+      point.velocity[k] = swing.size[k] * swing.rate[k] * std::cos(swing.phase[k]);
+      char text[64];
+      std::snprintf(text, sizeof text, "-(%.17g)*%c", swing.rate[k] * swing.rate[k], "xyz"[k]);
+      force[k] = text;
+    }
+    system.add_point(point);
+    system.forces = {FormulaForce{.points = {0}, .kernel = formula_force(force)}};
+    bool is_clear = true;
+    const std::vector<double> right = swing.find_passages(end, &is_clear);
+    const Method method = methods[scene % methods.size()];
+    Simulation simulation(system, {.method = method, .rtol = 1e-11, .atol = 1e-13});
+    simulation.add_event({"level", [&](double, Points r, Points) { return swing.value({r[0], r[1], r[2]}); }});
+
+    ASSERT_TRUE(simulation.advance_to(end).ok()) << simulation.outcome().what;
+
+    if (!is_clear) continue;
+    ++compared;
+    SCOPED_TRACE("scene " + std::to_string(scene) + ", " + std::string(name_of(method)));
+    ASSERT_EQ(simulation.passages().size(), right.size());
+    for (std::size_t k = 0; k < right.size(); ++k) {
+      const double slope = std::abs(swing.at(right[k] + 1e-6) - swing.at(right[k] - 1e-6)) / 2e-6;
+      EXPECT_NEAR(simulation.passages()[k].time, right[k], 1e-8 * std::max(1.0, 1.0 / slope));
+    }
+  }
+  EXPECT_GT(compared, 290U);
+}
+
+/// A sign that changes at a pole is no passage, of any order down to a cube root; one that jumps through 0 is.
+TEST_P(EventDraws, APoleIsNoPassageAndAJumpIs) {
+  std::mt19937_64 random(3);
+  const auto draw = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+  Simulation simulation(make_throw(), options());
+  std::vector<double> roots;
+  for (int k = 0; k < 100; ++k) {
+    const double root = draw(0.1, 2.9), pole = draw(0.1, 2.9), other = draw(0.1, 2.9);
+    const std::array orders{1.0, 3.0, 1.0 / 3.0};
+    const double order = orders[static_cast<std::size_t>(k) % orders.size()];
+    roots.push_back(root);
+    simulation.add_event({"fraction", [=](double, Points r, Points) {
+                            const auto power = [=](double x) { return std::copysign(std::pow(std::abs(x), order), x); };
+                            return (r[0] - root) / (power(r[0] - pole) * power(r[0] - other));
+                          }});
+  }
+  for (int k = 0; k < 100; ++k) {
+    roots.push_back(draw(0.1, 2.9));
+    simulation.add_event(
+        {"step", [root = roots.back()](double, Points r, Points) { return r[0] < root ? -1.0 : 1.0; }});
+  }
+
+  ASSERT_TRUE(simulation.advance_to(t_end).ok()) << simulation.outcome().what;
+
+  std::vector<std::vector<double>> found(roots.size());
+  for (const Passage& passage : simulation.passages()) found[passage.event].push_back(passage.time);
+  for (std::size_t k = 0; k < roots.size(); ++k) {
+    ASSERT_EQ(found[k].size(), 1U) << k;
+    EXPECT_NEAR(found[k][0], roots[k], 1e-9) << k;
   }
 }
 
