@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <span>
@@ -37,10 +38,14 @@ class PointPath {
   struct Jump {
     double before = std::numeric_limits<double>::infinity(), after = before;
     const std::string* force = nullptr;  ///< its name, if this process knows it
+    double idle = 0.0;                   ///< s: a motion that it drives back so soon goes no farther than it may miss
 
     bool exists() const { return after < std::numeric_limits<double>::infinity(); }
     void include(const Jump& other) {
-      if (other.after < after) force = other.force;
+      if (other.after < after) {
+        force = other.force;
+        idle = other.idle;
+      }
       before = std::min(before, other.before);
       after = std::min(after, other.after);
     }
@@ -83,18 +88,26 @@ class PointPath {
     double x, rate;
   };
   /// Returns one coordinate of all positions, or one of the mechanics' variables, at the fraction s of the step, by the
-  /// formula of `cubic`.
+  /// formula of `cubic`. The rate is a line between the knots and what the chord e adds in the middle,
+  ///
+  ///   x'(u) = (1 - u) v0 + u v1 + 6 u (1 - u) (e/H - (v0 + v1)/2)
+  ///
+  /// In short pieces the latter is rounding of the ends alone, which would be larger than a rate near 0, and is left
+  /// out.
   template <class Integer>
   Number number(Integer i, double s, bool of_mechanics) const {
+    constexpr double roundings = 4.0 * std::numeric_limits<double>::epsilon();
     const std::size_t pieces = num_pieces(), at = static_cast<std::size_t>(i);
     const double scaled = s * static_cast<double>(pieces), piece = h / static_cast<double>(pieces);
     const std::size_t k = std::min(static_cast<std::size_t>(scaled), pieces - 1);
     const double u = scaled - static_cast<double>(k), w = 1.0 - u;
     const auto& x = of_mechanics ? variables : positions;
     const auto& v = of_mechanics ? rates : velocities;
-    const double e = x[k + 1][at] - x[k][at], first = piece * v[k][at] - e, last = piece * v[k + 1][at] - e;
-    const double rate = e + w * (1.0 - 3.0 * u) * first + u * (1.0 - 3.0 * w) * last;
-    return {x[k][at] + u * e + u * w * (w * first - u * last), rate / piece};
+    const double x0 = x[k][at], x1 = x[k + 1][at], v0 = v[k][at], v1 = v[k + 1][at];
+    const double e = x1 - x0, first = piece * v0 - e, last = piece * v1 - e, bends = -0.5 * (first + last);
+    const bool is_rounding = std::abs(bends) <= roundings * (std::abs(x0) + std::abs(x1));
+    const double rate = w * v0 + u * v1 + (is_rounding ? 0.0 : 6.0 * u * w * bends / piece);
+    return {x0 + u * e + u * w * (w * first - u * last), rate};
   }
 
   /// Returns the position and velocity of point i in piece k, at the fraction u of the piece. With the length H of the

@@ -52,14 +52,25 @@ double FormulaPassages::uncertainty(const PointPath& path, std::size_t member, s
   return std::max(sum, std::numeric_limits<double>::min());
 }
 
-/// Returns true if what the formula causes differs on both sides of a place so far that it counts in the step.
-bool FormulaPassages::jumps(const PointPath& path, std::size_t member, const PointPath::Jump& at) const {
-  constexpr double counts = 0.1;  // of a tolerance
+/// Returns true if what the formula causes differs on both sides of a place so far that it counts in the step, or by so
+/// much of itself that a motion may stay at the place, where steps get too short for anything to count. A motion that
+/// the accelerations a and -a drive to the place from both sides, and that returns to it after `idle`, was a idle^2/8
+/// away. The path is magnified as where the place was found, since its own cubics miss the place by more than rounding.
+bool FormulaPassages::jumps(PointPath* path, std::size_t member, PointPath::Jump* at) const {
+  constexpr double counts = 0.1, much = 1e-3;  // of a tolerance; of the larger one
+  constexpr double reach = 1e-4;               // of the step
+  const double begin = std::max(0.0, at->before - reach), end = std::min(1.0, at->after + reach);
+  const PointPath* const part = path->magnify(begin, end);
+  if (part == nullptr) return false;
   std::vector<double> before(num_accelerations()), after(before.size());
-  accelerate(path, member, at.before, before.data());
-  accelerate(path, member, std::min(at.after, 1.0), after.data());
+  accelerate(*part, member, (at->before - begin) / (end - begin), before.data());
+  accelerate(*part, member, std::min((at->after - begin) / (end - begin), 1.0), after.data());
+  const double larger = std::max(norm_of(before), norm_of(after));
   for (std::size_t i = 0; i < before.size(); ++i) after[i] -= before[i];
-  return norm_of(after) * path.h > counts * allow(path, member).v;
+  const double jump = norm_of(after);
+  const Allowed allowed = allow(*path, member);
+  at->idle = std::sqrt(16.0 * allowed.r / jump);
+  return jump > much * larger || jump * path->h > counts * allowed.v;
 }
 
 /// Finds the first place between two fractions, near to each other, where one of the numbers of turns changes its sign
@@ -79,8 +90,8 @@ PointPath::Jump FormulaPassages::find_jump(PointPath* path, std::size_t member, 
       return sign * values[turn];
     };
     const double margin = uncertainty(*path, member, turn, high);
-    const PointPath::Jump found = locate_jump(path, low, at_low[turn] != 0.0 ? high : low, margin, side);
-    if (found.exists() && jumps(*path, member, found)) first.include(found);
+    PointPath::Jump found = locate_jump(path, low, at_low[turn] != 0.0 ? high : low, margin, side);
+    if (found.exists() && jumps(path, member, &found)) first.include(found);
   }
   return first;
 }

@@ -106,7 +106,7 @@ class FormulaPassages {
   double divide(const PointPath& path, std::size_t member, std::vector<Part>* parts) const;
   void measure_turns(const PointPath& path, std::size_t member, double s, double* values) const;
   double uncertainty(const PointPath& path, std::size_t member, std::size_t turn, double s) const;
-  bool jumps(const PointPath& path, std::size_t member, const PointPath::Jump& at) const;
+  bool jumps(PointPath* path, std::size_t member, PointPath::Jump* at) const;
   PointPath::Jump find_jump(PointPath* path, std::size_t member, double low, double high) const;
   void note_jumps(PointPath* path, std::size_t member) const;
   struct Integrals;

@@ -159,8 +159,9 @@ Outcome Integration::step_too_small(double resolution, Outcome reason) {
     if (const auto arm = trial_.arms.find_ahead(state, false, 1e7 * resolution))
       return trial_.arms.explain(*arm, arm->time);
   }
+  constexpr double farthest_jump = 1e7, farthest_corner = 1e7;
+  if (reason.ok()) reason = trial_.find_jump(farthest_jump * resolution);
   if (reason.ok()) reason = find_end_ahead(resolution);
-  constexpr double farthest_corner = 1e7;
   reason = add_corner(farthest_corner * resolution, std::move(reason));
   return {Status::StepTooSmall, "the step falls below " + text(resolution) + " s at t = " + text(state.t) +
                                     (reason.ok() ? "" : ": " + reason.what)};
@@ -360,11 +361,13 @@ Outcome Integration::reject(const StepAttempt& attempt, const Cut& cut, double h
   if (attempt.has_switched) return step.outcome;
   ++report_.rejected;
   if (attempt.jump.exists()) {
-    // A path with a large error may meet a jump that the motion does not, so that the plan has to shrink.
+    // A path with a large error may meet a jump that the motion does not, so that the plan has to shrink. Where a
+    // motion may stay at a jump, plans that are too short would not see it any more.
     constexpr double shrinks = 0.3;
-    if (!cut.exists() && attempt.error > 1.0) next_step = shrinks * h;
     cut_ = jumps_.cut_at(attempt.jump, scheme_->looks().size() > 2, h, resolution);
-    return cut_.is_over ? jumps_.note_jump(attempt.jump, state.t, h) : Outcome{};
+    const bool may_stay = cut_.is_over && attempt.jump.idle > 0.0;
+    if (!cut.exists() && !may_stay && attempt.error > 1.0) next_step = shrinks * h;
+    return cut_.is_over ? jumps_.note_jump(attempt.jump, state.t, resolution) : Outcome{};
   }
   if (cut.exists()) cut_ = jumps_.cut_again(cut, resolution);
   if (cut_.exists()) return {};

@@ -14,6 +14,7 @@ class JumpSteps {
   struct Cut {
     double length = std::numeric_limits<double>::infinity();  // s
     bool is_over = false;
+    int tries = 0;  // how many before it have failed
 
     bool exists() const { return length < std::numeric_limits<double>::infinity(); }
   };
@@ -23,15 +24,20 @@ class JumpSteps {
   /// stages come nearer in a few steps, each of which leaves the square of the part that the last one left.
   Cut cut_at(const PointPath::Jump& jump, bool has_stages, double h, double resolution) const;
   /// Returns a step to try after one of the above has failed: stages beyond its end, or at the jump itself, where the
-  /// force does not exist, are avoided by another length. There is none if that does not help any more.
+  /// force does not exist, are avoided by another length. There is none if that does not help any more, since the plan
+  /// itself was too long.
   Cut cut_again(const Cut& cut, double resolution) const;
   /// Takes note that the next step, from t, leads over a jump. Forces that drive points back to it from both sides end
   /// the motion.
-  Outcome note_jump(const PointPath::Jump& jump, double t, double h);
+  Outcome note_jump(const PointPath::Jump& jump, double t, double resolution);
+
+  /// Says that no motion goes on from a jump at t; ok if there is none.
+  static Outcome explain(const PointPath::Jump& jump, double t);
 
  private:
-  int count_ = 0;           // of jumps that were passed one after the other in no time, …
-  double last_time_ = 0.0;  // … and when the last one was, s
+  int count_ = 0;           // of jumps that were passed one soon after the other, …
+  double last_time_ = 0.0;  // … when the last one was, s, …
+  double longest_ = 0.0;    // … and the longest time between two of them, s
 };
 
 }  // namespace tanor

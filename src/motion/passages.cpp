@@ -89,7 +89,7 @@ void Passages::set_knots(double begin, double end, std::size_t pieces, Knots* ro
     if (arrays->size() < pieces + 1) arrays->resize(pieces + 1);
   for (auto* pointers : {&path->positions, &path->velocities, &path->variables, &path->rates})
     pointers->resize(pieces + 1);
-  DenseOutput inside(*scheme_, *from_, *to_, !scheme_->interpolates_at_once());
+  DenseOutput inside(*scheme_, *from_, *to_, by_ends_ || !scheme_->interpolates_at_once());
   for (std::size_t k = 0; k <= pieces; ++k) {
     const double s = k == pieces ? end : begin + (end - begin) * static_cast<double>(k) / static_cast<double>(pieces);
     const State* const state = s == 0.0 ? from_ : s == 1.0 ? to_ : nullptr;
@@ -133,12 +133,34 @@ void Passages::refine(double error) {
 }
 
 double Passages::look(Scheme& scheme, const State& from, const State& to) {
+  return look(scheme, from, to, false);
+}
+
+///   x + h v + h^2/2 a,   v + h a
+void Passages::look_along_parabola(Scheme& scheme, const State& from, double time) {
+  jump = {};
+  if (!may_jump_ || !scheme.knows_acceleration()) return;
+  const double step = time - from.t;
+  ahead_.t = time;
+  ahead_.x.resize(from.x.size());
+  ahead_.v.resize(from.x.size());
+  ahead_.a = from.a;
+  for (std::size_t i = 0; i < from.x.size(); ++i) {
+    ahead_.x[i] = from.x[i] + step * (from.v[i] + 0.5 * step * from.a[i]);
+    ahead_.v[i] = from.v[i] + step * from.a[i];
+  }
+  mechanics_.prescribe(time, ahead_.x.data(), ahead_.v.data());
+  (void)look(scheme, from, ahead_, true);
+}
+
+double Passages::look(Scheme& scheme, const State& from, const State& to, bool by_ends) {
   jump = {};
   if (forces_ == nullptr) return 1.0;
   constexpr double error = 1e-2;  // forces that need a better path call `refine`
   scheme_ = &scheme;
   from_ = &from;
   to_ = &to;
+  by_ends_ = by_ends;
   t = from.t;
   h = to.t - from.t;
   if (!(h > 0.0)) return 1.0;

@@ -17,6 +17,9 @@ class Passages final : private PointPath {
   /// Returns the part of the step to make instead; 1 if the step passes nothing unseen. The mechanics is not moved, and
   /// the result depends only on the two states and on the scheme.
   double look(Scheme& scheme, const State& from, const State& to);
+  /// Looks for jumps alone, along the parabola on which the motion leaves `from`. Where a step has failed at a jump its
+  /// own end and what it knows of its inside are made of forces on both sides, and may show no jump at all.
+  void look_along_parabola(Scheme& scheme, const State& from, double t);
   /// Returns true if forces may jump where points reach certain places.
   bool may_find_jumps() const { return may_jump_; }
   /// Returns where on the last step a force jumps first.
@@ -34,6 +37,7 @@ class Passages final : private PointPath {
 
   const PointPath* magnify(double begin, double end) override;
   void refine(double error) override;
+  double look(Scheme& scheme, const State& from, const State& to, bool by_ends);
   void weigh_looks();
   void set_knots(double begin, double end, std::size_t pieces, Knots* room, PointPath* path);
   double measure_bend() const;
@@ -43,6 +47,8 @@ class Passages final : private PointPath {
   // The step that is examined.
   Scheme* scheme_ = nullptr;
   const State *from_ = nullptr, *to_ = nullptr;
+  bool by_ends_ = false;  // true if the step is interpolated from its ends
+  State ahead_;           // end of a parabola
   double bend_ = 0.0;
   std::vector<double> looks_, weights_;
   const bool may_jump_;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/text.hpp"
+#include "motion/jump_steps.hpp"
 
 namespace tanor {
 
@@ -34,7 +35,7 @@ StepAttempt StepTrial::step(double t, bool may_surprise, Looks looks) {
   end = {};
   step = motion_.scheme->step(motion_.state, t - motion_.state.t, &state);
   attempt.error = step.error;
-  if (looks == Looks::Between && step.outcome.ok()) look_between(&attempt);
+  if (looks == Looks::Between) look_between(&attempt);
   attempt.has_surprised = may_surprise && attempt.is_good() && motion_.singular.have_surprised();
   if (!step.outcome.ok() && !motion_.scheme->is_adaptive()) end_before_arms_vanish(&attempt);
   if (!attempt.is_good()) return attempt;
@@ -50,7 +51,8 @@ StepAttempt StepTrial::step(double t, bool may_surprise, Looks looks) {
 }
 
 /// Looks for forces between the instants at which the scheme evaluated them. A fixed step keeps its length, with a
-/// warning. The error of an adaptive step over a jump tells nothing. A step that has passed a corner is not made.
+/// warning. The error of an adaptive step over a jump tells nothing, and it may fail there. A step that has passed a
+/// corner is not made.
 void StepTrial::look_between(StepAttempt* attempt) {
   constexpr double half = 0.5;
   if (attempt->is_good() && corners.have_passed(*motion_.scheme, motion_.state, state)) {
@@ -58,12 +60,15 @@ void StepTrial::look_between(StepAttempt* attempt) {
     return;
   }
   if (motion_.scheme->is_adaptive()) {
-    const bool is_good = attempt->is_good();
+    const bool is_good = attempt->is_good(), has_end = attempt->step.outcome.ok();
     if (!is_good && !passages_.may_find_jumps()) return;
-    const double part = passages_.look(*motion_.scheme, motion_.state, state);
+    const double part = has_end ? passages_.look(*motion_.scheme, motion_.state, state) : 1.0;
     if (is_good) attempt->part = part;
+    const bool has_found = has_end && passages_.found_jump().exists();
+    if (!is_good && !has_found) passages_.look_along_parabola(*motion_.scheme, motion_.state, state.t);
     attempt->jump = passages_.found_jump();
-  } else if (report_.accuracy_warning.empty() && passages_.look(*motion_.scheme, motion_.state, state) < 1.0) {
+  } else if (attempt->step.outcome.ok() && report_.accuracy_warning.empty() &&
+             passages_.look(*motion_.scheme, motion_.state, state) < 1.0) {
     report_.accuracy_warning =
         "steps are too long: one passes a force between two evaluations at t = " + text(motion_.state.t);
   }
@@ -167,6 +172,12 @@ Outcome StepTrial::find_acceleration() {
   if (knows_acceleration()) return {};
   return mechanics_.accelerations(motion_.state.at(), options_.request(Gradients::Keep),
                                   motion_.state.output_without_power());
+}
+
+Outcome StepTrial::find_jump(double within) {
+  if (!passages_.may_find_jumps()) return {};
+  passages_.look_along_parabola(*motion_.scheme, motion_.state, motion_.state.t + within);
+  return JumpSteps::explain(passages_.found_jump(), motion_.state.t);
 }
 
 StepAttempt StepTrial::extrapolate(double t, bool takes_least_error) {

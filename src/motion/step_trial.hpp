@@ -61,6 +61,8 @@ class StepTrial {
   StepAttempt cross(double t);
   /// Computes the acceleration of the motion's state, where the mechanics is linearised, unless it is known.
   Outcome find_acceleration();
+  /// Names a force that jumps so many seconds ahead of the motion's state, which knows its acceleration.
+  Outcome find_jump(double within);
   /// Returns true if the motion's state has its acceleration, from a scheme that leaves one or from extrapolation.
   bool knows_acceleration() const {
     return motion_.scheme->knows_acceleration() || motion_.singular.is_extrapolating();

@@ -329,18 +329,34 @@ System make_slider(const std::string& force) {
 }
 
 /// Nothing tells how a motion goes on where a force drives it back from both sides: a slider that sticks, pulled by a
-/// force or by a spring.
+/// force or by a spring, and a bead that comes to rest in a notch, in finite time or ever sooner.
 TEST(Jumps, FromWhichForcesDriveBackOnBothSidesAreNamed) {
-  for (const char* const force : {"0.3-vx/abs(vx)", "-x-2*vx/abs(vx)"}) {
-    for (const Method method : {Method::Auto, Method::Taylor}) {
-      Simulation simulation(make_slider(force), {.method = method});
+  const auto expect_named = [](const char* force, Method method) {
+    Simulation simulation(make_slider(force), {.method = method});
 
-      const Outcome outcome = simulation.advance_to(100.0);
+    const Outcome outcome = simulation.advance_to(100.0);
 
-      EXPECT_FALSE(outcome.ok()) << force << ", " << name_of(method);
-      EXPECT_NE(outcome.what.find("grip"), std::string::npos)
-          << force << ", " << name_of(method) << ": " << outcome.what;
-    }
+    EXPECT_FALSE(outcome.ok()) << force << ", " << name_of(method);
+    EXPECT_NE(outcome.what.find("grip jumps without end at t = "), std::string::npos)
+        << force << ", " << name_of(method) << ": " << outcome.what;
+  };
+  for (const char* const force : {"0.3-vx/abs(vx)", "-x-2*vx/abs(vx)", "-x/abs(x)-0.3*vx/abs(vx)"})
+    for (const Method method : with_auto(list_adaptive_methods())) expect_named(force, method);
+  expect_named("-x/abs(x)-3*vx", Method::Taylor);  // some thousand jumps
+}
+
+/// The period of a bead in a notch is 4 v.
+TEST(Jumps, OfANotchWithoutLossesArePassedForEver) {
+  System system = make_slider("-x/abs(x)");
+  system.positions[0] = 0.125e-4;
+  system.velocities[0] = 0.0;
+  for (const Method method : with_auto(list_adaptive_methods())) {
+    Simulation simulation(system, {.method = method, .rtol = 1e-11, .atol = 1e-15});
+
+    ASSERT_TRUE(simulation.advance_to(100.0 * 0.02).ok()) << name_of(method) << ": " << simulation.outcome().what;
+
+    EXPECT_NEAR(simulation.positions()[0], 0.125e-4, 1e-10) << name_of(method);
+    EXPECT_NEAR(simulation.velocities()[0], 0.0, 1e-8) << name_of(method);
   }
 }
 

@@ -85,7 +85,8 @@ TEST(TorsionJump, LeavesEightDigitsAfterManyTurns) {
     ASSERT_TRUE(simulation.advance_to(end).ok()) << name_of(method) << ": " << simulation.outcome().what;
 
     EXPECT_LT(miss_of(simulation, Turning(end, fast)), 1e-8) << name_of(method);
-    EXPECT_LT(simulation.report().steps, 20000u) << name_of(method);
+    EXPECT_LT(simulation.report().steps, 600u) << name_of(method);
+    EXPECT_LT(simulation.report().rejected, 250u) << name_of(method);  // two a jump
   }
 }
 
