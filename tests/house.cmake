@@ -24,6 +24,14 @@ if(TANOR_INSTALL)
   set_tests_properties(package/foreign_project PROPERTIES TIMEOUT 300 COST 12)
 endif()
 
+# The archive for other systems, which scripts/package --portable makes.
+find_program(PATCHELF patchelf)
+if(TANOR_INSTALL AND TANOR_SHARED AND PATCHELF AND TARGET tanor_python AND TARGET tanor_cli AND NOT TANOR_SANITIZE)
+  add_test(NAME package/portable COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/package/check_portable.py
+    ${PROJECT_BINARY_DIR} ${CMAKE_COMMAND} ${PROJECT_VERSION} ${CMAKE_CURRENT_BINARY_DIR}/portable)
+  set_tests_properties(package/portable PROPERTIES TIMEOUT 300 COST 20)
+endif()
+
 # Projects that contain tanor; only configured, for scripts/check.sh builds them.
 foreach(by add_subdirectory FetchContent)
   add_test(NAME package/${by} COMMAND ${CMAKE_COMMAND} -G ${CMAKE_GENERATOR} --fresh

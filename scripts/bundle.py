@@ -1,0 +1,124 @@
+#!/usr/bin/python3
+"""Makes an installed tanor run on any x86-64 Linux of glibc 2.36 or later: puts the libraries that it needs beside it.
+
+    bundle.py ROOT VERSION
+
+ROOT is what `cmake --install` made. Libraries of C and C++ are those of the system, as in manylinux (PEP 600); all
+others go into ROOT/lib, with their licences in ROOT/share/doc/tanor/licences. Programs and libraries find each other by
+paths relative to themselves. The package of Python becomes a wheel, ROOT/*.whl.
+"""
+
+import base64
+import hashlib
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import zipfile
+
+OF_THE_SYSTEM = re.compile(r"ld-linux|lib(c|m|dl|rt|pthread|resolv|util|mvec|stdc\+\+|gcc_s)\.so")
+
+
+def output_of(*command) -> str:
+    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+
+
+def is_elf(file: pathlib.Path) -> bool:
+    with open(file, "rb") as content:
+        return content.read(4) == b"\x7fELF"
+
+
+def list_binaries(folder: pathlib.Path) -> list:
+    return [file for file in sorted(folder.rglob("*")) if file.is_file() and not file.is_symlink() and is_elf(file)]
+
+
+def list_libraries(binaries: list, own: pathlib.Path) -> dict:
+    """Returns the files of all libraries that the binaries load, by name, without those of the system and `own`."""
+    libraries = {}
+    for binary in binaries:
+        for name, file in re.findall(r"^\s*(\S+) => (.*?) \(0x", output_of("ldd", binary), re.MULTILINE):
+            if not OF_THE_SYSTEM.match(name) and own not in pathlib.Path(file).resolve().parents:
+                libraries[name] = pathlib.Path(file)
+    missing = [name for name, file in libraries.items() if not file.is_file()]
+    if missing:
+        sys.exit(f"bundle.py: these libraries are missing: {' '.join(missing)}")
+    return libraries
+
+
+def set_search_path(binary: pathlib.Path, folder: pathlib.Path):
+    way = pathlib.Path(*[".."] * len(binary.parent.relative_to(folder.parent).parts)) / folder.name
+    path = "$ORIGIN" if binary.parent == folder else f"$ORIGIN/{way}"
+    subprocess.run(["patchelf", "--set-rpath", path, binary], check=True)
+
+
+def copy_licence(library: pathlib.Path, folder: pathlib.Path):
+    """Copies the copyright file of the Debian package that a library is of."""
+    for file in (library, library.resolve()):
+        owner = subprocess.run(["dpkg", "-S", file], capture_output=True, text=True, check=False).stdout
+        if not owner and file.is_relative_to("/lib"):
+            owner = subprocess.run(["dpkg", "-S", f"/usr{file}"], capture_output=True, text=True, check=False).stdout
+        if owner:
+            package = owner.split(":")[0]
+            shutil.copy(f"/usr/share/doc/{package}/copyright", folder / package)
+            return
+    sys.exit(f"bundle.py: no package has {library}")
+
+
+def bundle(binaries: list, own: pathlib.Path, folder: pathlib.Path, licences: pathlib.Path):
+    """Puts what `binaries` load from outside `own` into `folder`, and lets all of them look there."""
+    folder.mkdir(parents=True, exist_ok=True)
+    licences.mkdir(parents=True, exist_ok=True)
+    for name, file in list_libraries(binaries, own).items():
+        shutil.copy(file, folder / name)
+        (folder / name).chmod(0o755)
+        copy_licence(file, licences)
+        set_search_path(folder / name, folder)
+    for binary in binaries:
+        set_search_path(binary, folder)
+
+
+def make_wheel(root: pathlib.Path, version: str):
+    """Moves the package of Python into a wheel (PEP 427) that holds its libraries, in the folder tanor.libs."""
+    module = next(root.glob("lib/python3*/**/tanor/_core.cpython-*.so"))
+    python = re.search(r"cpython-(\d+)", module.name)[1]
+    staged = root / "wheel"
+    shutil.copytree(module.parent, staged / "tanor", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.rmtree(next(root.glob("lib/python3*")))
+    folder = staged / "tanor.libs"
+    folder.mkdir()
+    shutil.copy(root / "lib/libtanor.so.0", folder)
+    own = [staged / "tanor" / module.name, folder / "libtanor.so.0"]
+    for binary in own:
+        set_search_path(binary, folder)
+    tag = f"cp{python}-cp{python}-manylinux_2_36_x86_64"
+    about = staged / f"tanor-{version}.dist-info"
+    about.mkdir()
+    bundle(own, staged, folder, about / "licenses")
+    shutil.copy(root / "share/doc/tanor/LICENSE", about / "licenses")
+    (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: tanor\nVersion: {version}\n"
+                                    "Summary: Motion and reactions of large systems of points under constraints\n"
+                                    "Requires-Python: >=3.11\nRequires-Dist: numpy\n")
+    (about / "WHEEL").write_text(f"Wheel-Version: 1.0\nGenerator: tanor\nRoot-Is-Purelib: false\nTag: {tag}\n")
+    files = sorted(file for file in staged.rglob("*") if file.is_file())
+    with zipfile.ZipFile(root / f"tanor-{version}-{tag}.whl", "w", zipfile.ZIP_DEFLATED) as wheel:
+        lines = []
+        for file in files:
+            name = file.relative_to(staged).as_posix()
+            digest = base64.urlsafe_b64encode(hashlib.sha256(file.read_bytes()).digest()).rstrip(b"=").decode()
+            lines.append(f"{name},sha256={digest},{file.stat().st_size}")
+            wheel.write(file, name)
+        wheel.writestr(f"{about.name}/RECORD", "\n".join([*lines, f"{about.name}/RECORD,,", ""]))
+    shutil.rmtree(staged)
+
+
+def main():
+    if len(sys.argv) != 3:
+        sys.exit(__doc__)
+    root, version = pathlib.Path(sys.argv[1]).resolve(), sys.argv[2]
+    if any(root.glob("lib/python3*")):
+        make_wheel(root, version)
+    bundle(list_binaries(root), root, root / "lib", root / "share/doc/tanor/licences")
+
+
+main()
