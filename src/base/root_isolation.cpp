@@ -199,14 +199,6 @@ void RootIsolation::isolate(std::span<const double> values, const Function& g, c
   find_doubts();
 }
 
-double RootIsolation::slope(std::size_t i) const {
-  const bool is_last = i + 1 == samples_.size();
-  const std::size_t stretch = is_last ? i - 1 : i;
-  const Coefficients b = to_bernstein(values_between(stretch));
-  const double length = samples_[stretch + 1].s - samples_[stretch].s;
-  return (num_nodes - 1.0) * (is_last ? b[5] - b[4] : b[1] - b[0]) / length;
-}
-
 /// Near a pole of order p, |g| falls by 4^p where the distance from it grows four times; near a jump it stays, and near
 /// a root it rises. An order of 1/3 is seen.
 bool RootIsolation::is_pole(double root, const Function& g) const {

@@ -23,8 +23,9 @@ namespace tanor {
 /// Allocates nothing unless the number of samples grows.
 class RootIsolation {
  public:
-  /// The first samples. Their distances are irregular, so that no oscillation looks slow at all of them.
-  static constexpr std::array<double, 9> places{0.0, 0.041, 0.152, 0.317, 0.508, 0.684, 0.853, 0.962, 1.0};
+  /// The first samples. Their distances have no common part, so that no oscillation looks slow at all of them.
+  static constexpr std::array<double, 9> places{0.0,       0.0413729, 0.1517342, 0.3171573, 0.5081947,
+                                                0.6843061, 0.8527391, 0.9622718, 1.0};
   static constexpr std::size_t most_samples = 20000;
 
   using Function = std::function<double(double s)>;
@@ -46,8 +47,6 @@ class RootIsolation {
   /// Returns a place where g may change its sign twice: it touches 0 to rounding, or `most_samples` do not suffice. NaN
   /// if there is none.
   double doubtful_place() const { return doubtful_place_; }
-  /// Returns dg/ds at sample i.
-  double slope(std::size_t i) const;
   /// Narrows the root between samples i and i + 1, whose values have different signs, and returns it. A jump through 0
   /// counts as a root. Evaluates to NaN if a value is not finite.
   double find_root(std::size_t i, const Function& g) const;

@@ -14,8 +14,9 @@ namespace {
 
 /// A passage so near to the end of a step, over its time or length, is at its end, since states are rounded.
 constexpr double nearly_at_end = 1e-12;
-/// Interpolation from the two ends of a step may miss a value by this part of the largest one in the step.
-constexpr double missed_by_ends = 0.05;
+/// Interpolation from the two ends of a step may miss a value by this part of the largest one in the step. It is looked
+/// at so closely that a kink at 0 has a sample that is smaller.
+constexpr double missed_by_ends = 0.05, close_by_ends = 0.01;
 
 double sign_of(double value) {
   return value > 0.0 ? 1.0 : value < 0.0 ? -1.0 : 0.0;
@@ -99,11 +100,18 @@ void Watch::measure_rounding(const Step& step) {
   }
 }
 
-/// Returns true if the function is 0 at the first or last sample, or would be within rounding of that time.
-bool Watch::reaches_zero(const Step& step, std::size_t sample) const {
-  const double value = isolation_.samples()[sample].value;
+/// Returns the slope of the function, over the length of the step, at an end of it that may lie within rounding of a
+/// zero; 0 if the end is no such.
+double Watch::slope_at_zero(const Step& step, bool is_last, const RootIsolation::Function& g) const {
+  const std::span<const RootIsolation::Sample> samples = isolation_.samples();
+  const double value = (is_last ? samples.back() : samples.front()).value;
+  double largest = 0.0;
+  for (const RootIsolation::Sample& sample : samples) largest = std::max(largest, std::abs(sample.value));
   const double near = nearly_at_end * std::max(std::abs(step.to.t), step.h()) / step.h();
-  return std::abs(value) <= near * std::abs(isolation_.slope(sample));
+  const double beside = std::clamp(100.0 * near, 1e-6, 0.5);
+  if (!(std::abs(value) <= beside * largest)) return 0.0;
+  const double slope = is_last ? (value - g(1.0 - beside)) / beside : (g(beside) - value) / beside;
+  return std::abs(value) <= near * std::abs(slope) ? slope : 0.0;
 }
 
 /// Behind a pole the function has its other sign, but it did not pass 0. Of passages within the rounding of a state,
@@ -123,7 +131,7 @@ Outcome Watch::follow_sign(const Step& step, std::size_t k, const RootIsolation:
   const std::span<const RootIsolation::Sample> samples = isolation_.samples();
   const std::size_t last = samples.size() - 1;
   double sign = signs_[k];
-  if (std::isnan(sign)) sign = reaches_zero(step, 0) ? 0.0 : sign_of(samples[0].value);
+  if (std::isnan(sign)) sign = slope_at_zero(step, false, g) != 0.0 ? 0.0 : sign_of(samples[0].value);
   first_signs_[k] = sign;
   for (std::size_t i = sign == 0.0 ? 1 : 0; i <= last; ++i) {
     const double now = sign_of(samples[i].value);
@@ -141,8 +149,8 @@ Outcome Watch::follow_sign(const Step& step, std::size_t k, const RootIsolation:
     if (now != 0.0) sign = now;
   }
   // A passage right behind the end counts here.
-  if (sign * isolation_.slope(last) < 0.0 && reaches_zero(step, last)) add_crossing(step, k, step.to.t, sign < 0.0);
-  return {};
+  if (sign * slope_at_zero(step, true, g) < 0.0) add_crossing(step, k, step.to.t, sign < 0.0);
+  return failure_;
 }
 
 Outcome Watch::find_crossings(const Step& step, std::size_t k) {
@@ -168,7 +176,7 @@ bool Watch::may_pass(const Step& step) {
       largest = std::max(largest, std::abs(value));
     }
     if (!(least > missed_by_ends * largest)) return true;  // also if the sign is not known
-    isolation_.isolate(samples_[k], g, {missed_by_ends * largest, missed_by_ends});
+    isolation_.isolate(samples_[k], g, {missed_by_ends * largest, close_by_ends});
     for (const RootIsolation::Sample& sample : isolation_.samples())
       if (!(signs_[k] * sample.value > missed_by_ends * largest)) return true;
   }

@@ -67,7 +67,7 @@ class Watch {
   void measure_rounding(const Step& step);
   Outcome find_crossings(const Step& step, std::size_t k);
   Outcome follow_sign(const Step& step, std::size_t k, const RootIsolation::Function& g);
-  bool reaches_zero(const Step& step, std::size_t sample) const;
+  double slope_at_zero(const Step& step, bool is_last, const RootIsolation::Function& g) const;
   void add_crossing(const Step& step, std::size_t k, double t, bool rises, bool is_pole = false);
   bool may_pass(const Step& step);
   double find_stop(const Step& step) const;
