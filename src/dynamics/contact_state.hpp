@@ -33,9 +33,9 @@ struct ContactState {
 
   /// Steps of softness for each factor of two.
   static constexpr int softness_steps = 1 << 20;
-  /// A share is accurate to 1e-7 of itself. A contact nearer than `to_spare` to its limit is held until its load is
+  /// A share is accurate to 1e-9 of itself. A contact nearer than `to_spare` to its limit is held until its load is
   /// `overload` above it.
-  static constexpr double to_spare = 1e-6, overload = 4e-6;
+  static constexpr double to_spare = 1e-8, overload = 4e-8;
 
   Workspace& work;
   const Model& model;

@@ -111,7 +111,7 @@ void Shares::center(double price, double* level, VectorXd* x) const {
 
 double Shares::find_centre(VectorXd* x) const {
   // Levels fall until there is something to spare, or to the least of any share; the gap is 2 m/price.
-  constexpr double spared = 1e-8, smallest_gap = 1e-8;
+  constexpr double spared = 1e-10, smallest_gap = 1e-10;
   const VectorXd given = *x;
   const auto num_terms = 2.0 * static_cast<double>(contacts.size());
   double level = 1.5 * load(*x);

@@ -142,8 +142,9 @@ TEST(StaticFriction, EndsOfRandomRowsDependOnNothingButForcesAndLimits) {
     EXPECT_EQ(other.outcome.ok(), best.outcome.ok()) << "seed " << seed << " " << other.outcome.what;
     if (!best.outcome.ok() || !other.outcome.ok()) continue;
     ++arrived;
-    if (best.friction.several == 0 && other.friction.several == 0)
+    if (best.friction.several == 0 && other.friction.several == 0) {
       EXPECT_LE(distance(best, other), 1e-8) << "seed " << seed;
+    }
   }
   EXPECT_GT(arrived, 240);
 }
