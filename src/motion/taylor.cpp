@@ -184,8 +184,11 @@ Taylor::Taylor(const IntegrationOptions& options, Mechanics& mechanics)
   if (mechanics.has_work()) make_quadrature((order_ + 1) / 2, &nodes_, &weights_);
 }
 
+/// Right behind a jump, as of s v/|v|, quotients are small over small, and their series are rounding alone.
 double Taylor::propose_step(const State& from, double resolution) {
+  constexpr double right_behind = 1e4;  // resolutions
   if (!expansion_.is_known || expansion_.time != from.t) expand(from);
+  if (expansion_.reach < right_behind * resolution) expansion_.exists = false;
   if (!expansion_.exists) return 0.0;
   // A piece of a table that ends within the resolution of time has ended.
   const bool has_ended = expansion_.extent.smooth_until - from.t < resolution;

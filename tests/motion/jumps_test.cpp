@@ -345,6 +345,26 @@ TEST(Jumps, FromWhichForcesDriveBackOnBothSidesAreNamed) {
   expect_named("-x/abs(x)-3*vx", Method::Taylor);  // some thousand jumps
 }
 
+/// Right behind each stop s(t) v/|v| is small over small, where a power series is rounding alone.
+TEST(Jumps, OfASenseWhoseSizeSwingsArePassedRight) {
+  constexpr double time = 10.0;
+  const jumps::Piecewise motion{.rate =
+                                    [](const std::vector<bool>& is_positive, const Numbers& y) {
+                                      const double size = std::sin(7.0 * y[2]);
+                                      return Numbers{y[1], -y[0] - (is_positive[0] ? size : -size), 1.0};
+                                    },
+                                .sides = [](const Numbers& y) { return Numbers{y[1]}; }};
+  const Numbers right = jumps::follow(motion, {1.0, 0.5, 0.0}, time, 0.02);
+  for (const Method method : with_auto(list_adaptive_methods())) {
+    Simulation simulation(make_slider("-x-sin(7*t)*vx/abs(vx)"), {.method = method, .rtol = 1e-10, .atol = 1e-12});
+
+    ASSERT_TRUE(simulation.advance_to(time).ok()) << name_of(method) << ": " << simulation.outcome().what;
+
+    EXPECT_NEAR(simulation.positions()[0], right[0], 1e-8) << name_of(method);
+    EXPECT_NEAR(simulation.velocities()[0], right[1], 1e-8) << name_of(method);
+  }
+}
+
 /// The period of a bead in a notch is 4 v.
 TEST(Jumps, OfANotchWithoutLossesArePassedForEver) {
   System system = make_slider("-x/abs(x)");
