@@ -78,10 +78,9 @@ void StepTrial::look_between(StepAttempt* attempt) {
 void StepTrial::detect_user_events(StepAttempt* attempt) {
   if (watch.is_empty() || state.t == motion_.state.t) return;
   StepResult& step = attempt->step;
-  const DenseOutput by_ends(*motion_.scheme, motion_.state, state, true),
-      dense(*motion_.scheme, motion_.state, state, !step.is_interpolated);
+  const DenseOutput dense(*motion_.scheme, motion_.state, state, !step.is_interpolated);
   double stop = 0.0;
-  if (step.outcome = watch.look(motion_.state, &state, by_ends, dense, &stop); !step.outcome.ok()) return;
+  if (step.outcome = watch.look(motion_.state, &state, dense, &stop); !step.outcome.ok()) return;
   if (stop > state.t) return;
   attempt->has_stopped = true;
   if (!attempt->is_extrapolated) watch.end_at(stop);

@@ -14,9 +14,6 @@ namespace {
 
 /// A passage so near to the end of a step, over its time or length, is at its end, since states are rounded.
 constexpr double nearly_at_end = 1e-12;
-/// Interpolation from the two ends of a step may miss a value by this part of the largest one in the step. It is looked
-/// at so closely that a kink at 0 has a sample that is smaller.
-constexpr double missed_by_ends = 0.05, close_by_ends = 0.01;
 
 double sign_of(double value) {
   return value > 0.0 ? 1.0 : value < 0.0 ? -1.0 : 0.0;
@@ -166,23 +163,6 @@ Outcome Watch::find_crossings(const Step& step, std::size_t k) {
   return follow_sign(step, k, g);
 }
 
-/// Returns true if a function comes near 0 in a step that is interpolated roughly.
-bool Watch::may_pass(const Step& step) {
-  for (std::size_t k = 0; k < functions_.size(); ++k) {
-    const auto g = [&](double s) { return go_to(step, s).ok() ? evaluate(k, step.time(s)) : 0.0; };
-    double least = std::numeric_limits<double>::infinity(), largest = 0.0;
-    for (const double value : samples_[k]) {
-      least = std::min(least, signs_[k] * value);
-      largest = std::max(largest, std::abs(value));
-    }
-    if (!(least > missed_by_ends * largest)) return true;  // also if the sign is not known
-    isolation_.isolate(samples_[k], g, {missed_by_ends * largest, close_by_ends});
-    for (const RootIsolation::Sample& sample : isolation_.samples())
-      if (!(signs_[k] * sample.value > missed_by_ends * largest)) return true;
-  }
-  return false;
-}
-
 /// Returns when the first event that stops is passed.
 double Watch::find_stop(const Step& step) const {
   const auto stops = [&](const Crossing& one) { return one.is_reported && functions_[one.passage.event].stops; };
@@ -192,19 +172,12 @@ double Watch::find_stop(const Step& step) const {
   return t + finest >= step.to.t ? step.to.t : std::max(t, step.from.t + finest);
 }
 
-Outcome Watch::look(const State& from, State* to, DenseOutput ends, DenseOutput dense, double* stop) {
+Outcome Watch::look(const State& from, State* to, DenseOutput dense, double* stop) {
   *stop = std::numeric_limits<double>::infinity();
   pending_.clear();
   doubt_.clear();
   end_ = to->t;
   first_signs_ = signs_;
-  if (!dense.is_at_once()) {
-    const Step by_ends{from, *to, &ends};
-    if (Outcome found = sample(by_ends); !found.ok()) return found;
-    const bool passes = may_pass(by_ends);
-    if (!failure_.ok()) return failure_;
-    if (!passes) return leave(dense, to);
-  }
   const Step step{from, *to, &dense};
   if (Outcome found = sample(step); !found.ok()) return found;
   measure_rounding(step);

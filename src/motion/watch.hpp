@@ -35,10 +35,9 @@ class Watch {
   void begin(double t);
 
   /// Looks for passages in a good step. The time of the first one that stops is written to `stop` (infinite if none
-  /// stops). It lies behind the beginning of the step, so that a step can end there. `ends` interpolates from the two
-  /// ends of the step: if `dense` costs evaluations of the mechanics, it is needed only where a function comes near 0.
-  /// The mechanics is at `to` again afterwards.
-  Outcome look(const State& from, State* to, DenseOutput ends, DenseOutput dense, double* stop);
+  /// stops). It lies behind the beginning of the step, so that a step can end there. The mechanics is at `to` again
+  /// afterwards.
+  Outcome look(const State& from, State* to, DenseOutput dense, double* stop);
   /// Tells that the step is made again, to end at `stop`. What lies beyond is forgotten.
   void end_at(double stop);
   /// Accepts a step that ends at t, so that its passages count if it was examined.
@@ -69,7 +68,6 @@ class Watch {
   Outcome follow_sign(const Step& step, std::size_t k, const RootIsolation::Function& g);
   double slope_at_zero(const Step& step, bool is_last, const RootIsolation::Function& g) const;
   void add_crossing(const Step& step, std::size_t k, double t, bool rises, bool is_pole = false);
-  bool may_pass(const Step& step);
   double find_stop(const Step& step) const;
   Outcome leave(const DenseOutput& dense, State* to);
 
