@@ -72,7 +72,9 @@ void PairField::note_jumps(const Parallel& parallel, PointPath* path, std::span<
   if (near == nullptr) return;  // … and these
   std::vector<Crossing> found;
   std::mutex guard;
-  const double cutoff = potential_.cutoff(), bend = 2.0 * reach.sagitta;
+  // A path that bends evenly leaves its chord by the square of the number of pieces as much as these leave theirs.
+  const auto pieces = static_cast<double>(path->num_pieces());
+  const double cutoff = potential_.cutoff(), bend = 2.0 * std::min(pieces * pieces * reach.sagitta, reach.move);
   near->for_each_point(parallel, [&](std::size_t i, std::span<const Index> neighbours) {
     for (auto j = std::upper_bound(neighbours.begin(), neighbours.end(), static_cast<Index>(i)); j != neighbours.end();
          ++j) {

@@ -320,6 +320,28 @@ TEST(EventDraws, OfThreeHundredBeadsBetweenSpringsAreThoseOfADenseProgram) {
 }
 
 /// A sign that changes at a pole is no passage, of any order down to a cube root; one that jumps through 0 is.
+/// Kinks near 0, near pairs of roots, and sines faster than the first samples are apart.
+TEST_P(EventDraws, NarrowDipsAndFastSinesOfAFreeBeadHaveTheirPassages) {
+  System bead;
+  bead.add_point({.position = {0, 0, 0}, .velocity = {1, 0, 0}, .mass = 1.0});
+  const auto count = [&](const std::function<double(double)>& g) {
+    Simulation simulation(bead, options_of(GetParam()));
+    simulation.add_event({.value = [&](double, Points r, Points) { return g(r[0]); }});
+    EXPECT_TRUE(simulation.advance_to(10.0).ok()) << simulation.outcome().what;
+    return simulation.passages().size();
+  };
+  for (int k = 0; k < 50; ++k) {
+    const double c = 2.0137 + 0.12 * k;
+    EXPECT_EQ(count([c](double x) { return std::hypot(x - c, 0.005) - 0.01; }), 2u) << c;
+    EXPECT_EQ(count([c](double x) { return std::abs(x - c) - 0.001; }), 2u) << c;
+    std::size_t roots = 0;
+    for (int turn = -2; turn < 3; ++turn)
+      for (const double x : {c - 0.05 + 2.0 * pi * turn, c + 0.05 + 2.0 * pi * turn}) roots += x > 0.0 && x < 10.0;
+    EXPECT_EQ(count([c](double x) { return std::cos(x - c) - std::cos(0.05); }), roots) << c;
+  }
+  EXPECT_EQ(count([](double x) { return std::sin(200.0 * pi * x + 0.5); }), 2000u);
+}
+
 TEST_P(EventDraws, APoleIsNoPassageAndAJumpIs) {
   std::mt19937_64 random(3);
   const auto draw = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
