@@ -56,6 +56,8 @@ class EquilibriumEquations {
   double acting_force(std::size_t point) const {
     return std::max(norm(load(f_.data(), point)), norm(load(reactions_.data(), point)));
   }
+  /// Returns f + K lambda at a moving point at the last `evaluate`, N.
+  Vec3 net_force(std::size_t point) const { return load(f_.data(), point) + load(reactions_.data(), point); }
   /// The scene's size or the largest |r| at the last `evaluate`, m, to which positions are rounded.
   double extent() const { return extent_; }
 

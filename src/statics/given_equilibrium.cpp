@@ -168,15 +168,25 @@ std::string GivenEquilibrium::find_complaint(double force_tolerance) {
   // If all forces are small beside those that a move of the scene's size makes, the largest one is no scale: the
   // residual is small where rest is near.
   const double step = find_next_step(g, xi, scale), scene_size = model().scene_size;
-  if (left <= force_tolerance * scene_size * equations_.stiffness().largest_of(worst) &&
-      step <= force_tolerance * scene_size)
-    return {};
+  const double of_largest = force_tolerance * scale, allowed_step = force_tolerance * scene_size,
+               of_stiffness = std::isfinite(step) ? allowed_step * equations_.stiffness().largest_of(worst) : 0.0;
+  const bool is_step_decisive = left <= of_stiffness;
+  if (is_step_decisive && step <= allowed_step) return {};
+  const double limit = std::max(of_largest, of_stiffness);
+  const auto [left_text, limit_text] = texts_apart<2>({left, limit});
+  const auto [step_text, allowed_text] = texts_apart<2>({step, allowed_step});
   const Vec3 at = load(r_.data(), worst);
-  return "the positions are no equilibrium: nothing balances " + text(left) + " N at point " +
-         std::to_string(model().numbering.user_point[worst]) + " (" + text(at.x) + ", " + text(at.y) + ", " +
-         text(at.z) + "), where at most " + text(force_tolerance * scale) + " N, " + text(force_tolerance) +
-         " of the largest force, is allowed" +
-         (std::isfinite(step) ? "; Newton's method would move points by " + text(step) + " m" : "") + advice;
+  const std::string what = "the positions are no equilibrium: nothing balances " + left_text + " N at point " +
+                           std::to_string(model().numbering.user_point[worst]) + " (" + text(at.x) + ", " + text(at.y) +
+                           ", " + text(at.z) + ")",
+                    part = ", " + text(force_tolerance) + " of ",
+                    moves = "Newton's method would move points by " + step_text + " m";
+  if (is_step_decisive)
+    return what + ", and " + moves + ", where at most " + allowed_text + " m" + part +
+           "the size of the scene, is allowed" + advice;
+  return what + ", where at most " + limit_text + " N" + part +
+         (of_largest >= of_stiffness ? "the largest force" : "its stiffness times the size of the scene") +
+         ", is allowed" + (std::isfinite(step) ? "; " + moves : "") + advice;
 }
 
 /// Returns the length of Newton's step to the equilibrium, m, with each coordinate held by a small spring; infinite if

@@ -20,6 +20,11 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 /// Six motions of every island at once: shifts along the axes, and turns about its centre, all of unit size.
 struct RigidFields {
   RigidFields(const std::vector<int>& island, const double* r);
+  /// Returns the turn of motion `a` of an island, rad.
+  Vec3 turn(std::size_t a, std::size_t of_island) const {
+    const double size = radius[of_island] > 0.0 ? 1.0 / radius[of_island] : 0.0;
+    return {a == 3 ? size : 0.0, a == 4 ? size : 0.0, a == 5 ? size : 0.0};
+  }
 
   std::vector<double> count, radius;         // [island] number of points, and their largest distance from the centre
   std::vector<Vec3> centre;                  // [island]
@@ -42,10 +47,7 @@ RigidFields::RigidFields(const std::vector<int>& island, const double* r)
   for (std::size_t k = 0; k < 6; ++k) {
     moves[k].assign(3 * island.size(), 0.0);
     for (std::size_t i = 0; i < island.size(); ++i) {
-      if (k < 3)
-        store(moves[k].data(), i, axes[k]);
-      else if (radius[own(i)] > 0.0)
-        store(moves[k].data(), i, (1.0 / radius[own(i)]) * cross(axes[k - 3], arm(i)));
+      store(moves[k].data(), i, k < 3 ? axes[k] : cross(turn(k, own(i)), arm(i)));
     }
   }
 }
@@ -75,10 +77,16 @@ RigidMotions find_candidates(const Matrix6& moves, const Matrix6& answers, doubl
   return {basis * answer.vectors.leftCols((answer.values.array() < hidden).count()), eigen.vectors.leftCols(num_idle)};
 }
 
-/// The answers to small motions u of islands: W u over the island's stiffness, and K'u.
+/// Forces that nothing balances turn with an island where springs between its points exert them, as where their lengths
+/// are known to a few digits: then W u = -turn x (f + K lambda). Loads stay as they are.
+enum class NetForces { Stay, Turn };
+
+/// The answers to small motions u of islands: W u, less what net forces that turn make of it, over the island's
+/// stiffness, and K'u.
 class AnswersToMotions {
  public:
-  AnswersToMotions(const EquilibriumEquations& equations, const std::vector<int>& island, const RigidFields& fields)
+  AnswersToMotions(const EquilibriumEquations& equations, const std::vector<int>& island, const RigidFields& fields,
+                   NetForces net_forces)
       : island_(island), fields_(fields), of_row_(equations.model().num_rows(), -1) {
     const std::size_t n = island.size();
     const std::vector<double> stiffness = find_island_stiffness(equations, island);
@@ -87,8 +95,11 @@ class AnswersToMotions {
       rows_[a].resize(of_row_.size());
       equations.stiffness().multiply(fields.moves[a].data(), forces_[a].data());
       equations.apply_transposed(fields.moves[a].data(), rows_[a].data());
-      for (std::size_t i = 0; i < n; ++i)
-        store(forces_[a].data(), i, (1.0 / stiffness[i]) * load(forces_[a].data(), i));
+      for (std::size_t i = 0; i < n; ++i) {
+        const Vec3 turn = net_forces == NetForces::Turn ? fields.turn(a, static_cast<std::size_t>(island[i])) : Vec3{};
+        const Vec3 answer = load(forces_[a].data(), i) + cross(turn, equations.net_force(i));
+        store(forces_[a].data(), i, (1.0 / stiffness[i]) * answer);
+      }
     }
     for (const Incidence& incidence : equations.model().incidences) {
       if (static_cast<std::size_t>(incidence.point) < n)
@@ -388,8 +399,12 @@ class FiniteMotions {
 std::size_t count_rigid_modes(const EquilibriumEquations& equations, const std::vector<double>& r) {
   const std::vector<int> island = find_statics_islands(equations);
   const RigidFields fields(island, r.data());
-  return FiniteMotions(equations, r, island, fields, AnswersToMotions(equations, island, fields).find_unanswered())
-      .count_free();
+  std::vector<RigidMotions> motions = AnswersToMotions(equations, island, fields, NetForces::Stay).find_unanswered(),
+                            turning = AnswersToMotions(equations, island, fields, NetForces::Turn).find_unanswered();
+  for (std::size_t each = 0; each < motions.size(); ++each) {
+    if (turning[each].unanswered.cols() > motions[each].unanswered.cols()) motions[each] = std::move(turning[each]);
+  }
+  return FiniteMotions(equations, r, island, fields, std::move(motions)).count_free();
 }
 
 }  // namespace tanor
