@@ -32,7 +32,7 @@ std::string describe(const EquilibriumResult& found) {
       fmt::format("{} after {} iterations, residual {:.2g} N (the largest force is {:.4g} N)",
                   name_of(found.stability.status), found.search.iterations, found.residual_force, found.largest_force);
   if (found.stability.lowest_omega2 > 0.0)
-    line += fmt::format(", lowest omega {:.6g} rad/s", std::sqrt(found.stability.lowest_omega2));
+    line += fmt::format(", lowest omega {:.4g} rad/s", std::sqrt(found.stability.lowest_omega2));
   if (found.stability.zero_modes > 0)
     line +=
         fmt::format(", {} zero modes, {} of them rigid", found.stability.zero_modes, found.stability.rigid_zero_modes);

@@ -27,8 +27,8 @@ std::string describe(const Modes& modes) {
   constexpr std::size_t most_shown = 6;
   std::string text;
   for (std::size_t k = 0; k < std::min(most_shown, modes.count()); ++k) {
-    text += fmt::format("{}{:.6g}", k == 0 ? "" : ", ", modes.omega[k]);
-    if (!modes.decay.empty()) text += fmt::format(" (decay {:.6g} 1/s)", modes.decay[k]);
+    text += fmt::format("{}{:.4g}", k == 0 ? "" : ", ", modes.omega[k]);
+    if (!modes.decay.empty()) text += fmt::format(" (decay {:.4g} 1/s)", modes.decay[k]);
   }
   if (modes.count() > most_shown) text += ", …";
   std::string line = fmt::format("{} {} modes: omega = {} rad/s", modes.count(),
@@ -38,7 +38,7 @@ std::string describe(const Modes& modes) {
   if (modes.unstable_directions > 0 && modes.decay.empty())
     line += fmt::format("; unstable: {} grow (negative: growth rate, 1/s)", modes.unstable_directions);
   if (modes.unstable_directions > 0 && !modes.decay.empty())
-    line += fmt::format("; unstable: {} grow, the fastest by {:.6g} 1/s", modes.unstable_directions,
+    line += fmt::format("; unstable: {} grow, the fastest by {:.4g} 1/s", modes.unstable_directions,
                         -std::ranges::min(modes.decay));
   return line;
 }
