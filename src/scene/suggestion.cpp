@@ -40,15 +40,43 @@ std::string find_longer_form(std::string_view word, const std::vector<std::strin
   return found;
 }
 
+/// Returns the letters and digits of a word, in small letters: tend of t_end and of tEnd.
+std::string letters_of(std::string_view word) {
+  std::string letters;
+  for (const char c : word)
+    if (c != '_' && c != '-') letters += c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return letters;
+}
+
+/// Returns the known word that a longer name ends in: step of time_step.
+std::string find_last_part(std::string_view word, const std::vector<std::string>& known) {
+  const auto found = std::ranges::find(known, word.substr(word.rfind('_') + 1));
+  return found == known.end() ? "" : *found;
+}
+
+/// Returns what the books write for a known word: mu for the coefficient of friction.
+std::string find_symbol(std::string_view word, const std::vector<std::string>& known) {
+  constexpr std::pair<std::string_view, std::string_view> symbols[] = {
+      {"mu", "coefficient"}, {"dt", "step"}, {"mu_s", "static_coefficient"}, {"mu_k", "coefficient"}, {"tol", "rtol"}};
+  for (const auto& [symbol, name] : symbols)
+    if (symbol == word && std::ranges::find(known, name) != known.end()) return std::string(name);
+  return "";
+}
+
 }  // namespace
 
 std::string suggest(std::string_view word, const std::vector<std::string>& known) {
   constexpr std::size_t longest = 80;  // of a word that may be a mistyped name
   if (word.size() > longest) return "";
+  const auto same = std::ranges::find(known, letters_of(word), letters_of);
+  if (same != known.end() && *same != word) return " (did you mean " + *same + "?)";
   const auto near = std::ranges::min_element(known, {}, [&](const auto& each) { return count_changes(word, each); });
   const std::size_t changes = near == known.end() ? word.size() : count_changes(word, *near);
   const bool is_near = changes < word.size() && changes <= std::max<std::size_t>(1, (word.size() + 1) / 4);
-  const std::string meant = is_near ? *near : find_longer_form(word, known);
+  std::string meant = find_symbol(word, known);
+  if (meant.empty() && is_near) meant = *near;
+  if (meant.empty()) meant = find_longer_form(word, known);
+  if (meant.empty()) meant = find_last_part(word, known);
   return meant.empty() ? "" : " (did you mean " + meant + "?)";
 }
 

@@ -123,8 +123,8 @@ const BadFriction bad_friction[] = {
     {"KindIsUnknown", R"({"kind": "stribeck", "at": "floor"})",
      R"(/friction/0/kind: found string "stribeck", wanted one of coulomb, viscous)"},
     {"KeyIsUnknown", R"({"kind": "coulomb", "at": "floor", "coefficient": 0.3, "mu": 0.3})",
-     R"(/friction/0/mu: found the unknown key "mu", wanted one of kind, name, at, coefficient, static_coefficient, )"
-     R"(law, velocity, reaction)"},
+     R"(/friction/0/mu: found the unknown key "mu" (did you mean coefficient?), wanted one of kind, name, at, coefficient, )"
+     R"(static_coefficient, law, velocity, reaction)"},
     {"KeyOfAnotherKind", R"({"kind": "viscous", "at": "floor", "coefficient": 0.3, "law": "exact"})",
      R"(/friction/0/law: found the unknown key "law", wanted one of kind, name, at, coefficient, velocity)"},
     {"KeyIsDuplicate", R"({"kind": "viscous", "at": "floor", "coefficient": 0.3, "at": "wire"})",

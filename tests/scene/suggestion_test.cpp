@@ -19,6 +19,10 @@ TEST(Suggestion, IsTheNearestWordIfItIsNear) {
   EXPECT_EQ(suggest("velocity", {"positions", "velocities"}), " (did you mean velocities?)");
   EXPECT_EQ(suggest("out", {"output_every", "output_points"}), "") << "several begin so";
   EXPECT_EQ(suggest("t", {"type"}), "");
+  EXPECT_EQ(suggest("tEnd", {"t_start", "t_end"}), " (did you mean t_end?)");
+  EXPECT_EQ(suggest("time_step", {"step", "max_step"}), " (did you mean step?)");
+  EXPECT_EQ(suggest("mu", {"at", "coefficient", "static_coefficient"}), " (did you mean coefficient?)");
+  EXPECT_EQ(suggest("mu", {"at"}), "");
   EXPECT_EQ(suggest(std::string(1000000, 'x'), {std::string(1000, 'x')}), "") << "no name is as long";
 }
 
@@ -30,6 +34,10 @@ TEST(Suggestion, StandsBehindUnknownKeysKindsAndChoices) {
   EXPECT_EQ(told(R"("motoin": {})"), "scene.json: /motoin: found the unknown key \"motoin\" (did you mean motion?)");
   EXPECT_EQ(told(R"("motion": {"tend": 1})"),
             "scene.json: /motion/tend: found the unknown key \"tend\" (did you mean t_end?)");
+  EXPECT_EQ(told(R"("motion": {"time_step": 1})"),
+            "scene.json: /motion/time_step: found the unknown key \"time_step\" (did you mean step?)");
+  EXPECT_EQ(told(R"("friction": [{"kind": "coulomb", "mu": 0.5}])"),
+            "scene.json: /friction/0/mu: found the unknown key \"mu\" (did you mean coefficient?)");
   EXPECT_EQ(told(R"("forces": [{"kind": "gravity", "acc": [0, 0, 1]}])"),
             "scene.json: /forces/0/acc: found the unknown key \"acc\" (did you mean acceleration?)");
   const std::string mass = error_of(R"({"tanor_scene": 1, "points": {"positions": [[0, 0, 0]], "mass": 1}})");
