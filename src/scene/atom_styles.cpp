@@ -1,7 +1,7 @@
 #include "scene/atom_styles.hpp"
 
 #include <algorithm>
-#include <charconv>
+#include <array>
 #include <utility>
 
 #include "scene/text_file.hpp"
@@ -57,11 +57,8 @@ constexpr std::string_view whole_columns[] = {
     "id",    "molecule", "template_index", "template_atom", "espin",    "etag",         "bond1",
     "bond2", "buckling", "bodyflag",       "ellipsoidflag", "lineflag", "triangleflag", "status"};
 
-/// Returns true for numbers, also those that are not finite: nobody may read them.
-bool spells_number(std::string_view word) {
-  double number = 0.0;
-  return parse_number(word) || std::from_chars(word.data(), word.data() + word.size(), number).ptr == word.end();
-}
+/// Columns that are not below 0, as coordinates of a style that is not known may be.
+constexpr std::string_view amounts[] = {"mass", "density", "diameter", "volume", "rho", "cv", "eradius"};
 
 AtomColumns columns_of(const Style& style) {
   const std::vector<std::string_view> names = split_words(style.columns);
@@ -152,14 +149,36 @@ void AtomSurvey::add(const std::vector<std::string_view>& words) {
     column.least = std::min(column.least, number.value_or(column.least));
     column.most = std::max(column.most, number.value_or(column.most));
   }
+  add_moment(words);
+}
+
+/// Looks at the columns behind x, y and z of styles dipole and spin, which may be taken for image flags.
+void AtomSurvey::add_moment(const std::vector<std::string_view>& words) {
+  constexpr std::size_t spin = 5, dipole = 6, least_columns = 9;
+  constexpr double rounding = 1e-2;  // of numbers in files
+  if (words.size() < least_columns) return;
+  std::array<double, 4> v;
+  for (std::size_t k = 0; k < 4; ++k) v[k] = parse_number(words[spin + k]).value_or(0.0);
+  const double length = v[1] * v[1] + v[2] * v[2] + v[3] * v[3], direction = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+  const auto type = dipole_of_type_.try_emplace(std::string(words[1]), length).first;
+  has_equal_dipoles_ =
+      has_equal_dipoles_ && std::abs(type->second - length) <= rounding * std::max(type->second, length);
+  // LAMMPS takes directions of any length, but those with fractions have length 1.
+  const bool is_whole = std::all_of(words.begin() + spin, words.begin() + dipole + 2,
+                                    [](std::string_view word) { return parse_integer(word).has_value(); });
+  const bool is_direction = is_whole ? direction > 0.0 : std::abs(direction - 1.0) <= rounding;
+  has_directions_ = has_directions_ && v[3] >= 0.0 && (is_direction || (direction == 0.0 && v[3] == 0.0));
+  has_spins_ = has_spins_ || v[3] > 0.0;
 }
 
 bool AtomSurvey::fits(const AtomColumns& columns) const {
   if (!is_even_ || (columns_.size() != columns.names.size() && !has_images(columns))) return false;
+  if (columns.style == "spin" && !(has_directions_ && has_spins_)) return false;
   for (std::size_t k = 0; k < columns.names.size(); ++k) {
     const std::string& name = columns.names[k];
     const bool is_whole = std::ranges::find(whole_columns, name) != std::end(whole_columns);
     const Column& column = columns_[k];
+    if (column.least < 0.0 && std::ranges::find(amounts, name) != std::end(amounts)) return false;
     if (!(name == "type" ? column.is_type : is_whole ? column.is_whole : column.is_number)) return false;
   }
   return std::all_of(columns_.begin() + static_cast<long>(columns.names.size()), columns_.end(),
@@ -187,16 +206,30 @@ bool AtomSurvey::is_written_alike(std::size_t x) const {
   return columns_[x].is_whole == columns_[x + 1].is_whole && columns_[x].is_whole == columns_[x + 2].is_whole;
 }
 
+bool AtomSurvey::has_fractions(std::size_t x) const {
+  return !(columns_[x].is_whole && columns_[x + 1].is_whole && columns_[x + 2].is_whole);
+}
+
 std::vector<AtomColumns> choose_columns(std::vector<AtomColumns> candidates, const AtomSurvey& survey,
                                         const AtomFacts& facts) {
   candidates = fill_open(candidates, survey.num_columns());
   std::erase_if(candidates, [&](const AtomColumns& each) { return !survey.fits(each); });
   prefer(&candidates, [&](const AtomColumns& each) {
     // Columns whose number nobody knows may end in whole numbers of their own, which are not below 0.
-    return survey.has_images(each) && (!each.is_open || !survey.has_shift() || survey.has_negative_shift());
+    return !each.is_open || (survey.has_images(each) && (!survey.has_shift() || survey.has_negative_shift()));
   });
   prefer(&candidates, [&](const AtomColumns& each) { return survey.is_inside(each.find("x"), facts.low, facts.high); });
+  // Whole numbers at the end are no coordinates where they may be image flags behind coordinates with fractions.
+  const auto has_fractions = [&](const AtomColumns& each) { return survey.has_fractions(each.find("x")); };
+  if (std::ranges::any_of(candidates, [&](const auto& each) { return survey.has_images(each) && has_fractions(each); }))
+    prefer(&candidates,
+           [&](const AtomColumns& each) { return each.find("x") + 3 != survey.num_columns() || has_fractions(each); });
   prefer(&candidates, [&](const AtomColumns& each) { return survey.is_written_alike(each.find("x")); });
+  const auto has_first_x = [&](const AtomColumns& each) { return each.find("x") == candidates[0].find("x"); };
+  if (!std::ranges::all_of(candidates, has_first_x))
+    prefer(&candidates, [&](const AtomColumns& each) { return facts.has_distinct_places(each.find("x")); });
+  // Image flags of one type's atoms differ, the lengths of their dipoles do not.
+  prefer(&candidates, [&](const AtomColumns& each) { return each.style != "dipole" || survey.has_equal_dipoles(); });
   // Bonds join atoms of one molecule, and the types reach the last one of the header.
   prefer(&candidates, [&](const AtomColumns& each) {
     return facts.bonds_share_second && each.find("molecule") == 1 &&

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -50,6 +51,10 @@ class AtomSurvey {
   bool is_inside(std::size_t x, const Vector3& low, const Vector3& high) const;
   /// Returns true if x, y and z all have fractions somewhere, or none has.
   bool is_written_alike(std::size_t x) const;
+  /// Returns true if x, y or z has a fraction somewhere.
+  bool has_fractions(std::size_t x) const;
+  /// Returns true if atoms of one type have dipoles of one length, where these columns are those of style dipole.
+  bool has_equal_dipoles() const { return has_equal_dipoles_; }
   double most(std::size_t column) const { return columns_[column].most; }
 
  private:
@@ -58,9 +63,14 @@ class AtomSurvey {
     double least = HUGE_VAL, most = -HUGE_VAL;
   };
 
+  void add_moment(const std::vector<std::string_view>& words);
+
   std::function<bool(std::string_view)> is_type_;
   std::vector<Column> columns_;
-  bool is_even_ = true;  ///< all lines have as many columns
+  bool is_even_ = true;                                        ///< all lines have as many columns
+  std::map<std::string, double, std::less<>> dipole_of_type_;  ///< squared length
+  bool has_equal_dipoles_ = true;
+  bool has_directions_ = true, has_spins_ = false;  ///< as style spin has them: of all atoms, of one at least
 };
 
 /// Facts that a file tells about its atoms elsewhere.
@@ -69,11 +79,13 @@ struct AtomFacts {
   std::int64_t num_types = 0;
   Vector3 low{}, high{};            ///< ends of the box
   bool bonds_share_second = false;  ///< there are bonds, each between atoms with the same word in the second column
+  /// Tells whether no two atoms stand at one place, if x is this column.
+  std::function<bool(std::size_t)> has_distinct_places{};
 };
 
 /// Returns those of `candidates` which all lines fit. If they differ in what they make of the lines, the likely ones
-/// are returned: three whole numbers at the end are image flags, atoms lie in the box, their coordinates are written
-/// alike, and what bonded atoms share is their molecule.
+/// are returned: atoms lie in the box and at places of their own, their coordinates have fractions and are written
+/// alike, dipoles of one type have one length, and what bonded atoms share is their molecule.
 std::vector<AtomColumns> choose_columns(std::vector<AtomColumns> candidates, const AtomSurvey& survey,
                                         const AtomFacts& facts);
 

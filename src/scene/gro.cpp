@@ -1,5 +1,6 @@
 #include "scene/gro.hpp"
 
+#include <algorithm>
 #include <limits>
 
 #include <fmt/format.h>
@@ -30,8 +31,11 @@ class GroReader {
     }
     if (!lines_.next()) lines_.complain("missing the line of the box behind the atoms");
     read_box();
-    while (data_.unread.empty() && lines_.next())
-      if (!trim(lines_.line()).empty()) data_.unread.emplace_back("what stands behind the first frame");
+    while (lines_.next()) {
+      if (trim(lines_.line()).empty()) continue;
+      data_.unread.emplace_back("what stands behind the first frame");
+      break;
+    }
     return std::move(data_);
   }
 
@@ -87,6 +91,11 @@ class GroReader {
     const auto words = split_words(lines_.line());
     if (words.size() != 3 && words.size() != 9)
       lines_.complain(fmt::format("found {} numbers, wanted 3 or 9 for the box", words.size()));
+    const auto is_nan = [](std::string_view word) { return spells_number(word) && !parse_number(word); };
+    if (std::ranges::all_of(words, is_nan)) {
+      data_.unread.emplace_back("the box, which is not finite,");
+      return;
+    }
     std::array<double, 9> box{};
     for (std::size_t k = 0; k < words.size(); ++k) box[k] = number(words[k]);
     for (std::size_t k = 0; k < 3; ++k)

@@ -72,16 +72,21 @@ Imported read_file(const std::string& name, const std::string& text, Format form
 
 /// Returns rods along the bonds of the wanted types, and moves atoms so that these are short. Bonds of length 0, as of
 /// cores and shells, are no rods: they are counted in `unread`.
-Rods make_rods(const std::vector<std::int64_t>& types, bool all, Imported* data) {
+Rods make_rods(const std::vector<std::int64_t>& types, bool all, bool others_are_energies, Imported* data) {
   Rods rods{.name = "rods", .pairs = {}, .length = {}, .offsets = {}};
-  std::size_t num_points = 0;
+  std::size_t num_points = 0, num_other_types = 0;
   for (const Imported::Bond& bond : data->bonds) {
-    if (!all && std::find(types.begin(), types.end(), bond.type) == types.end()) continue;
+    if (!all && std::find(types.begin(), types.end(), bond.type) == types.end()) {
+      ++num_other_types;
+      continue;
+    }
     const auto [i, j] = bond.atoms;
     const bool has_length =
         data->positions[static_cast<std::size_t>(i)] != data->positions[static_cast<std::size_t>(j)];
     has_length ? rods.pairs.push_back(bond.atoms) : void(++num_points);
   }
+  if (num_other_types > 0 && !others_are_energies)
+    data->unread.push_back(fmt::format("what joins atoms by bonds of other types (bonds: {})", num_other_types));
   if (num_points > 0) data->unread.push_back(fmt::format("what joins atoms at one place (bonds: {})", num_points));
 
   rods.offsets = join_molecules(data->cell, rods.pairs, &data->positions);
@@ -233,6 +238,19 @@ std::string read_atom_style(const Cursor& style) {
   return style.string("");
 }
 
+/// Names sections of which nothing is asked for.
+void name_unused(const ImportChoices& choices, AngleRule angle_rule, Imported* data) {
+  const auto name = [&](bool is_unused, bool is_there, const char* section) {
+    if (is_unused && is_there) data->unread.push_back(std::string("the section ") + section);
+  };
+  const auto has = [](const Imported::Coefficients& each) { return !each.of_type.empty() || !each.error.empty(); };
+  name(!choices.bonds_are_energies, has(data->bond_coefficients), "Bond Coeffs");
+  name(angle_rule == AngleRule::Free, !data->angles.empty(), "Angles");
+  name(!choices.angles_are_energies, has(data->angle_coefficients), "Angle Coeffs");
+  name(!choices.dihedrals_are_energies, !data->dihedrals.empty(), "Dihedrals");
+  name(!choices.dihedrals_are_energies, has(data->dihedral_coefficients), "Dihedral Coeffs");
+}
+
 /// Reads the bonds that become rods, if the scene wants others than those of the file.
 void choose_bonds(const Cursor& bonds, BondRule rule, Imported* data) {
   if (rule == BondRule::None) data->bonds.clear();
@@ -307,7 +325,8 @@ PointSet read_import(const Cursor& import, const Context& context) {
   set.masses = find_masses(data, import["mass"], file);
   if (choices.bonds_are_energies) join_bonds(&data);
   const bool all_are_rods = !choices.bonds_are_energies && choices.rod_types.empty();
-  Rods rods = make_rods(choices.rod_types, all_are_rods, &data);
+  Rods rods = make_rods(choices.rod_types, all_are_rods, choices.bonds_are_energies, &data);
+  name_unused(choices, angle_rule, &data);
   for (const std::string& what : data.unread)
     set.left_out.push_back(fmt::format("import: {} of {} is not read", what, file.string()));
   if (angle_rule == AngleRule::Rigid && format != Format::LammpsData)

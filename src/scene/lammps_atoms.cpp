@@ -68,6 +68,13 @@ class AtomsReader : LammpsLines {
     return std::ranges::all_of(section_.bonds, [&](const auto& bond) { return second[bond[0]] == second[bond[1]]; });
   }
 
+  bool has_distinct_places(std::size_t x) {
+    std::vector<std::array<std::string_view, 3>> places;
+    for_each_line([&](const Words& words) { places.push_back({words[x], words[x + 1], words[x + 2]}); });
+    std::ranges::sort(places);
+    return std::ranges::adjacent_find(places) == places.end();
+  }
+
   /// Finds the columns by the style's name, or else by what all lines allow.
   AtomColumns find_columns() {
     std::vector<AtomColumns> styles = find_atom_styles(section_.style);
@@ -77,10 +84,14 @@ class AtomsReader : LammpsLines {
       // The density of a particle gives it a mass of its own, and LAMMPS then reads no masses of types.
       if (section_.facts.has_masses)
         std::erase_if(styles, [](const AtomColumns& each) { return each.has("density") || each.has("mass"); });
-      if (!section_.bonds.empty()) styles.push_back(find_atom_styles("hybrid molecular")[0]);
+      if (!section_.bonds.empty()) {
+        std::erase_if(styles, [](const AtomColumns& each) { return each.style == "dipole" || each.style == "spin"; });
+        styles.push_back(find_atom_styles("hybrid molecular")[0]);
+      }
     }
     AtomFacts facts = section_.facts;
     facts.bonds_share_second = !section_.bonds.empty() && do_bonds_share_second();
+    facts.has_distinct_places = [&](std::size_t x) { return has_distinct_places(x); };
     const AtomSurvey survey = survey_atoms();
     const std::vector<AtomColumns> found = choose_columns(styles, survey, facts);
     if (found.empty()) blame_columns(styles);

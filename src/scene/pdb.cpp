@@ -74,8 +74,8 @@ class PdbReader {
   std::string_view atom_columns(std::size_t first, std::size_t last) const {
     return columns(lines_.line(), first + shift_, last + shift_);
   }
-  /// Reads an atom's number, which ends in column 11. One of more than five digits begins earlier, or else pushes the
-  /// rest of the line to the right.
+  /// Reads an atom's number, which ends in column 11. One of more than five digits begins earlier, or takes the blank
+  /// column 12, or pushes the rest of the line to the right. The decimal points of x, y and z tell how far.
   std::string_view read_serial() {
     const std::string_view line = lines_.line();
     const std::size_t first = line.starts_with("ATOM") ? 5 : 7;
@@ -84,9 +84,17 @@ class PdbReader {
     };
     bool is_full = true;
     for (std::size_t column = 7; column <= 11; ++column) is_full = is_full && is_digit(column);
+    std::size_t num_more = 0;
+    while (is_full && is_digit(12 + num_more)) ++num_more;
+    const auto is_point = [&](std::size_t column) { return column <= line.size() && line[column - 1] == '.'; };
     shift_ = 0;
-    while (is_full && is_digit(12 + shift_)) ++shift_;
-    const std::string_view serial = columns(line, first, 11 + shift_);
+    while (num_more > 0 && !(is_point(35 + shift_) && is_point(43 + shift_) && is_point(51 + shift_)))
+      if (++shift_ > num_more)
+        lines_.complain(
+            fmt::format("found no three decimal points in columns 35, 43 and 51, nor up to {} columns "
+                        "behind these, where the number of the atom is long",
+                        num_more));
+    const std::string_view serial = columns(line, first, 11 + std::min(num_more, shift_ + 1));
     longest_serial_ = std::max(longest_serial_, serial.size());
     return serial;
   }
@@ -140,7 +148,7 @@ class PdbReader {
   }
 
   void read_bonds() {
-    const std::vector<std::string_view> serials = find_serials();
+    const Serials serials = find_serials();
     if (serials.empty()) lines_.complain("found no numbers of atoms");
     const std::int32_t from = find_point(serials[0]);
     for (const std::string_view serial : std::span(serials).subspan(1)) {
@@ -150,20 +158,38 @@ class PdbReader {
     }
   }
 
+  using Serials = std::vector<std::string_view>;
+
+  /// Adds all ways to part the rest of a line into numbers that end at the right of five columns, or have more digits.
+  void part_serials(std::string_view rest, const Serials& parted, std::vector<Serials>* readings) const {
+    if (rest.empty()) readings->push_back(parted);
+    if (parted.size() == 5) return;
+    for (std::size_t width = 5; width <= std::min(rest.size(), longest_serial_); ++width) {
+      const std::string_view serial = trim(rest.substr(0, width));
+      const bool is_false = width > 5 && (serial.size() < width || serial[0] == '0');
+      if (is_false || serial.empty() || rest[width - 1] == ' ' || !points_.contains(std::string(serial))) continue;
+      Serials longer = parted;
+      longer.push_back(serial);
+      part_serials(rest.substr(width), longer, readings);
+    }
+  }
+
   /// Returns the numbers of an atom and of up to four that are bonded to it, five columns each. In a file with longer
   /// numbers they may have more columns, or blanks between them; then all of them must be known.
-  std::vector<std::string_view> find_serials() const {
+  Serials find_serials() const {
     const std::string_view line = lines_.line();
     const auto cut = [&](std::size_t width) {
-      std::vector<std::string_view> serials;
+      Serials serials;
       for (std::size_t k = 0; k < 5; ++k)
         if (const auto serial = columns(line, 7 + k * width, 6 + (k + 1) * width); k == 0 || !serial.empty())
           serials.push_back(serial);
       return serials;
     };
-    std::vector<std::string_view> plain = cut(5);
+    const Serials plain = cut(5);
     if (longest_serial_ <= 5) return plain;
-    std::vector<std::vector<std::string_view>> readings{plain, cut(longest_serial_), split_words(line.substr(6))};
+    std::vector<Serials> readings{cut(longest_serial_), split_words(line.substr(6))};
+    const std::size_t end = line.find_last_not_of(" \t");
+    part_serials(line.substr(0, end + 1).substr(6), {}, &readings);
     std::erase_if(readings, [&](const auto& serials) {
       return std::ranges::any_of(serials, [&](auto serial) { return !points_.contains(std::string(serial)); });
     });
@@ -185,6 +211,14 @@ class PdbReader {
     const auto edge = [&](std::size_t first, std::size_t last) {
       return columns(lines_.line(), first, last).empty() ? 0.0 : number(first, last);
     };
+    const auto is_nan = [&](std::size_t first) {
+      const std::string_view word = columns(lines_.line(), first, first + 8);
+      return spells_number(word) && !parse_number(word);
+    };
+    if (is_nan(7) && is_nan(16) && is_nan(25)) {
+      data_.unread.emplace_back("the cell, which is not finite,");
+      return;
+    }
     const double a = edge(7, 15), b = edge(16, 24), c = edge(25, 33);
     if (a == b && b == c && (a == 1.0 || a == 0.0)) return;
     if (!(a >= 0.0 && b >= 0.0 && c >= 0.0)) lines_.complain("found an edge of the cell below 0");

@@ -128,6 +128,11 @@ std::optional<double> parse_number(std::string_view word) {
   return number;
 }
 
+bool spells_number(std::string_view word) {
+  double number = 0.0;
+  return parse_number(word) || std::from_chars(word.data(), word.data() + word.size(), number).ptr == word.end();
+}
+
 std::optional<std::int64_t> parse_integer(std::string_view word) {
   std::int64_t number = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);

@@ -49,6 +49,8 @@ std::vector<std::string_view> split_words(std::string_view line);
 
 /// Returns the number that the whole word spells, or nothing if it spells none or one that is not finite.
 std::optional<double> parse_number(std::string_view word);
+/// Returns true for numbers, also those that are not finite.
+bool spells_number(std::string_view word);
 std::optional<std::int64_t> parse_integer(std::string_view word);
 
 }  // namespace tanor::scene

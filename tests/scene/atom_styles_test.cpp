@@ -127,7 +127,14 @@ TEST(AtomStyles, AreToldByTheirColumnsWhereTheseLeaveOneChoice) {
            {"charge: 0.0 is no type", "1 1 0.0 0 0 0", "2 2 0.0 1 2 3", {1, 2, 3}, 16},
            {"charge: 0 is no type", "1 1 0 0.5 0.5 0.5", "2 2 1 1 2 3", {1, 2, 3}, 16},
            {"charge: -1 is no type", "1 1 -1 0 0 0", "2 2 1 1 2 3", {1, 2, 3}, 16},
-           {"charge with flags", "1 1 -0.5 0.5 0.5 0.5 0 0 0", "2 2 0.5 1.5 2.5 3.5 1 0 -1", {11.5, 2.5, -6.5}, 16},
+           {"charge with flags", "1 1 -0.5 0.5 0.5 0.5 0 0 0", "2 1 0.5 1.5 2.5 3.5 1 0 -1", {11.5, 2.5, -6.5}, 12},
+           {"charge with flags 0, or dipole", "1 1 -0.5 0.5 0.5 0.5 0 0 0", "2 2 0.5 1 2 3 0 0 0", {1, 2, 3}, 16},
+           {"atomic in a plane", "1 1 0.5 0.5 0 0 0 0", "2 2 1.5 2.5 0 1 0 0", {11.5, 2.5, 0}, 16},
+           {"dipole", "1 1 0.5 1.25 5.5 6.125 0 0.6 0.8", "2 2 0.5 2.25 5.5 6.125 0 0 1", {2.25, 5.5, 6.125}, 16},
+           {"dipoles of any length", "1 1 0 5 5 6 0 0.5 0", "2 1 0 2 5 6.5 0 0 2", {2, 5, 6.5}, 12},
+           {"spin", "1 1 1.25 5.5 6.125 1 0 0 2", "2 2 2.25 5.5 6.125 0 1 0 2", {2.25, 5.5, 6.125}, 16},
+           {"spin that turns", "1 1 1.5 5.5 6.5 0.6 0.8 0 2", "2 1 2.5 5 6 0 1 0 2", {2.5, 5, 6}, 12},
+           {"dielectric", "1 1 0.5 1 5 6 0 0 1 1 1 1 1 1", "2 2 0.5 2 5 6 0 0 1 1 1 1 1 1", {2, 5, 6}, 16},
            {"full", "1 7 1 0.5 0 0 0", "2 7 2 0.5 1 2 3", {1, 2, 3}, 16},
            {"full, as few molecules as types", "1 1 1 0.5 0 0 0", "2 1 2 0.5 1 2 3", {1, 2, 3}, 16},
            {"full with flags", "1 1 1 0.5 0 0 0 0 0 0", "2 1 2 -0.5 1 2 3 1 0 -1", {11, 2, -7}, 16},
@@ -169,6 +176,19 @@ TEST(AtomStyles, ThatCannotBeToldApartAreRefusedWithTheKey) {
     EXPECT_EQ(atoms_error(text, "charge"), "no error");
     EXPECT_EQ(atoms_error(text, "bond"), "no error");
   }
+  // Flags, or dipoles; flags, or columns of styles whose coordinates are whole numbers, too.
+  for (const auto& [first, second, style] : std::vector<std::array<std::string, 3>>{
+           {"1 1 0.5 1.25 5.5 6.125 1 0 0", "2 1 0.5 2.25 5.5 6.125 0 1 0", "dipole"},
+           {"1 1 0.5 1.25 5.5 6.125 1 0 0", "2 2 0.5 2.25 5.5 6.125 0 -2 0", "charge"},
+           {"1 1 1 5 5 1 0 0 1", "2 1 2 6 5 1 0 0 1", "spin"},
+           {"1 1 1 1 1 1 5 6", "2 2 1 2 1 2 5 6", "template"}}) {
+    const std::string text = file_with("", {first, second});
+    EXPECT_NE(atoms_error(text).find(wanted), std::string::npos) << first;
+    EXPECT_EQ(atoms_error(text, style), "no error") << first;
+  }
+  // Coordinates of a hybrid style below 0 are no densities of sph, whose atoms would all be at (1, 1, 3.5).
+  const std::string unnamed = file_with("", {"1 1 -0.5 0.5 0.5 1 1 3.5", "2 2 1.5 2.5 3.5 1 1 3.5"});
+  EXPECT_NE(atoms_error(unnamed).find("wanted an image flag (style atomic, guessed)"), std::string::npos);
   // Flags of a hybrid style, or columns of its sub-styles.
   const std::string hybrid = file_with(" # hybrid", {"1 1 0.5 0.5 0.5 1 1 1", "2 2 1.5 2.5 3.5 1 1 1"});
   EXPECT_NE(atoms_error(hybrid).find(wanted), std::string::npos);
@@ -231,7 +251,9 @@ TEST(AtomStyles, TypesMayHaveLabels) {
   const Scene scene = read_atoms(text);
   EXPECT_EQ(scene.system.masses, (std::vector<double>{12, 12, 16}));
   EXPECT_EQ(rods_of(scene).pairs.size(), 2u);
-  EXPECT_EQ(scene.left_out, (Names{"import: the section Pair Coeffs of a.data is not read"}));
+  EXPECT_EQ(scene.left_out, (Names{"import: the section Pair Coeffs of a.data is not read",
+                                   "import: the section Bond Coeffs of a.data is not read",
+                                   "import: the section Angles of a.data is not read"}));
   const Folder folder;
   folder.add("a.data", text);
   const Scene energies =

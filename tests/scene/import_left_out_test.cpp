@@ -181,6 +181,20 @@ TEST(ImportLeftOut, AtomsOfPdbWithLongNumbersAreRead) {
             (std::vector<double>{1, 2, 3}));
 }
 
+// A number of six digits that ends in the blank column 12 moves nothing: residues are no second places.
+TEST(ImportLeftOut, LongNumbersOfPdbMayTakeABlankColumn) {
+  std::string text;
+  for (const std::string serial : {"99998 ", "99999 ", "100000", "100001", "100002"})
+    text += "ATOM  " + serial + " C1  HOH A   1    -123.456-100.125-999.500  1.00  0.00           C\n";
+  const Scene scene = import_text("a.pdb", text + "CONECT99999100002\n");
+  ASSERT_EQ(scene.system.num_points(), 5u);
+  EXPECT_EQ(scene.left_out, Names{"import: what joins atoms at one place (bonds: 1) of a.pdb is not read"});
+  for (std::size_t k = 0; k < 15; k += 3) EXPECT_EQ(scene.system.positions[k], -123.456);
+  EXPECT_EQ(import_error("a.pdb", "ATOM  100000 C1  HOH A   1        1      2      3\n"),
+            "s.json: /import/file: a.pdb, line 1: found no three decimal points in columns 35, 43 and 51, nor up to 1 "
+            "columns behind these, where the number of the atom is long");
+}
+
 TEST(ImportLeftOut, BondsOfPdbWithLongNumbersAreToldApartOrRefused) {
   const auto six = [&](const std::string& number, int place) { return "ATOM " + number + atom("", place).substr(6); };
   const std::string atoms = atom("99999", 0) + six("100000", 1) + six("100001", 2);
@@ -188,12 +202,18 @@ TEST(ImportLeftOut, BondsOfPdbWithLongNumbersAreToldApartOrRefused) {
   EXPECT_EQ(rods("CONECT100000100001\n"), (Pairs{{1, 2}}));
   EXPECT_EQ(rods("CONECT 99999100000\n"), (Pairs{{0, 1}}));
   EXPECT_EQ(rods("CONECT 99999 100000 100001\n"), (Pairs{{0, 1}, {0, 2}}));
-  EXPECT_EQ(import_error("a.pdb", atoms + "CONECT99999100000\n"),
+  EXPECT_EQ(rods("CONECT99999100000\n"), (Pairs{{0, 1}}));
+  EXPECT_EQ(rods("CONECT99999100000100001   \n"), (Pairs{{0, 1}, {0, 2}}));
+  EXPECT_EQ(import_error("a.pdb", atoms + "CONECT99999100007\n"),
             "s.json: /import/file: a.pdb, line 4: found \"10000\", wanted the number of an atom above");
-  // 112345 and 112346, or 11234, 51123 and 46.
-  const std::string many = six("112345", 0) + six("112346", 1) + atom("11234", 2) + atom("51123", 3) + atom("   46", 4);
-  EXPECT_EQ(import_error("a.pdb", many + "CONECT112345112346\n"),
-            "s.json: /import/file: a.pdb, line 6: found numbers of atoms that may be parted in several ways");
+  // 1 stands at the left of its columns: it is the end of 100001.
+  const std::string more = atom("10000", 3) + atom("    1", 4);
+  EXPECT_EQ(rods_of(import_text("a.pdb", atoms + more + "CONECT99999100001\nCONECT    110000\n")).pairs,
+            (Pairs{{0, 2}, {4, 3}}));
+  // 11234 and 512345, or 112345 and 12345.
+  const std::string many = six("112345", 0) + six("512345", 1) + atom("11234", 2) + atom("12345", 3);
+  EXPECT_EQ(import_error("a.pdb", many + "CONECT11234512345\n"),
+            "s.json: /import/file: a.pdb, line 5: found numbers of atoms that may be parted in several ways");
   EXPECT_EQ(rods_of(import_text("a.pdb", atom("186a0", 0) + atom("A0000", 1) + "CONECT186a0A0000\n")).pairs,
             (Pairs{{0, 1}}));
 }
@@ -208,6 +228,39 @@ TEST(ImportLeftOut, RecordsAndSecondPlacesOfPdbAreNamed) {
   EXPECT_EQ(scene.left_out,
             (Names{R"(import: what stands in records "HEADER", "ANISOU", "SSBOND" of a.pdb is not read)",
                    "import: what stands in second places of atoms (1) of a.pdb is not read"}));
+}
+
+TEST(ImportLeftOut, SectionsOfLammpsOfWhichNothingIsAskedAreNamed) {
+  const std::string text =
+      "a file\n\n4 atoms\n3 bonds\n1 angles\n1 dihedrals\n1 atom types\n2 bond types\n1 angle types\n1 dihedral types\n"
+      "0 10 xlo xhi\n0 10 ylo yhi\n0 10 zlo zhi\n\nBond Coeffs # harmonic\n\n1 1 1\n2 1 1\n\nAngle Coeffs # "
+      "cosine\n\n1 "
+      "2\n\nDihedral Coeffs # opls\n\n1 1 1 1 1\n\nAtoms # bond\n\n1 1 1 0 0 0\n2 1 1 1 0 0\n3 1 1 1 1 0\n4 1 1 1 1 "
+      "1\n\nBonds\n\n1 1 1 2\n2 1 2 3\n3 2 3 4\n\nAngles\n\n1 1 1 2 3\n\nDihedrals\n\n1 1 1 2 3 4\n";
+  const auto left_out = [&](const std::string& keys) {
+    std::string all;
+    for (std::string each : import_text("a.data", text, keys).left_out)
+      all += each.substr(8, each.size() - 8 - std::string(" of a.data is not read").size()) + "; ";
+    return all;
+  };
+  EXPECT_EQ(left_out(""),
+            "the section Bond Coeffs; the section Angles; the section Angle Coeffs; the section Dihedrals; "
+            "the section Dihedral Coeffs; ");
+  EXPECT_EQ(left_out(R"(, "bonds": "energies", "angles": "energies", "dihedrals": "energies")"), "");
+  EXPECT_EQ(left_out(R"(, "bonds": "energies", "types": [2], "angles": "energies", "dihedrals": "energies")"), "");
+  EXPECT_EQ(left_out(R"(, "types": [2], "angles": "rigid", "dihedrals": "energies")"),
+            "what joins atoms by bonds of other types (bonds: 2); the section Bond Coeffs; the section Angle Coeffs; ");
+}
+
+TEST(ImportLeftOut, ABoxThatIsNotFiniteIsNone) {
+  const Scene pdb = import_text("a.pdb", "CRYST1      nan      nan      NaN    nan    nan    nan\n" + atom("    1", 0));
+  EXPECT_FALSE(pdb.cell);
+  EXPECT_EQ(pdb.left_out, Names{"import: the cell, which is not finite, of a.pdb is not read"});
+  const Scene gro = import_text("a.gro", "t\n1\n    1SOL     OW    1   0.000   0.000   0.000\n nan nan nan\n");
+  EXPECT_FALSE(gro.cell);
+  EXPECT_EQ(gro.left_out, Names{"import: the box, which is not finite, of a.gro is not read"});
+  EXPECT_NE(import_error("a.gro", "t\n1\n    1SOL     OW    1   0.000   0.000   0.000\n 1 nan 1\n").find("nan"),
+            std::string::npos);
 }
 
 TEST(ImportLeftOut, ACellOfZerosOrBlanksIsNone) {
