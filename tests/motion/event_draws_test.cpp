@@ -325,7 +325,7 @@ TEST_P(EventDraws, NarrowDipsAndFastSinesOfAFreeBeadHaveTheirPassages) {
   System bead;
   bead.add_point({.position = {0, 0, 0}, .velocity = {1, 0, 0}, .mass = 1.0});
   const auto count = [&](const std::function<double(double)>& g) {
-    Simulation simulation(bead, options_of(GetParam()));
+    Simulation simulation(bead, options());
     simulation.add_event({.value = [&](double, Points r, Points) { return g(r[0]); }});
     EXPECT_TRUE(simulation.advance_to(10.0).ok()) << simulation.outcome().what;
     return simulation.passages().size();

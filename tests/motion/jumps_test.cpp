@@ -186,7 +186,8 @@ TEST(Jumps, OfRandomScatteringsAreLeftAgainByDefault) {
       Simulation simulation(system, {.method = method});
       ASSERT_TRUE(simulation.advance_to(time).ok()) << "scene " << scene << ": " << simulation.outcome().what;
       for (std::size_t i = 0; i < 6; ++i)
-        EXPECT_NEAR(simulation.velocities()[i], right[6 + i], 1e-3 * speed) << "scene " << scene << name_of(method);
+        EXPECT_NEAR(simulation.velocities()[i], right[6 + i], 1e-3 * speed)
+            << "scene " << scene << ", " << name_of(method);
     }
   }
 }
