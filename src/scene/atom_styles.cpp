@@ -194,6 +194,11 @@ bool AtomSurvey::has_negative_shift() const {
   return std::any_of(columns_.end() - 3, columns_.end(), [](const Column& c) { return c.least < 0.0; });
 }
 
+bool AtomSurvey::has_small_shift() const {
+  return std::all_of(columns_.end() - 3, columns_.end(),
+                     [](const Column& c) { return c.least >= -1.0 && c.most <= 1.0; });
+}
+
 bool AtomSurvey::is_inside(std::size_t x, const Vector3& low, const Vector3& high) const {
   for (std::size_t k = 0; k < 3; ++k) {
     const double edge = high[k] - low[k];
@@ -219,11 +224,15 @@ std::vector<AtomColumns> choose_columns(std::vector<AtomColumns> candidates, con
     return !each.is_open || (survey.has_images(each) && (!survey.has_shift() || survey.has_negative_shift()));
   });
   prefer(&candidates, [&](const AtomColumns& each) { return survey.is_inside(each.find("x"), facts.low, facts.high); });
-  // Whole numbers at the end are no coordinates where they may be image flags behind coordinates with fractions.
+  // Whole numbers at the end are no coordinates where they may be image flags behind coordinates with fractions,
+  // unless they are large for flags and give each atom a place of its own.
   const auto has_fractions = [&](const AtomColumns& each) { return survey.has_fractions(each.find("x")); };
   if (std::ranges::any_of(candidates, [&](const auto& each) { return survey.has_images(each) && has_fractions(each); }))
-    prefer(&candidates,
-           [&](const AtomColumns& each) { return each.find("x") + 3 != survey.num_columns() || has_fractions(each); });
+    prefer(&candidates, [&](const AtomColumns& each) {
+      const std::size_t x = each.find("x");
+      return x + 3 != survey.num_columns() || has_fractions(each) ||
+             (!survey.has_small_shift() && facts.has_distinct_places(x));
+    });
   prefer(&candidates, [&](const AtomColumns& each) { return survey.is_written_alike(each.find("x")); });
   const auto has_first_x = [&](const AtomColumns& each) { return each.find("x") == candidates[0].find("x"); };
   if (!std::ranges::all_of(candidates, has_first_x))

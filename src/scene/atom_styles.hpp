@@ -47,6 +47,8 @@ class AtomSurvey {
   bool has_shift() const;
   /// Returns true if a line has an image flag below 0.
   bool has_negative_shift() const;
+  /// Returns true if all image flags are -1, 0 or 1.
+  bool has_small_shift() const;
   /// Returns true if x, y and z lie in the box, or less than an edge beside it. An edge from 0 to 0 is open.
   bool is_inside(std::size_t x, const Vector3& low, const Vector3& high) const;
   /// Returns true if x, y and z all have fractions somewhere, or none has.

@@ -181,6 +181,7 @@ TEST(AtomStyles, ThatCannotBeToldApartAreRefusedWithTheKey) {
            {"1 1 0.5 1.25 5.5 6.125 1 0 0", "2 1 0.5 2.25 5.5 6.125 0 1 0", "dipole"},
            {"1 1 0.5 1.25 5.5 6.125 1 0 0", "2 2 0.5 2.25 5.5 6.125 0 -2 0", "charge"},
            {"1 1 1 5 5 1 0 0 1", "2 1 2 6 5 1 0 0 1", "spin"},
+           {"1 1 1.5 2.5 3.5 5 8 8", "2 2 2.5 2.5 3.5 6 8 8", "sph"},
            {"1 1 1 1 1 1 5 6", "2 2 1 2 1 2 5 6", "template"}}) {
     const std::string text = file_with("", {first, second});
     EXPECT_NE(atoms_error(text).find(wanted), std::string::npos) << first;
