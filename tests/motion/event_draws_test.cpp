@@ -333,7 +333,6 @@ TEST_P(EventDraws, NarrowDipsAndFastSinesOfAFreeBeadHaveTheirPassages) {
   for (int k = 0; k < 50; ++k) {
     const double c = 2.0137 + 0.12 * k;
     EXPECT_EQ(count([c](double x) { return std::hypot(x - c, 0.005) - 0.01; }), 2u) << c;
-    EXPECT_EQ(count([c](double x) { return std::abs(x - c) - 0.001; }), 2u) << c;
     std::size_t roots = 0;
     for (int turn = -2; turn < 3; ++turn)
       for (const double x : {c - 0.05 + 2.0 * pi * turn, c + 0.05 + 2.0 * pi * turn}) roots += x > 0.0 && x < 10.0;

@@ -170,7 +170,8 @@ TEST(Jumps, OfPairsThatGrazeTheirCutoffsAreSeen) {
 TEST(Jumps, OfRandomScatteringsAreLeftAgainByDefault) {
   Generator random(3);
   constexpr std::array adaptive{Method::Dop853, Method::Dopri5, Method::Radau5};
-  for (int scene = 0; scene < 150; ++scene) {
+  int compared = 0;
+  for (int scene = 0; scene < 60; ++scene) {
     const double cutoff = draw(random, 1.2, 2.5), speed = 0.1 * std::pow(20.0, draw(random, 0.0, 1.0));
     const bool grazes = scene % 2 == 0;
     const double impact = cutoff * (grazes ? 1.0 - std::pow(10.0, -draw(random, 1.0, 5.0)) : draw(random, 0.0, 0.98));
@@ -181,7 +182,12 @@ TEST(Jumps, OfRandomScatteringsAreLeftAgainByDefault) {
     system.masses = {1.0, 1.0};
     system.forces = {PairForces{.law = PairLaw::Lj, .cutoff = cutoff}};
     const double time = (2.0 * from + 2.0) / speed;
-    const Numbers right = jumps::follow(motion_of(system), start_of(system), time, 0.02 / speed);
+    const Numbers right = jumps::follow(motion_of(system), start_of(system), time, 0.005),
+                  again = jumps::follow(motion_of(system), start_of(system), time, 0.0037);
+    // The dense program passes over what is touched for less than its steps, by one step length or the other.
+    const bool is_known = std::ranges::equal(right, again, [](double a, double b) { return std::abs(a - b) < 1e-6; });
+    if (!is_known) continue;
+    ++compared;
     for (const Method method : adaptive) {
       Simulation simulation(system, {.method = method});
       ASSERT_TRUE(simulation.advance_to(time).ok()) << "scene " << scene << ": " << simulation.outcome().what;
@@ -190,6 +196,7 @@ TEST(Jumps, OfRandomScatteringsAreLeftAgainByDefault) {
             << "scene " << scene << ", " << name_of(method);
     }
   }
+  EXPECT_GT(compared, 54);
 }
 
 /// Two pairs reach their cutoffs at one instant, and a third one soon after.
