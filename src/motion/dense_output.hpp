@@ -13,8 +13,6 @@ class DenseOutput {
   DenseOutput(Scheme& scheme, const State& from, const State& to, bool by_ends = false)
       : scheme_(scheme), from_(from), to_(to), by_ends_(by_ends) {}
 
-  /// Returns true if `evaluate` never moves the mechanics.
-  bool is_at_once() const { return by_ends_ || scheme_.interpolates_at_once(); }
   /// Returns true if the mechanics may have been moved.
   bool has_moved() const { return is_prepared_; }
   double time(double fraction) const { return from_.t + fraction * (to_.t - from_.t); }
