@@ -14,9 +14,9 @@ from typing import NamedTuple
 # Public headers in the order in which they build on each other: each may include those before it, the standard
 # library and nothing else.
 PUBLIC_HEADERS = ["export", "version", "build_info", "error", "jet", "forward", "curved", "expression", "time_function", "kernel", "recorded", "user_kernel", "kinds/*", "kinds",
-                  "system", "warnings", "ranks",
+                  "units", "cell", "system", "warnings", "ranks",
                   "solver_options", "certificate", "dynamics", "constrainer", "velocity_verlet", "inverse_dynamics", "direct_problem", "equilibrium", "modes",
-                  "motion", "enum_names", "statics_names", "tanor"]
+                  "report_fields", "observables", "motion", "enum_names", "statics_names", "tanor"]
 
 
 class Sees(NamedTuple):
@@ -55,23 +55,24 @@ ROOMS = {
     "dynamics": Sees("base system evaluate assembly factor plan schur friction", "inverse_dynamics", "Eigen/"),
     "ranks":    Sees("base system evaluate assembly factor schur dynamics", "inverse_dynamics", ""),
     "statics":  Sees("base system evaluate assembly factor plan schur dynamics", "modes", "Eigen/ Spectra/"),
+    "observe":  Sees("base system evaluate", "observables", ""),
     "certificate": Sees("base system evaluate assembly factor schur dynamics", "certificate", "Eigen/"),
     "motion":   Sees("base dynamics/mechanics.hpp dynamics/roles.hpp dynamics/corner_functions.hpp dynamics/implicit_equations.hpp "
                      "dynamics/instant.hpp dynamics/power.hpp", "motion", ""),
-    "simulation": Sees("base system evaluate assembly schur friction dynamics ranks certificate motion", "enum_names", "Eigen/"),
+    "simulation": Sees("base system evaluate assembly schur friction dynamics ranks observe certificate motion", "enum_names", "Eigen/"),
     "host":     Sees("base system evaluate assembly schur dynamics", "velocity_verlet", "tanor.h"),
     "embed":    Sees("", "constrainer", "mpi.h atom.h comm.h domain.h error.h fix.h force.h group.h input.h lammps.h "
                      "modify.h update.h OpenMM.h openmm/"),
     "mpi":      Sees("system/members.hpp system/fingerprint.hpp base/disjoint_sets.hpp base/groups.hpp base/checksum.hpp cli "
                      "scene report", "tanor",
                      "mpi.h metis.h omp.h unistd.h fcntl.h fmt/"),
-    "scene":    Sees("base/text.hpp", "tanor", "nlohmann/ fmt/ unistd.h sys/resource.h"),
+    "scene":    Sees("base/text.hpp base/suggestion.hpp", "tanor", "nlohmann/ fmt/ unistd.h sys/resource.h"),
     "report":   Sees("scene base/archive.hpp base/checksum.hpp base/text.hpp", "tanor", "nlohmann/ fmt/ unistd.h fcntl.h spawn.h sys/wait.h sys/ioctl.h "
                      "zlib.h dlfcn.h"),
-    "formats":  Sees("report scene", "error", "unistd.h fcntl.h sys/resource.h hdf5.h zip.h"),
+    "formats":  Sees("report scene", "observables", "fmt/ unistd.h fcntl.h sys/resource.h hdf5.h zip.h"),
     "picture":  Sees("base/vec3.hpp system/operations.hpp report/colours.hpp report/guides.hpp report/stored_frame.hpp report/motion_extent.hpp", "system", "cairo.h"),
     "view":     Sees("", "export", "httplib.h sys/socket.h"),
-    "cli":      Sees("base/text.hpp scene report view picture", "tanor",
+    "cli":      Sees("base/text.hpp base/suggestion.hpp scene report view picture", "tanor",
                      "nlohmann/ fmt/ CLI/ poll.h unistd.h fcntl.h spawn.h sys/file.h sys/mman.h sys/resource.h sys/stat.h dlfcn.h"),
     "python":   Sees("scene", "tanor", "pybind11/ cxxabi.h"),
 }

@@ -1,11 +1,14 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include <tanor/cell.hpp>
 #include <tanor/error.hpp>
 #include <tanor/export.hpp>
 #include <tanor/kinds.hpp>
+#include <tanor/units.hpp>
 
 /// The simulated system: points, supports, constraints and forces. A System is constant during a run, while the state
 /// (t, r, v) changes. The structs mirror the scene file, with one struct for each entry of its lists, in the same order
@@ -68,6 +71,8 @@ struct TANOR_API System {
   std::vector<Force> forces{};
   std::vector<Friction> friction{};
   std::vector<Coordinates> coordinates{};  ///< empty if the constraints alone say what can move
+  std::optional<Cell> cell{};              ///< of a periodic sample, for results: forces and rods have their own images
+  Units units{};                           ///< letters beside results
 
   std::size_t num_points() const { return masses.size(); }
 

@@ -93,6 +93,11 @@ class Forces {
   /// Calls PairField::for_each_stiffness for the pair forces that `evaluate_derivatives` leaves out.
   void for_each_pair_stiffness(const Parallel& parallel, const double* r, const PairField::VisitStiffness& visit);
 
+  /// Calls PairField::for_each_image for all pair forces.
+  void for_each_image(const Parallel& parallel, const double* r, const PairField::VisitImage& visit) {
+    for (PairField& pairs : pairs_) pairs.for_each_image(parallel, r, visit);
+  }
+
   /// Returns the potential energy of gravity, constant forces, springs, pairs and tuples at t, J. The energy of springs
   /// and of pairs between a support and a moving point is included. Pair forces between two supports are loads on these
   /// (f), and have no energy here.

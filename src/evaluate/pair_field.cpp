@@ -299,6 +299,17 @@ void PairField::for_each_stiffness(const Parallel& parallel, const double* r, co
   for_each_pair(visit_pair);
 }
 
+void PairField::for_each_image(const Parallel& parallel, const double* r, const VisitImage& visit) {
+  if (box_.edges().x == 0.0 && box_.edges().y == 0.0 && box_.edges().z == 0.0) return;
+  follow(parallel, r);
+  for_each_pair([&](std::size_t i, std::size_t j) {
+    const Vec3 apart = places_[j] - places_[i], d = box_.nearest_image(apart), shift = d - apart;
+    const double r2 = dot(d, d);
+    if (r2 >= potential_.cutoff2() || (shift.x == 0.0 && shift.y == 0.0 && shift.z == 0.0)) return;
+    visit(shift, potential_.slope(r2, charges_.empty() ? 1.0 : charges_[i] * charges_[j]).force_over_r * d);
+  });
+}
+
 /// Energies like 1/r and ln r have no bound where two points meet.
 std::optional<PairField::Collision> PairField::find_collision(const double* r, const double* v, double within) const {
   std::optional<Collision> nearest;

@@ -52,6 +52,11 @@ class PairField {
   using VisitStiffness = std::function<void(Index, Index, const Block3&)>;
   void for_each_stiffness(const Parallel& parallel, const double* r, const VisitStiffness& visit);
 
+  /// Calls visit(shift, force) once for each pair at r that interacts through the faces of the box: the shift of the
+  /// second point to its image, m, and the force on it, N.
+  using VisitImage = std::function<void(Vec3 shift, Vec3 force)>;
+  void for_each_image(const Parallel& parallel, const double* r, const VisitImage& visit);
+
   /// Returns the part of a step to make instead if a pair comes so near between two looks that these do not show it, or
   /// 1 if none does. `masses` [moving point, or all], kg, are those of what is pushed. See pair_passages.cpp.
   double find_passage(const Parallel& parallel, const PointPath& path, std::span<const double> masses);

@@ -11,19 +11,19 @@ Vector3 subtract(const Vector3& a, const Vector3& b) {
 
 }  // namespace
 
-Vector3 Cell::shift(const std::array<std::int64_t, 3>& images) const {
+Vector3 shift_of(const Cell& cell, const std::array<std::int64_t, 3>& images) {
   const auto a = static_cast<double>(images[0]), b = static_cast<double>(images[1]), c = static_cast<double>(images[2]);
-  return {a * xx + b * xy + c * xz, b * yy + c * yz, c * zz};
+  return {a * cell.xx + b * cell.xy + c * cell.xz, b * cell.yy + c * cell.yz, c * cell.zz};
 }
 
-std::array<std::int64_t, 3> Cell::nearest_images(Vector3 d) const {
+std::array<std::int64_t, 3> nearest_images(const Cell& cell, Vector3 d) {
   const auto nearest = [](double distance, double edge) -> std::int64_t {
     return edge > 0.0 ? std::llround(distance / edge) : 0;
   };
   // Only c reaches along z, and then only b along y, because the cell is lower triangular.
-  const std::int64_t c = nearest(d[2], zz);
-  const std::int64_t b = nearest(d[1] - static_cast<double>(c) * yz, yy);
-  const std::int64_t a = nearest(d[0] - static_cast<double>(c) * xz - static_cast<double>(b) * xy, xx);
+  const std::int64_t c = nearest(d[2], cell.zz);
+  const std::int64_t b = nearest(d[1] - static_cast<double>(c) * cell.yz, cell.yy);
+  const std::int64_t a = nearest(d[0] - static_cast<double>(c) * cell.xz - static_cast<double>(b) * cell.xy, cell.xx);
   return {a, b, c};
 }
 
@@ -43,7 +43,7 @@ std::vector<Vector3> join_molecules(const Cell& cell, const std::vector<std::arr
 
   // Returns the shift from the image of `to` nearest to `from`; it is exactly 0 if `to` is that image.
   const auto excess = [&](const Vector3& from, const Vector3& to) {
-    return cell.shift(cell.nearest_images(subtract(to, from)));
+    return shift_of(cell, nearest_images(cell, subtract(to, from)));
   };
   std::vector<bool> is_placed(num_atoms);
   std::vector<std::size_t> front;

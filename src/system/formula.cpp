@@ -60,16 +60,25 @@ std::string quote(std::string_view name) {
   return "'" + cut(name, 80) + "'";
 }
 
+/// Returns the text on one line, cut if it is long.
+std::string make_heading(std::string_view text) {
+  std::string line = cut(text, 200);
+  std::ranges::replace_if(line, is_space, ' ');
+  return "formula \"" + line + "\": ";
+}
+
 }  // namespace
 
 /// A recursive descent over the text. There is one function for each rule of the grammar, which emits the code of what
 /// it read.
 class Formula::Parser {
  public:
-  Parser(std::string_view text, std::span<const std::string> variables, const Constants& constants, Formula* formula)
+  Parser(std::string_view text, std::span<const std::string> variables, const Constants& constants,
+         const ReadVariable& read, Formula* formula)
       : text_(text),
         variables_(variables),
         constants_(constants),
+        read_(read),
         program_(formula->program_),
         depth_(formula->depth_) {}
 
@@ -140,7 +149,7 @@ class Formula::Parser {
     if (is_digit(next) || next == '.') {
       parse_number();
     } else if (is_letter(next)) {
-      parse_name();
+      if (!parse_own_variable()) parse_name();
     } else if (accept('(')) {
       parse_sum();
       expect(')', "an operator or ')'");
@@ -159,6 +168,18 @@ class Formula::Parser {
     }
     emit_operand({Operation::Constant, 0, number});
     position_ += length;
+  }
+
+  /// Parses a variable that the owner of the formula reads.
+  bool parse_own_variable() {
+    if (!read_) return false;
+    try {
+      const std::optional<int> variable = read_(text_, &position_);
+      if (variable) emit_operand({Operation::Variable, *variable});
+      return variable.has_value();
+    } catch (const TextFault& fault) {
+      fail(fault.place, fault.problem);
+    }
   }
 
   void parse_name() {
@@ -318,24 +339,16 @@ class Formula::Parser {
     fail(position_, "found " + quote(found) + ", expected " + expectation);
   }
 
-  [[noreturn]] void fail(std::size_t place, const std::string& problem) const {
-    const auto before = text_.substr(0, place);
-    const auto column = 1 + before.size() - std::ranges::count_if(before, continues_character);
-    throw InputError("", heading() + "column " + std::to_string(column) + ": " + problem);
-  }
+  [[noreturn]] void fail(std::size_t place, const std::string& problem) const { refuse(text_, {place, problem}); }
 
-  /// Returns the text on one line, cut if it is long.
-  std::string heading() const {
-    std::string line = cut(text_, 200);
-    std::ranges::replace_if(line, is_space, ' ');
-    return "formula \"" + line + "\": ";
-  }
+  std::string heading() const { return make_heading(text_); }
 
   static constexpr int largest_nesting = 200;
 
   std::string_view text_;
   std::span<const std::string> variables_;
   const Constants& constants_;
+  const ReadVariable& read_;
   std::vector<Instruction>& program_;
   int& depth_;
   std::size_t position_ = 0;
@@ -343,9 +356,19 @@ class Formula::Parser {
   int nesting_ = 0;
 };
 
-Formula::Formula(std::string_view text, std::span<const std::string> variables, const Constants& constants) {
-  Parser(text, variables, constants, this).parse();
+Formula::Formula(std::string_view text, std::span<const std::string> variables, const Constants& constants)
+    : Formula(text, variables, constants, {}) {}
+
+Formula::Formula(std::string_view text, std::span<const std::string> variables, const Constants& constants,
+                 const ReadVariable& read) {
+  Parser(text, variables, constants, read, this).parse();
   program_.shrink_to_fit();
+}
+
+void Formula::refuse(std::string_view text, const TextFault& fault) {
+  const auto before = text.substr(0, fault.place);
+  const auto column = 1 + before.size() - std::ranges::count_if(before, continues_character);
+  throw InputError("", make_heading(text) + "column " + std::to_string(column) + ": " + fault.problem);
 }
 
 }  // namespace tanor

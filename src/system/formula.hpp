@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -13,6 +15,12 @@
 #include <tanor/time_function.hpp>
 
 namespace tanor {
+
+/// What is wrong with a text, and where.
+struct TextFault {
+  std::size_t place;  ///< bytes from its beginning
+  std::string problem;
+};
 
 /// A formula such as `0.1*sin(omega*t)`. It is parsed once and evaluated often, on numbers and on jets.
 ///
@@ -29,6 +37,15 @@ class Formula {
   /// the column (from 1, in characters), what stands there and what would be right.
   Formula(std::string_view text, std::span<const std::string> variables, const Constants& constants = {});
 
+  /// Reads what stands at a place of the text if it is one more variable, and moves the place behind it. Returns its
+  /// number, or nothing where a name of the formula stands. Throws TextFault.
+  using ReadVariable = std::function<std::optional<int>(std::string_view text, std::size_t* place)>;
+  /// Parses a text with such variables beside those with names.
+  Formula(std::string_view text, std::span<const std::string> variables, const Constants& constants,
+          const ReadVariable& read);
+  /// Throws the InputError that tells of a fault: the text, the column, and the problem.
+  [[noreturn]] static void refuse(std::string_view text, const TextFault& fault);
+
   /// Returns the value at the variables, in the order of their names. Allocates nothing.
   template <class T>
   T evaluate(std::span<const T> variables) const;
@@ -40,6 +57,10 @@ class Formula {
 
   /// True if no variable takes part.
   bool is_constant() const { return program_.size() == 1 && program_[0].operation == Operation::Constant; }
+  /// True if the formula is variable i and nothing else.
+  bool is_variable(int i) const {
+    return program_.size() == 1 && program_[0].operation == Operation::Variable && program_[0].operand == i;
+  }
   /// True if variable i takes part.
   bool depends_on(int i) const {
     return std::ranges::any_of(program_, [i](const Instruction& instruction) {

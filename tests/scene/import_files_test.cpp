@@ -453,7 +453,7 @@ RC_GTEST_PROP(Import, BondsByDistanceAreThoseOfAllPairs, ()) {
     for (int j = i + 1; j < num_atoms; ++j) {
       const Vector3 &a = data.positions[i], &b = data.positions[j];
       Vector3 d{b[0] - a[0], b[1] - a[1], b[2] - a[2]};
-      const Vector3 shift = data.cell.shift(data.cell.nearest_images(d));
+      const Vector3 shift = shift_of(data.cell, nearest_images(data.cell, d));
       const double distance = std::hypot(d[0] - shift[0], d[1] - shift[1], d[2] - shift[2]);
       const double most = data.elements[i]->covalent_radius + data.elements[j]->covalent_radius + 0.45;
       if (distance > 0.4 && distance < most) expected.push_back({i, j});

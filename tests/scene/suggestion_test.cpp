@@ -1,6 +1,6 @@
 /// An unknown word of a scene is told with the one that may be meant.
 
-#include "scene/suggestion.hpp"
+#include "base/suggestion.hpp"
 #include "scene/reading.hpp"
 
 namespace tanor::scene {
