@@ -35,6 +35,12 @@ inline constexpr std::array<EnumName<Status>, 8> enum_names<Status>{{{Status::Ok
                                                                      {Status::NotUnique, "not_unique"}}};
 
 template <>
+inline constexpr std::array<EnumName<EventAction>, 4> enum_names<EventAction>{{{EventAction::Report, "report"},
+                                                                               {EventAction::Stop, "stop"},
+                                                                               {EventAction::Break, "break"},
+                                                                               {EventAction::Release, "release"}}};
+
+template <>
 inline constexpr std::array<EnumName<Ordering>, 7> enum_names<Ordering>{{{Ordering::Auto, "auto"},
                                                                          {Ordering::Amd, "amd"},
                                                                          {Ordering::Metis, "metis"},

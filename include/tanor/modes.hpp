@@ -38,9 +38,9 @@ struct ModesOptions {
 ///
 /// (lambda^2 M + lambda D + W) q + K mu = 0,   K'q = 0,   D = -df/dv,   lambda = -decay + i omega
 ///
-/// where W and D need not be symmetric. decay < 0 is an oscillation that grows (flutter), or divergence if omega = 0. If
-/// the points rest in a frame that turns (EquilibriumOptions::freeze_time), and Coriolis forces couple their motions, the
-/// modes are of this second kind in any case, with D = 2 m Omega x.
+/// where W and D need not be symmetric. decay < 0 is an oscillation that grows (flutter), or divergence if omega = 0.
+/// If the points rest in a frame that turns (EquilibriumOptions::freeze_time), and Coriolis forces couple their
+/// motions, the modes are of this second kind in any case, with D = 2 m Omega x.
 struct [[nodiscard]] Modes {
   /// Not ok if some modes were not found, if forces have no potential (undamped), or if self-stress makes W ambiguous.
   /// The other members are then empty.

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include <tanor/dynamics.hpp>
+#include <tanor/observables.hpp>
 #include <tanor/ranks.hpp>
 
 namespace tanor {
@@ -170,7 +171,15 @@ struct [[nodiscard]] MotionReport : EventReport {
   PhaseTimes times;
 };
 
-/// A function of the motion whose zero crossings are searched.
+/// What is done where a condition on observables becomes true.
+enum class EventAction {
+  Report,   ///< the passage is noted
+  Stop,     ///< the advance ends there
+  Break,    ///< a rod, rope of a pulley, spring or bond is taken out
+  Release,  ///< a support is let go with its own mass, or a guide lets go of its point
+};
+
+/// A function of the motion whose zero crossings are searched, or a condition on observables.
 struct Event {
   enum class Direction { Both, Rising, Falling };
 
@@ -179,6 +188,13 @@ struct Event {
   std::function<double(double t, std::span<const double> r, std::span<const double> v)> value{};
   Direction direction = Direction::Both;
   bool stops = false;  ///< ends the advance at the crossing
+  /// In place of a function: a condition such as "any tension(links) > 20" or "t > 2" (docs/observables.md). It passes
+  /// where it becomes true, also at the start.
+  std::string when{};
+  EventAction action = EventAction::Report;  ///< of a condition
+  /// What is taken out, such as "links[3]" or "hook"; if empty, the member of which the condition speaks.
+  std::string of{};
+  Constants parameters{};  ///< names of numbers that the condition may use
 };
 
 /// A zero crossing of an event, located to the accuracy of the method inside its steps.
@@ -186,7 +202,21 @@ struct Passage {
   std::size_t event = 0;  ///< number that `add_event` returned
   double time = 0.0;      ///< s
   bool rises = false;
+  std::string name{};        ///< of the event
+  std::string member{};      ///< of which the condition speaks, or what was taken out
+  double energy_lost = 0.0;  ///< J, held by what was taken out: energy before less energy after
+  std::string rest{};        ///< what is left without any constraint; empty if nothing is
 };
+
+template <>
+struct FieldsOf<Passage> {
+  static constexpr std::tuple fields{
+      ReportField("event", &Passage::name), ReportField("t", &Passage::time), ReportField("member", &Passage::member),
+      ReportField("energy_lost", &Passage::energy_lost), ReportField("rest", &Passage::rest)};
+};
+
+/// Throws InputError if a condition, or what it takes out, cannot be read for a system.
+TANOR_API void check_event(const System& system, const Event& event);
 
 /// A motion of a system in time.
 class TANOR_API Simulation {
@@ -223,10 +253,19 @@ class TANOR_API Simulation {
   /// cross there; one that vanishes at t_end, to rounding, crosses there. If a step is extrapolated past a singular
   /// configuration, a stopping event ends the advance at the end of that step, and its crossing is reported at its own
   /// time. A value that is not finite ends the advance with an outcome that names the event. Events are no part of a
-  /// snapshot, and `restore` forgets crossings later than the restored time. Throws InputError if there is no function.
+  /// snapshot, and `restore` forgets crossings later than the restored time. What events have taken out is in the
+  /// snapshot: points, members and equations keep their numbers, a multiplier that is gone is 0 and its tension, as an
+  /// observable, NaN. Conditions on forces solve for accelerations at each place where they are evaluated. Throws
+  /// InputError if there is no function, or for a condition that cannot be read or acted upon.
   std::size_t add_event(Event event);
   /// Returns the crossings so far, in the order of time.
   std::span<const Passage> passages() const;
+
+  /// Adds an observable; returns its number. Throws InputError for a text that cannot be read, with its column.
+  std::size_t add_observable(const Observable& observable);
+  /// Evaluates all observables at the present state, also inside an observer, and returns them with their extremes. The
+  /// span is valid until the next call.
+  std::span<const Observed> observe();
 
   /// Verifies accelerations, multipliers and reactions at the present state, also inside an observer.
   Certificate certify();

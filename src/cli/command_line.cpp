@@ -13,7 +13,7 @@
 
 #include "cli/command_table.hpp"
 #include "cli/messages.hpp"
-#include "scene/suggestion.hpp"
+#include "base/suggestion.hpp"
 
 namespace tanor::cli {
 
@@ -59,7 +59,7 @@ void require_complete(const Command& command, const CLI::App& found) {
     if (!word.starts_with("-"))
       throw InputError("", "'" + word + "' is one word too many for tanor " + command.name + help);
     throw InputError("", "tanor " + command.name + " has no option " + word +
-                             scene::suggest(word, list_names(command.options)) + help);
+                             suggest(word, list_names(command.options)) + help);
   }
   const auto require = [&](const std::string& name, const std::string& what) {
     if (found.count(name) == 0) throw InputError("", name + " is required: " + what + help);
@@ -79,7 +79,7 @@ void require_known(const CLI::App& app, const std::vector<Command>& commands) {
   const std::string& word = extras.front();
   const bool is_option = word.starts_with("-");
   throw InputError("", (is_option ? "there is no option " : "there is no command ") + word +
-                           scene::suggest(word, is_option ? list_program_options() : list_names(commands)) +
+                           suggest(word, is_option ? list_program_options() : list_names(commands)) +
                            "; see tanor --help");
 }
 

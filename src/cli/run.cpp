@@ -77,6 +77,8 @@ RunPlan plan_run(const RunOptions& options, const scene::Scene& scene, RunPlan::
 Simulation make_simulation(scene::Scene* scene, const RunPlan& plan) {
   Simulation simulation = naming_file(
       scene->file, [&] { return Simulation(std::move(scene->system), scene->motion, scene->solver, scene->t_start); });
+  for (const Observable& observable : scene->observables) simulation.add_observable(observable);
+  for (const Event& event : scene->events) simulation.add_event(event);
   if (plan.before) {
     naming_file(plan.directory / report::checkpoint_name, [&] { simulation.restore(plan.before->state); });
   }
@@ -131,7 +133,7 @@ std::string prove(Simulation* simulation, RunFolder* folder) {
 
 /// Advances from output time to output time until t_end, a failure, or a signal.
 Ending advance(const scene::Scene& scene, Simulation* simulation, RunFolder* folder, report::Progress* progress) {
-  std::string not_proven;
+  std::string not_proven, why;
   double target = 0.0;
   const auto observe = [&](const MotionReport& report) {
     progress->update(report);
@@ -143,7 +145,8 @@ Ending advance(const scene::Scene& scene, Simulation* simulation, RunFolder* fol
     const double begin = simulation->time();
     target = next_output_time(begin, scene.output_every, scene.t_end);
     const Outcome outcome = simulation->advance_to(target, observe);
-    const bool is_stopped = outcome.ok() && not_proven.empty() && simulation->time() < target;  // by a signal
+    const bool is_early = outcome.ok() && not_proven.empty() && simulation->time() < target;
+    const bool is_stopped = is_early && caught_interrupt();
     if (is_stopped)
       folder->write_stop(*simulation);
     else if (simulation->time() > begin)
@@ -153,9 +156,14 @@ Ending advance(const scene::Scene& scene, Simulation* simulation, RunFolder* fol
     if (const auto interrupt = caught_interrupt(); interrupt && simulation->time() < scene.t_end) {
       return {interrupt->code, fmt::format("{} came", interrupt->name)};
     }
+    if (is_early) {
+      why = fmt::format("the event \"{}\" stops there", simulation->passages().back().name);
+      break;
+    }
   }
   if (scene.certificate.when != scene::CertificatePolicy::When::Off) not_proven = prove(simulation, folder);
-  return {not_proven.empty() ? ExitCode::Done : ExitCode::NoAnswer, not_proven};
+  if (!not_proven.empty()) return {ExitCode::NoAnswer, not_proven};
+  return {ExitCode::Done, why};
 }
 
 /// Runs the start and all that follows; trouble of any kind is an ending.
@@ -178,7 +186,7 @@ Ending simulate(const scene::Scene& scene, bool is_new, Simulation* simulation, 
 std::string finish(const Ending& ending, Simulation& simulation, RunFolder* folder) {
   try {
     std::string page = folder->finish(simulation, ending.why, ending.is_between_steps);
-    if (ending.code == ExitCode::NoAnswer) folder->give_up();
+    if (ending.code == ExitCode::NoAnswer || (ending.code == ExitCode::Done && !ending.why.empty())) folder->give_up();
     return page;
   } catch (const std::exception&) {
     if (ending.code != ExitCode::MachineFailure) throw;
@@ -202,8 +210,9 @@ std::string describe_end(const Ending& ending, const Simulation& simulation, dou
     return fmt::format("stopped at t = {} s of {} s: {}; {}{}", time, end, ending.why, left,
                        can_go_on ? "; the same command with --resume goes on" : "");
   }
-  return fmt::format("t = {} s reached in {} of {}; results in {}", tanor::text(simulation.time()),
-                     report::count_in_words(report.steps, "step"), name_of(report.method), typed(directory));
+  return fmt::format("t = {} s reached in {} of {}{}; results in {}", tanor::text(simulation.time()),
+                     report::count_in_words(report.steps, "step"), name_of(report.method),
+                     ending.why.empty() ? "" : ", where " + ending.why, typed(directory));
 }
 
 }  // namespace

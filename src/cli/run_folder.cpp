@@ -44,10 +44,14 @@ std::unique_ptr<FolderLock> take_folder(RunPlan* plan) {
   return std::move(plan->lock);
 }
 
-report::Trajectory open_trajectory(const RunPlan& plan, const scene::Scene& scene, const System& system) {
-  const report::TrajectoryOptions options = choose_trajectory(scene);
-  if (plan.before) return {plan.directory, system, options, plan.before->trajectory};
-  return {plan.directory, system, options};
+report::Trajectory open_trajectory(const RunPlan& plan, const scene::Scene& scene, Simulation& simulation) {
+  report::TrajectoryOptions options = choose_trajectory(scene);
+  options.cell = simulation.system().cell;
+  options.units = simulation.system().units;
+  const std::span<const Observed> observed = simulation.observe();
+  options.observables.assign(observed.begin(), observed.end());
+  if (plan.before) return {plan.directory, simulation.system(), options, plan.before->trajectory};
+  return {plan.directory, simulation.system(), options};
 }
 
 /// Returns the friction forces [3n], N; empty if the system has no friction.
@@ -67,19 +71,19 @@ constexpr std::chrono::milliseconds shortest_page_interval(1000);
 report::TrajectoryOptions choose_trajectory(const scene::Scene& scene) {
   return {.points = scene.output_points,
           .formats = scene.trajectory,
-          .cell = scene.cell,
+          .cell = scene.system.cell,
           .title = scene.name,
           .t_start = scene.t_start};
 }
 
-RunFolder::RunFolder(RunPlan* plan, const scene::Scene& scene, const Simulation& simulation)
+RunFolder::RunFolder(RunPlan* plan, const scene::Scene& scene, Simulation& simulation)
     : directory_(plan->directory),
       lock_(take_folder(plan)),
       earlier_(plan->before ? plan->before->wall : report::WallTimes()),
       begin_(plan->begin),
       checkpoint_every_(plan->checkpoint_every),
       facts_(collect_facts(*plan, scene, simulation)),
-      trajectory_(open_trajectory(*plan, scene, simulation.system())),
+      trajectory_(open_trajectory(*plan, scene, simulation)),
       due_(RunPlan::Clock::now() + plan->checkpoint_every),
       setup_(seconds_since(plan->begin)) {
   if (plan->before) checkpoint_ = std::move(*plan->before);

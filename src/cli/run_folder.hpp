@@ -38,7 +38,7 @@ report::TrajectoryOptions choose_trajectory(const scene::Scene& scene);
 class RunFolder {
  public:
   /// Makes the folder, or takes its lock and the checkpoint from the plan. Nothing is written before.
-  RunFolder(RunPlan* plan, const scene::Scene& scene, const Simulation& simulation);
+  RunFolder(RunPlan* plan, const scene::Scene& scene, Simulation& simulation);
 
   /// Appends the simulation's state to the trajectory; every file is complete afterwards. The checkpoint follows at
   /// once, or, where frames come fast, as often as a twentieth of the time allows.

@@ -66,6 +66,7 @@ struct H5mdTrajectory::File {
   bool is_touched = false;  ///< by a frame that is not complete
   Series step, time, position, velocity, force, constraint_force, tension, energy, position_violation,
       velocity_violation;
+  std::vector<Series> observed;  ///< of the scene
 
   explicit File(const std::filesystem::path& path, const ShownParts* the_shown)
       : name(path.string()), shown(the_shown) {
@@ -197,7 +198,7 @@ struct H5mdTrajectory::File {
     return add_series(group, "value", shape, is_compressed);
   }
 
-  void add_box(hid_t particles, const std::optional<scene::Cell>& cell) const {
+  void add_box(hid_t particles, const std::optional<Cell>& cell) const {
     const Handle box = make_group(particles, "box");
     add_integers(box, "dimension", {3});
     const bool is_periodic[] = {cell && cell->xx > 0.0, cell && cell->yy > 0.0, cell && cell->zz > 0.0};
@@ -215,7 +216,8 @@ struct H5mdTrajectory::File {
     const Handle boundary = check(H5Acreate2(box, "boundary", type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
     check(H5Awrite(boundary, type, text.data()));
     if (!cell) return;
-    if (cell->xy == 0.0 && cell->xz == 0.0 && cell->yz == 0.0) {
+    add_fixed(box, "offset", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, {3}, cell->origin.data());
+    if (!cell->is_tilted()) {
       const double edges[] = {cell->xx, cell->yy, cell->zz};
       add_fixed(box, "edges", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, {3}, edges);
     } else {  // one edge a row
@@ -259,8 +261,37 @@ struct H5mdTrajectory::File {
     check(H5Awrite(made, H5T_STD_REF_OBJ, &reference));
   }
 
+  /// Returns the name of an observable's group, in which '/' would begin another.
+  static std::string group_of(const Observed& each) {
+    std::string group = each.name;
+    std::ranges::replace(group, '/', '|');
+    return group == "tension" || group == "total_energy" || group.ends_with("_violation") ? "observed " + group : group;
+  }
+  static std::vector<hsize_t> shape_of(const Observed& each) {
+    std::vector<hsize_t> shape;
+    if (!each.members.empty()) shape.push_back(each.members.size());
+    if (!each.parts.empty()) shape.push_back(each.parts.size());
+    return shape;
+  }
+  void add_observed(hid_t group, const Observed& each, bool is_compressed) {
+    observed.push_back(add_element(group, group_of(each).c_str(), shape_of(each), is_compressed));
+    const auto join = [](const std::vector<std::string>& names) {
+      std::string all;
+      for (const std::string& word : names) all += (all.empty() ? "" : ",") + word;
+      return all;
+    };
+    const hid_t value = observed.back().data;
+    if (!each.unit.empty()) add_text(value, "unit", each.unit);
+    if (each.text != each.name) add_text(value, "observable", each.text);
+    if (!each.parts.empty()) add_text(value, "parts", join(each.parts));
+    constexpr std::size_t most_of_an_attribute = 60000;  // bytes that HDF5 takes
+    if (const std::string members = join(each.members); !members.empty() && members.size() < most_of_an_attribute)
+      add_text(value, "members", members);
+  }
+
   void add_observables(const Sample& sample) {
     const Handle group = make_group(file, "observables");
+    for (const Observed& each : sample.observables) add_observed(group, each, sample.is_compressed);
     if (!shown->rods.empty()) tension = add_element(group, "tension", {shown->rods.size()}, sample.is_compressed);
     energy = add_element(group, "total_energy", {}, false);
     position_violation = add_element(group, "position_violation", {}, false);
@@ -287,7 +318,7 @@ struct H5mdTrajectory::File {
   }
 
   /// Opens a file that is known to be ours, with the groups where `create` put them.
-  void open(std::uint64_t frames_before) {
+  void open(std::uint64_t frames_before, std::span<const Observed> observables) {
     errno = 0;
     {
       // A writer that was killed could not clear its mark.
@@ -307,6 +338,8 @@ struct H5mdTrajectory::File {
     energy = open_series("/observables/total_energy/value", {});
     position_violation = open_series("/observables/position_violation/value", {});
     velocity_violation = open_series("/observables/velocity_violation/value", {});
+    for (const Observed& each : observables)
+      observed.push_back(open_series(("/observables/" + group_of(each) + "/value").c_str(), shape_of(each)));
     for (const Series* each : all_series()) {
       if (count_frames(*each) < frames_before)
         throw InputError(name, "has fewer frames than the checkpoint says; run without --resume");
@@ -342,6 +375,7 @@ struct H5mdTrajectory::File {
     std::vector<Series*> all{&position,           &velocity, &force, &constraint_force, &energy, &position_violation,
                              &velocity_violation, &time,     &step};
     if (tension.data >= 0) all.push_back(&tension);
+    for (Series& each : observed) all.push_back(&each);
     return all;
   }
 
@@ -380,6 +414,7 @@ struct H5mdTrajectory::File {
     append(energy, &frame.energy);
     append(position_violation, &frame.position_violation);
     append(velocity_violation, &frame.velocity_violation);
+    for (std::size_t k = 0; k < observed.size(); ++k) append(observed[k], frame.observables[k].values.data());
     const auto steps = static_cast<std::int64_t>(frame.steps);
     append(time, &frame.time);
     append(step, &steps);
@@ -400,9 +435,10 @@ H5mdTrajectory::H5mdTrajectory(const std::filesystem::path& path, const ShownPar
   }
 }
 
-H5mdTrajectory::H5mdTrajectory(const std::filesystem::path& path, const ShownParts* shown, std::uint64_t frames)
+H5mdTrajectory::H5mdTrajectory(const std::filesystem::path& path, const ShownParts* shown, std::uint64_t frames,
+                               std::span<const Observed> observables)
     : file_(std::make_unique<File>(path, shown)) {
-  file_->open(frames);
+  file_->open(frames, observables);
 }
 
 H5mdTrajectory::~H5mdTrajectory() = default;
@@ -441,9 +477,9 @@ extern "C" __attribute__((visibility("default"))) void tanor_open_frame_file(
     const tanor::report::FrameFileRequest& request, std::unique_ptr<tanor::report::FrameFile>* opened) {
   using tanor::report::H5mdTrajectory;
   if (request.frames > 0)
-    *opened = std::make_unique<H5mdTrajectory>(request.path, request.shown, request.frames);
+    *opened = std::make_unique<H5mdTrajectory>(request.path, request.shown, request.frames, request.observables);
   else
-    *opened = std::make_unique<H5mdTrajectory>(
-        request.path, request.shown,
-        H5mdTrajectory::Sample{request.title, request.masses, request.cell, request.is_compressed});
+    *opened = std::make_unique<H5mdTrajectory>(request.path, request.shown,
+                                               H5mdTrajectory::Sample{request.title, request.masses, request.cell,
+                                                                      request.observables, request.is_compressed});
 }

@@ -1,5 +1,6 @@
 #include "formats/npz_trajectory.hpp"
 
+#include <fmt/format.h>
 #include <zip.h>
 
 #include <algorithm>
@@ -23,6 +24,26 @@ namespace tanor::report {
 namespace {
 
 constexpr std::array<const char*, 4> row_names{"position", "velocity", "acceleration", "tension"};
+
+constexpr const char* observables_key = "observables";
+constexpr std::size_t unit_width = 32;
+
+/// Returns the type of a row of observables as numpy describes it: [('t', '<f8'), ('load(hook)', '<f8', (3,)), …].
+std::string describe_record(std::span<const Observed> observables) {
+  std::string type = "[('t', '<f8')";
+  for (const Observed& each : observables) {
+    std::string name;
+    for (const char c : each.name) {
+      if (c == '\'' || c == '\\') name += '\\';
+      name += static_cast<unsigned char>(c) < 128 ? c : '_';
+    }
+    std::string shape;
+    if (!each.members.empty()) shape += fmt::format("{},", each.members.size());
+    if (!each.parts.empty()) shape += fmt::format("{},", each.parts.size());
+    type += fmt::format(", ('{}', '<f8'{})", name, shape.empty() ? "" : ", (" + shape + ")");
+  }
+  return type + "]";
+}
 
 struct CloseArchive {
   void operator()(zip_t* archive) const { zip_discard(archive); }
@@ -156,8 +177,18 @@ std::vector<double> read_array(const std::string& name, zip_t* archive, const st
 }  // namespace
 
 NpzTrajectory::NpzTrajectory(const std::filesystem::path& path, const ShownParts* shown, bool is_compressed,
-                             std::uint64_t frames)
+                             std::span<const Observed> observables, std::uint64_t frames)
     : path_(path), shown_(shown), is_compressed_(is_compressed) {
+  if (!observables.empty()) {
+    observed_type_ = describe_record(observables);
+    observed_width_ = 1;
+    for (const Observed& each : observables) {
+      observed_width_ += each.values.size();
+      std::string unit = each.unit;
+      unit.resize(unit_width, '\0');
+      observed_units_.insert(observed_units_.end(), unit.begin(), unit.end());
+    }
+  }
   if (frames == 0) return;
   const Archive archive(zip_open(path.c_str(), ZIP_RDONLY, nullptr));
   if (!archive) throw InputError(path.string(), "cannot be read; run without --resume");
@@ -166,6 +197,8 @@ NpzTrajectory::NpzTrajectory(const std::filesystem::path& path, const ShownParts
     const std::size_t width = k == 3 ? shown->rods.size() : 3 * shown->num_points;
     if (width > 0) rows_[k] = read_array(path.string(), archive.get(), row_names[k], frames * width);
   }
+  if (observed_width_ > 0)
+    observed_ = read_array(path.string(), archive.get(), observables_key, frames * observed_width_);
 }
 
 void NpzTrajectory::write(const Frame& frame) {
@@ -173,6 +206,9 @@ void NpzTrajectory::write(const Frame& frame) {
   times_.push_back(frame.time);
   const std::span<const double> parts[] = {frame.positions, frame.velocities, frame.accelerations, frame.tensions};
   for (std::size_t k = 0; k < rows_.size(); ++k) rows_[k].insert(rows_[k].end(), parts[k].begin(), parts[k].end());
+  if (observed_width_ > 0) observed_.push_back(frame.time);
+  for (const Observed& each : frame.observables)
+    observed_.insert(observed_.end(), each.values.begin(), each.values.end());
   if (is_first) save();
 }
 
@@ -180,6 +216,7 @@ void NpzTrajectory::cut(std::uint64_t frames) {
   times_.resize(frames);
   for (std::size_t k = 0; k < rows_.size(); ++k)
     rows_[k].resize(frames * (k == 3 ? shown_->rods.size() : 3 * shown_->num_points));
+  observed_.resize(frames * observed_width_);
 }
 
 void NpzTrajectory::synchronize() {
@@ -203,6 +240,11 @@ void NpzTrajectory::save() const {
               k == 3 ? std::vector<std::size_t>{frames, num_rods} : std::vector<std::size_t>{frames, m, 3}, rows_[k]);
     zip.add("points", "<i4", {m}, points);
     zip.add("rods", "<i4", {num_rods, 2}, rods);
+    if (observed_width_ > 0) {
+      zip.add(observables_key, observed_type_, {frames}, observed_);
+      zip.add("observable_units", fmt::format("|S{}", unit_width), {observed_units_.size() / unit_width},
+              observed_units_);
+    }
     zip.finish();
   });
 }
@@ -213,5 +255,5 @@ void NpzTrajectory::save() const {
 extern "C" __attribute__((visibility("default"))) void tanor_open_frame_file(
     const tanor::report::FrameFileRequest& request, std::unique_ptr<tanor::report::FrameFile>* opened) {
   *opened = std::make_unique<tanor::report::NpzTrajectory>(request.path, request.shown, request.is_compressed,
-                                                           request.frames);
+                                                           request.observables, request.frames);
 }

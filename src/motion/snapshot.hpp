@@ -11,6 +11,7 @@ struct Snapshot {
   double time = 0.0;               ///< s
   std::vector<double> positions;   ///< 3n, m, in the user's order
   std::vector<double> velocities;  ///< 3n, m/s
+  std::vector<std::size_t> taken;  ///< what events took out: list, index and member (or none, the largest number) of each
   MotionReport report;             ///< counts, times, works and extremes so far
 
   // These members are what the next step depends on besides the state. The defaults are those of a start.

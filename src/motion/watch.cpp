@@ -193,7 +193,8 @@ Outcome Watch::look(const State& from, State* to, DenseOutput dense, double* sto
 Outcome Watch::leave(const DenseOutput& dense, State* to) {
   mechanics_.prescribe(to->t, to->x.data(), to->v.data());
   // Variables other than positions change what they are converted with.
-  if (!dense.has_moved() && mechanics_.keeps_variables()) return {};
+  const bool has_solved = std::ranges::any_of(functions_, &Function::solves);
+  if (!dense.has_moved() && mechanics_.keeps_variables() && !has_solved) return {};
   return mechanics_.accelerations(to->at(), options_.request(Gradients::Evaluate), to->output_without_power());
 }
 

@@ -23,6 +23,7 @@ class Watch {
     Event::Direction direction;
     bool stops;
     std::string name{};
+    bool solves = false;  ///< it leaves the mechanics linearised elsewhere
   };
 
   Watch(const IntegrationOptions& options, Mechanics& mechanics) : options_(options), mechanics_(mechanics) {}

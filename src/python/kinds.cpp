@@ -304,7 +304,21 @@ System read_system(const py::object& object) {
   std::vector<Vector3> positions, velocities;
   read(given["name"], &system.name);
   read(given["positions"], &positions);
-  read(given["masses"], &system.masses);
+  if (py::isinstance<py::float_>(object.attr("masses")) || py::isinstance<py::int_>(object.attr("masses"))) {
+    double mass = 0.0;
+    read(given["masses"], &mass);
+    system.masses.assign(positions.size(), mass);
+  } else {
+    read(given["masses"], &system.masses);
+  }
+  std::string units;
+  read(given["units"], &units);
+  system.units = units_from_name(units);
+  if (!object.attr("cell").is_none()) {
+    Vector3 edges{};
+    read(given["cell"], &edges);
+    system.cell = Cell{.xx = edges[0], .yy = edges[1], .zz = edges[2]};
+  }
   if (!object.attr("velocities").is_none()) read(given["velocities"], &velocities);
   for (const Vector3& r : positions) system.positions.insert(system.positions.end(), r.begin(), r.end());
   for (const Vector3& v : velocities) system.velocities.insert(system.velocities.end(), v.begin(), v.end());
@@ -343,6 +357,16 @@ SolverOptions options_of_scene(const py::object& object) {
 
 MotionOptions motion_of_scene(const py::object& object) {
   return py::isinstance<SceneFile>(object) ? object.cast<SceneFile&>().read().motion : MotionOptions{};
+}
+
+void add_requests_of_scene(const py::object& object, Simulation* simulation) {
+  if (!py::isinstance<SceneFile>(object)) {
+    for (const Observable& each : default_observables(simulation->system())) simulation->add_observable(each);
+    return;
+  }
+  const scene::Scene& scene = object.cast<SceneFile&>().read();
+  for (const Observable& each : scene.observables) simulation->add_observable(each);
+  for (const Event& each : scene.events) simulation->add_event(each);
 }
 
 void bind_system_functions(py::module_& module) {

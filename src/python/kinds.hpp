@@ -21,6 +21,8 @@ BucklingOptions read_buckling_options(const py::object& options);
 /// Return what the file of a Scene says, or the defaults for a System.
 SolverOptions options_of_scene(const py::object& system_or_scene);
 MotionOptions motion_of_scene(const py::object& system_or_scene);
+/// Adds the observables and the events of a scene; of a system, the default observables.
+void add_requests_of_scene(const py::object& system_or_scene, Simulation* simulation);
 
 /// Binds checks of a whole System, as the library has them.
 void bind_system_functions(py::module_& module);

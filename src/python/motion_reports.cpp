@@ -46,10 +46,16 @@ void bind_motion_forces(py::module_& module) {
 void bind_motion_reports(py::module_& module) {
   bind_certificate(module);
   bind_motion_forces(module);
+  Record<Extreme>(module, "Extreme").fields();
+  Record<Observed>(module, "Observed").fields().property("columns", &column_names, "list");
   Record<Passage>(module, "Passage")
       .field("event", &Passage::event)
       .field("time", &Passage::time)
-      .field("rises", &Passage::rises);
+      .field("rises", &Passage::rises)
+      .field("name", &Passage::name)
+      .field("member", &Passage::member)
+      .field("energy_lost", &Passage::energy_lost)
+      .field("rest", &Passage::rest);
   Record<EnergyReport>(module, "EnergyReport")
       .field("start", &EnergyReport::start)
       .field("now", &EnergyReport::now)

@@ -11,6 +11,7 @@
 
 #include <tanor/enum_names.hpp>
 #include <tanor/motion.hpp>
+#include <tanor/report_fields.hpp>
 
 #include "python/arrays.hpp"
 #include "python/header_docs.hpp"
@@ -79,6 +80,11 @@ class Record {
   template <class Value>
   Record& field(const char* name, Value Report::*member, py::ssize_t columns = 0) {
     return field(name, name_ + "." + name, member, columns);
+  }
+  /// Adds all fields of the report's table.
+  Record& fields() requires HasReportFields<Report> {
+    std::apply([&](const auto&... each) { (field(each.key, each.value), ...); }, FieldsOf<Report>::fields);
+    return *this;
   }
   /// Adds a member of a base of the report. Its comment is that of `where`, such as "EventReport.events".
   template <class Base, class Value>

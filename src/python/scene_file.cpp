@@ -84,7 +84,8 @@ void bind_scene(py::module_& module) {
       .def_property_readonly(
           "name", [](SceneFile& self) { return self.read().name; }, "(str) of the system")
       .def_property_readonly(
-          "t_end", [](SceneFile& self) { return self.read().has_end() ? self.read().t_end : 0.0; }, "(float) s; 0: not given")
+          "t_end", [](SceneFile& self) { return self.read().has_end() ? self.read().t_end : 0.0; },
+          "(float) s; 0: not given")
       .def_property_readonly(
           "output_every", [](SceneFile& self) { return self.read().output_every; }, "(float) s; 0: start and end only")
       .def_property_readonly(

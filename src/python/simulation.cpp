@@ -101,7 +101,10 @@ class Run {
     System description = read_system(system);
     const MotionOptions motion_options = motion.is_none() ? motion_of_scene(system) : read_motion_options(motion);
     const SolverOptions solver_options = solver.is_none() ? options_of_scene(system) : read_solver_options(solver);
-    return without_lock([&] { return Simulation(std::move(description), motion_options, solver_options, t_start); });
+    Simulation made =
+        without_lock([&] { return Simulation(std::move(description), motion_options, solver_options, t_start); });
+    add_requests_of_scene(system, &made);
+    return made;
   }
 
   py::object motion_, solver_;
@@ -110,14 +113,29 @@ class Run {
   Turns turns_;
 };
 
+std::size_t add_observable(Run& self, const std::string& what, const std::string& name, bool every_step) {
+  return self.run(
+      [&](Simulation& s) { return s.add_observable({.name = name, .text = what, .every_step = every_step}); });
+}
+
+std::vector<Observed> observe(Run& self) {
+  return self.run([](Simulation& s) {
+    const std::span<const Observed> all = s.observe();
+    return std::vector<Observed>(all.begin(), all.end());
+  });
+}
+
 std::size_t add_event(Run& self, const py::object& function, const py::object& direction, bool stops,
-                      const std::string& name) {
-  Event event{.name = name, .stops = stops};
+                      const std::string& name, const std::string& when, const py::object& action,
+                      const std::string& of) {
+  Event event{.name = name, .stops = stops, .when = when, .of = of};
   read({direction, "/direction"}, &event.direction);
-  event.value = [f = Shared(function)](double t, std::span<const double> r, std::span<const double> v) {
-    const py::gil_scoped_acquire acquired;
-    return (*f)(t, view(r, 3, py::none()), view(v, 3, py::none())).cast<double>();
-  };
+  read({action, "/do"}, &event.action);
+  if (!function.is_none())
+    event.value = [f = Shared(function)](double t, std::span<const double> r, std::span<const double> v) {
+      const py::gil_scoped_acquire acquired;
+      return (*f)(t, view(r, 3, py::none()), view(v, 3, py::none())).cast<double>();
+    };
   return self.run([&](Simulation& s) { return s.add_event(event); });
 }
 
@@ -177,12 +195,25 @@ Steps to exactly t_end, s, or to an event that stops; after a failure the state 
 
 progress  called with a MotionReport after every step; False ends the run there
 Ctrl-C, and what progress raises, end the run after a step, too, and are raised then: the simulation can go on.)doc")
-      .def("add_event", &add_event, arg("function"), py::kw_only(), arg("direction") = "both", arg("stops") = false,
-           arg("name") = "", R"doc(
-From now on looks for the zeros of function(t, positions, velocities) -> float; returns the event's number.
+      .def("add_observable", &add_observable, arg("what"), py::kw_only(), arg("name") = "", arg("every_step") = false,
+           R"doc(
+Observes "max tension(links)", "moment(crank, z)", "load(hook).z" and the like (docs/observables.md); returns the
+observable's number.
+
+name        in results; `what` if it is empty
+every_step  extremes of all steps; otherwise of the instants at which `observe` is called)doc")
+      .def("observe", &observe, R"doc(
+list[Observed]: all observables at the present state, also inside a progress callback.)doc")
+      .def("add_event", &add_event, arg("function") = none, py::kw_only(), arg("direction") = "both",
+           arg("stops") = false, arg("name") = "", arg("when") = "", arg("do") = "report", arg("of") = "", R"doc(
+From now on looks for the zeros of function(t, positions, velocities) -> float, or for the instants at which a condition
+becomes true; returns the event's number.
 
 direction  "both", "rising", "falling"
-stops      ends the advance there)doc")
+stops      ends the advance there
+when       a condition in place of a function: "any tension(links) > 20", "t > 2" (docs/observables.md)
+do         "report", "stop", "break" (a rod, rope, spring or bond is taken out), "release" (a support or guide lets go)
+of         what is taken out; "": the member of which the condition speaks)doc")
       .def_property_readonly(
           "passages",
           [](Run& self) {

@@ -5,6 +5,8 @@
 #include <span>
 #include <vector>
 
+#include <tanor/observables.hpp>
+
 #include "report/guides.hpp"
 
 namespace tanor::report {
@@ -22,6 +24,7 @@ struct Frame {
   std::span<const double> tensions{};                         ///< R, N: -lambda
   std::span<const double> guide_forces{};                     ///< 3m, N; empty if no point is held
   std::span<const double> friction_forces{};                  ///< 3m, N; empty if there is no friction
+  std::span<const Observed> observables{};                    ///< at this instant
   std::vector<Guide> guides{};                                ///< at their positions in this frame
   Vector3 gravity{};                                          ///< m/s^2
   double energy = 0.0;                                        ///< J, kinetic and potential

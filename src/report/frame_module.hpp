@@ -7,9 +7,10 @@
 #include <span>
 #include <string>
 
+#include <tanor/system.hpp>
+
 #include "report/frame_file.hpp"
 #include "report/shown_parts.hpp"
-#include "scene/periodic_cell.hpp"
 
 /// \file Trajectories that need a library of their own (HDF5, libzip) are modules, `tanor_h5md` and `tanor_npz`, in
 /// src/formats. Only a run that writes them loads them: HDF5 alone brings thirty libraries, and their loading took as
@@ -22,7 +23,9 @@ struct FrameFileRequest {
   const ShownParts* shown;         ///< must outlive the file
   std::string title;               ///< name of the scene
   std::span<const double> masses;  ///< m, kg
-  std::optional<scene::Cell> cell;
+  std::optional<Cell> cell;
+  std::span<const Observed> observables;
+  Units units;
   bool is_compressed;
   std::uint64_t frames;  ///< 0 for a new file, else the frames after which an existing file continues
 };

@@ -9,22 +9,25 @@ namespace tanor::report {
 
 namespace {
 
-bool is_periodic(const std::optional<scene::Cell>& cell) {
-  return cell && cell->xx > 0.0 && cell->yy > 0.0 && cell->zz > 0.0;
+bool is_periodic(const std::optional<Cell>& cell) {
+  return cell && cell->is_periodic_everywhere();
 }
 
-/// Prints the corners of the periodic cell, which begins at the origin, or of a box around the points.
-void print_box(const Frame& frame, const std::optional<scene::Cell>& cell, fmt::appender out) {
+/// Prints the corners of the periodic cell, or of a box around the points.
+void print_box(const Frame& frame, const std::optional<Cell>& cell, fmt::appender out) {
   if (is_periodic(cell)) {
-    if (cell->xy == 0.0 && cell->xz == 0.0 && cell->yz == 0.0) {
-      fmt::format_to(out, "ITEM: BOX BOUNDS pp pp pp\n0 {}\n0 {}\n0 {}\n", cell->xx, cell->yy, cell->zz);
+    const auto [x, y, z] = cell->origin;
+    if (!cell->is_tilted()) {
+      fmt::format_to(out, "ITEM: BOX BOUNDS pp pp pp\n{} {}\n{} {}\n{} {}\n", x, x + cell->xx, y, y + cell->yy, z,
+                     z + cell->zz);
       return;
     }
     // LAMMPS describes a tilted cell by the box around it.
     const auto [x_low, x_high] = std::minmax({0.0, cell->xy, cell->xz, cell->xy + cell->xz});
     const auto [y_low, y_high] = std::minmax({0.0, cell->yz});
-    fmt::format_to(out, "ITEM: BOX BOUNDS xy xz yz pp pp pp\n{} {} {}\n{} {} {}\n0 {} {}\n", x_low, cell->xx + x_high,
-                   cell->xy, y_low, cell->yy + y_high, cell->xz, cell->zz, cell->yz);
+    fmt::format_to(out, "ITEM: BOX BOUNDS xy xz yz pp pp pp\n{} {} {}\n{} {} {}\n{} {} {}\n", x + x_low,
+                   x + cell->xx + x_high, cell->xy, y + y_low, y + cell->yy + y_high, cell->xz, z, z + cell->zz,
+                   cell->yz);
     return;
   }
   fmt::format_to(out, "ITEM: BOX BOUNDS ss ss ss\n");
@@ -40,7 +43,7 @@ void print_box(const Frame& frame, const std::optional<scene::Cell>& cell, fmt::
   }
 }
 
-void print_head(const Frame& frame, const char* things, std::size_t count, const std::optional<scene::Cell>& cell,
+void print_head(const Frame& frame, const char* things, std::size_t count, const std::optional<Cell>& cell,
                 fmt::appender out) {
   fmt::format_to(out, "ITEM: TIME\n{}\nITEM: TIMESTEP\n{}\nITEM: NUMBER OF {}\n{}\n", frame.time, frame.number, things,
                  count);
@@ -49,8 +52,8 @@ void print_head(const Frame& frame, const char* things, std::size_t count, const
 
 }  // namespace
 
-LammpsDump::LammpsDump(const std::filesystem::path& path, const ShownParts* shown,
-                       const std::optional<scene::Cell>& cell, std::uint64_t mark)
+LammpsDump::LammpsDump(const std::filesystem::path& path, const ShownParts* shown, const std::optional<Cell>& cell,
+                       std::uint64_t mark)
     : TextTrajectory(path, "", mark), shown_(shown), cell_(cell) {}
 
 void LammpsDump::print(const Frame& frame, fmt::memory_buffer* text) const {
@@ -68,7 +71,7 @@ void LammpsDump::print(const Frame& frame, fmt::memory_buffer* text) const {
 }
 
 LammpsRodDump::LammpsRodDump(const std::filesystem::path& path, const ShownParts* shown,
-                             const std::optional<scene::Cell>& cell, std::uint64_t mark)
+                             const std::optional<Cell>& cell, std::uint64_t mark)
     : TextTrajectory(path, "", mark), shown_(shown), cell_(cell) {}
 
 void LammpsRodDump::print(const Frame& frame, fmt::memory_buffer* text) const {

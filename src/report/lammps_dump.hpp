@@ -4,7 +4,6 @@
 
 #include "report/shown_parts.hpp"
 #include "report/text_trajectory.hpp"
-#include "scene/periodic_cell.hpp"
 
 namespace tanor::report {
 
@@ -14,27 +13,27 @@ namespace tanor::report {
 class LammpsDump : public TextTrajectory {
  public:
   /// `shown` must outlive this object. `mark` is 0 for a new file.
-  LammpsDump(const std::filesystem::path& path, const ShownParts* shown, const std::optional<scene::Cell>& cell,
+  LammpsDump(const std::filesystem::path& path, const ShownParts* shown, const std::optional<Cell>& cell,
              std::uint64_t mark = 0);
 
  private:
   void print(const Frame& frame, fmt::memory_buffer* text) const override;
 
   const ShownParts* shown_;
-  std::optional<scene::Cell> cell_;
+  std::optional<Cell> cell_;
 };
 
 /// Writes a LAMMPS "dump local" (OVITO reads it as bonds): both ids of each rod, its length and its tension.
 class LammpsRodDump : public TextTrajectory {
  public:
-  LammpsRodDump(const std::filesystem::path& path, const ShownParts* shown, const std::optional<scene::Cell>& cell,
+  LammpsRodDump(const std::filesystem::path& path, const ShownParts* shown, const std::optional<Cell>& cell,
                 std::uint64_t mark = 0);
 
  private:
   void print(const Frame& frame, fmt::memory_buffer* text) const override;
 
   const ShownParts* shown_;
-  std::optional<scene::Cell> cell_;
+  std::optional<Cell> cell_;
 };
 
 }  // namespace tanor::report

@@ -22,9 +22,9 @@ constexpr std::size_t alignment = 64;
 }  // namespace
 
 std::string make_npy_header(std::string_view type, const std::vector<std::size_t>& shape, std::size_t size) {
-  const char* const comma = shape.size() == 1 ? "," : "";
-  std::string text =
-      fmt::format("{{'descr': '{}', 'fortran_order': False, 'shape': ({}{}), }}", type, fmt::join(shape, ", "), comma);
+  const char *const comma = shape.size() == 1 ? "," : "", *const quote = type.starts_with('[') ? "" : "'";
+  std::string text = fmt::format("{{'descr': {}{}{}, 'fortran_order': False, 'shape': ({}{}), }}", quote, type, quote,
+                                 fmt::join(shape, ", "), comma);
   const std::size_t length = magic.size() + 2 + text.size() + 1, wanted = std::max(length, size);
   text.append(wanted - length + (alignment - wanted % alignment) % alignment, ' ');
   text += '\n';

@@ -18,8 +18,8 @@ void write_npy(const std::filesystem::path& path, std::span<const double> number
 /// Writes an array of any shape.
 void write_npy(OutputFile* file, std::span<const double> numbers, const std::vector<std::size_t>& shape);
 
-/// Returns the header of an array of any shape; `type` is "<f8", "<i4", … The header has at least `size` bytes, so that
-/// it can be replaced while the array grows.
+/// Returns the header of an array of any shape; `type` is "<f8", "<i4", …, or the list of a structured one. The header
+/// has at least `size` bytes, so that it can be replaced while the array grows.
 std::string make_npy_header(std::string_view type, const std::vector<std::size_t>& shape, std::size_t size = 0);
 
 /// Writes a vector of booleans, '|b1'.

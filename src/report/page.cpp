@@ -8,6 +8,7 @@
 
 #include "base/text.hpp"
 #include "report/friction_parts.hpp"
+#include "report/observed_words.hpp"
 #include "report/shared_parts.hpp"
 #include "report/words.hpp"
 
@@ -32,7 +33,8 @@ std::string list_forces(const System& system) {
     if (const auto* pairs = std::get_if<PairForces>(&force)) {
       list += fmt::format(" ({}", name_of(pairs->law));
       if (pairs->box != Vector3{})
-        list += fmt::format(", box {} x {} x {} m", text(pairs->box[0]), text(pairs->box[1]), text(pairs->box[2]));
+        list += fmt::format(", box {} x {} x {}", text(pairs->box[0]), text(pairs->box[1]),
+                            with_unit(text(pairs->box[2]), system.units.length));
       list += pairs->exclude_rods ? ", not along rods)" : ")";
     }
   }
@@ -40,21 +42,22 @@ std::string list_forces(const System& system) {
 }
 
 /// Returns "at t = 0.2 s to 11, at t = 0.25 s to 12".
-std::string list_changes(const RankChanges& changes) {
+std::string list_changes(const RankChanges& changes, const Units& units) {
   constexpr std::size_t most_named = 5;
   std::string list;
   for (std::size_t k = 0; k < std::min(changes.first.size(), most_named); ++k) {
-    list += fmt::format("{}at t = {:g} s to {}", k > 0 ? ", " : "", changes.first[k].time, changes.first[k].rank);
+    list += fmt::format("{}at t = {} to {}", k > 0 ? ", " : "",
+                        with_unit(fmt::format("{:g}", changes.first[k].time), units.time), changes.first[k].rank);
   }
   return list + (changes.count > most_named ? fmt::format(", … ({} in all)", changes.count) : "");
 }
 
 /// Returns "passed at t = 0.5 s, 1.5 s".
-std::string list_passages(const SingularPassages& passages) {
+std::string list_passages(const SingularPassages& passages, const Units& units) {
   constexpr std::size_t most_named = 5;
   std::string list;
   for (std::size_t k = 0; k < std::min(passages.first.size(), most_named); ++k) {
-    list += fmt::format("{}{:g} s", k > 0 ? ", " : "passed at t = ", passages.first[k].time);
+    list += (k > 0 ? ", " : "passed at t = ") + with_unit(fmt::format("{:g}", passages.first[k].time), units.time);
   }
   return list + (passages.count > most_named ? fmt::format(", … ({} in all)", passages.count) : "");
 }
@@ -64,18 +67,19 @@ std::string line(const std::string& key, const std::string& text) {
 }
 
 /// Tells how near the motion came to a singular configuration, and how well it keeps the constraints and its energy.
-std::string describe_quality(const MotionReport& report) {
-  std::string text = line("condition", fmt::format("reciprocal condition {} (estimate), smallest at t = {} s",
-                                                   in_words(report.nearest_to_singular.reciprocal_condition, "{:.1e}"),
-                                                   in_words(report.nearest_to_singular.time, "{:g}")));
+std::string describe_quality(const MotionReport& report, const Units& units) {
+  std::string text =
+      line("condition", fmt::format("reciprocal condition {} (estimate), smallest at t = {}",
+                                    in_words(report.nearest_to_singular.reciprocal_condition, "{:.1e}"),
+                                    with_unit(in_words(report.nearest_to_singular.time, "{:g}"), units.time)));
   text += line("violation",
                fmt::format("{} positions, {} velocities, {} accelerations (largest, relative)",
                            in_words(report.violation.position, "{:.1e}"), in_words(report.violation.velocity, "{:.1e}"),
                            in_words(report.violation.acceleration, "{:.1e}")));
-  return text +
-         line("energy", fmt::format("{} J at the start, {} J at the end, relative drift {}",
-                                    in_words(report.energy.start, "{:.10g}"), in_words(report.energy.now, "{:.10g}"),
-                                    in_words(report.energy.drift_relative(), "{:.1e}")));
+  return text + line("energy", fmt::format("{} at the start, {} at the end, relative drift {}",
+                                           with_unit(in_words(report.energy.start, "{:.10g}"), units.energy),
+                                           with_unit(in_words(report.energy.now, "{:.10g}"), units.energy),
+                                           in_words(report.energy.drift_relative(), "{:.1e}")));
 }
 
 }  // namespace
@@ -84,7 +88,12 @@ std::string format_page(const RunFacts& facts, Simulation& simulation) {
   const MotionReport& report = simulation.report();
   const PlanSummary& plan = simulation.plan();
   const PhaseTimes& times = report.times;
+  const Units& units = simulation.system().units;
   std::string page = facts.scene + "\n";
+  if (facts.has_started) {
+    page += format_observables(simulation.observe(), units);
+    page += format_passages(simulation.passages(), units) + "\n";
+  }
   page += line("source", facts.source);
   page +=
       line("system",
@@ -95,9 +104,9 @@ std::string format_page(const RunFacts& facts, Simulation& simulation) {
     if (const std::string redundancy = describe_redundancy(simulation.rank()); !redundancy.empty())
       page += line("rank", redundancy);
   }
-  if (const std::string times_met = list_changes(report.rank_changes); !times_met.empty())
+  if (const std::string times_met = list_changes(report.rank_changes, units); !times_met.empty())
     page += line("rank changes", times_met);
-  if (const std::string times_passed = list_passages(report.singular_passages); !times_passed.empty())
+  if (const std::string times_passed = list_passages(report.singular_passages, units); !times_passed.empty())
     page += line("singular", times_passed + ": constraints depend on each other there");
   if (!plan.prestress_rigid_points.empty()) {
     page += line("rigid", fmt::format("{} points are held rigid by prestress, by rods under tension between supports; "
@@ -108,16 +117,18 @@ std::string format_page(const RunFacts& facts, Simulation& simulation) {
   page += line("forces", list_forces(simulation.system()));
   const bool has_friction = !simulation.system().friction.empty();
   if (has_friction) {
-    page += line("friction",
-                 fmt::format("{}; {}; work {} J", describe_friction(simulation.system()),
-                             describe_friction(report.friction), in_words(report.energy.work_of_friction, "{:.6g}")));
+    page += line("friction", fmt::format("{}; {}; work {}", describe_friction(simulation.system()),
+                                         describe_friction(report.friction),
+                                         with_unit(in_words(report.energy.work_of_friction, "{:.6g}"), units.energy)));
   }
   if (facts.has_started) {
-    page += line("start", fmt::format("corrected by {} m and {} m/s at most (M-norm projection)",
-                                      in_words(report.start.position_correction, "{:.2g}"),
-                                      in_words(report.start.velocity_correction, "{:.2g}")));
+    page += line("start", fmt::format("positions corrected by {} at most, velocities by {}",
+                                      with_unit(in_words(report.start.position_correction, "{:.2g}"), units.length),
+                                      with_unit(in_words(report.start.velocity_correction, "{:.2g}"),
+                                                units.letters(Dimension::Velocity))));
   }
-  page += line("time", fmt::format("{:g} s of {:g} s", simulation.time(), facts.t_end));
+  page += line("time",
+               fmt::format("{:g} of {}", simulation.time(), with_unit(fmt::format("{:g}", facts.t_end), units.time)));
   if (!facts.stopped_by.empty()) page += line("stopped by", facts.stopped_by);
   const std::size_t iterations = report.counters.iterations;
   page += line("method", fmt::format("{}, {}, {} rejected, {} ({}, {}), {}{}, {}", name_of(report.method),
@@ -132,7 +143,7 @@ std::string format_page(const RunFacts& facts, Simulation& simulation) {
                        "solve {:.3g}, {}output {:.3g}",
                        facts.wall.total, facts.wall.setup, times.evaluate, times.assemble, times.factor, times.solve,
                        has_friction ? fmt::format("friction {:.3g}, ", times.friction) : "", facts.wall.output));
-  if (facts.has_started) page += describe_quality(report);
+  if (facts.has_started) page += describe_quality(report, units);
   if (!report.accuracy_warning.empty()) page += line("warning", report.accuracy_warning);
   if (facts.certificate) page += line("certificate", facts.certificate->line());
   return page;

@@ -6,8 +6,10 @@
 #include <tanor/version.hpp>
 
 #include "report/array_writer.hpp"
+#include "report/field_json.hpp"
 #include "report/friction_parts.hpp"
 #include "report/json_text.hpp"
+#include "report/observed_words.hpp"
 #include "report/shared_parts.hpp"
 #include "report/words.hpp"
 
@@ -111,6 +113,9 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
     json.add("scene", facts.scene);
     json.add("source", facts.source);
     json.add("tanor_version", TANOR_VERSION);
+    json.add("units", end.units.name);
+    json.add("observables", describe_observables(end.observables));
+    json.add("passages", json_of(std::vector(end.passages.begin(), end.passages.end())));
     json.add("method", name_of(report.method));
     if (!report.method_reason.empty()) json.add("method_reason", report.method_reason);
     json.add("form", name_of(end.plan.form));
@@ -146,7 +151,8 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
                 {count_contacts(simulation.system()), simulation.plan(), simulation.report(),
                  facts.has_started ? std::optional(simulation.rank()) : std::nullopt, simulation.time(),
                  EndArrays{simulation.positions(), simulation.velocities(), simulation.accelerations(),
-                           simulation.multipliers(), simulation.reactions(), simulation.support_forces()}});
+                           simulation.multipliers(), simulation.reactions(), simulation.support_forces()},
+                 simulation.observe(), simulation.passages(), simulation.system().units});
 }
 
 std::vector<std::filesystem::path> list_summary(const std::filesystem::path& directory) {

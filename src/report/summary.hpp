@@ -51,6 +51,9 @@ struct RunEnd {
   std::optional<RankReport> rank;   ///< none if no start was found
   double time;                      ///< s
   std::optional<EndArrays> arrays;  ///< none if no process holds those of all points
+  std::span<const Observed> observables{};
+  std::span<const Passage> passages{};
+  Units units{};
 };
 
 /// Writes `directory/summary.json` as docs/scene-format.md describes it, and arrays above `largest_inline` points

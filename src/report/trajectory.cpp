@@ -12,6 +12,7 @@
 #include "report/guide_forces.hpp"
 #include "report/lammps_dump.hpp"
 #include "report/module.hpp"
+#include "report/observables_table.hpp"
 #include "report/output_file.hpp"
 #include "report/vtp_frame.hpp"
 #include "report/xyz_trajectory.hpp"
@@ -62,6 +63,7 @@ std::vector<std::string> list_files(const TrajectoryOptions& options, const Show
     if (format == TrajectoryFormat::Lammps && !shown.rods.empty())
       names.push_back(rods_name + std::string(options.formats.compression ? packed : ""));
   }
+  if (!options.observables.empty()) names.push_back(observables_name);
   std::ranges::sort(names);
   return names;
 }
@@ -124,7 +126,8 @@ std::vector<fs::path> list_trajectory(const fs::path& directory) {
     files.push_back(directory / name);
     files.push_back(directory / (std::string(name) + packed));
   }
-  for (const char* name : {VtpTrajectory::list_name, h5md_name, npz_name}) files.push_back(directory / name);
+  for (const char* name : {VtpTrajectory::list_name, h5md_name, npz_name, observables_name})
+    files.push_back(directory / name);
   return files;
 }
 
@@ -186,10 +189,22 @@ void Trajectory::open_files(const fs::path& directory, const TrajectoryOptions& 
         break;
       case TrajectoryFormat::H5md:
       case TrajectoryFormat::Npz:
-        load_opener(format)({path, shown_.get(), options.title, masses_, options.cell, is_compressed, size}, &file);
+        load_opener(format)({.path = path,
+                             .shown = shown_.get(),
+                             .title = options.title,
+                             .masses = masses_,
+                             .cell = options.cell,
+                             .observables = options.observables,
+                             .units = options.units,
+                             .is_compressed = is_compressed,
+                             .frames = size},
+                            &file);
         break;
     }
   }
+  if (!options.observables.empty())
+    files_[observables_name] = std::make_unique<ObservablesTable>(directory / observables_name, options.observables,
+                                                                  options.units, before(observables_name));
 }
 
 /// Copies the rows of the shown points and rods from the simulation.
@@ -206,7 +221,7 @@ void Trajectory::gather(const Simulation& simulation) {
         find_guide_forces(*shown_, positions_, tensions_, simulation.reactions(), simulation.support_forces());
 }
 
-void Trajectory::write_frame(const Simulation& simulation, std::span<const double> friction) {
+void Trajectory::write_frame(Simulation& simulation, std::span<const double> friction) {
   gather(simulation);
   if (!friction.empty()) gather_points(*shown_, friction, &friction_);
   const MotionReport& report = simulation.report();
@@ -223,6 +238,7 @@ void Trajectory::write_frame(const Simulation& simulation, std::span<const doubl
                     .tensions = tensions_,
                     .guide_forces = guide_forces_,
                     .friction_forces = friction_,
+                    .observables = simulation.observe(),
                     .guides = std::move(guides),
                     .gravity = find_gravity(simulation.system()),
                     .energy = report.energy.now,

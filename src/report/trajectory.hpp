@@ -14,7 +14,6 @@
 
 #include "report/frame_file.hpp"
 #include "report/shown_parts.hpp"
-#include "scene/periodic_cell.hpp"
 #include "scene/trajectory.hpp"
 
 namespace tanor::report {
@@ -29,9 +28,11 @@ struct TrajectoryMark {
 struct TrajectoryOptions {
   std::vector<Index> points;  ///< empty: all points
   scene::TrajectoryFormats formats;
-  std::optional<scene::Cell> cell;  ///< periodic box
-  std::string title;                ///< name of the scene
-  double t_start = 0.0;             ///< s; start of the motion, however often it was resumed
+  std::optional<Cell> cell;             ///< periodic box
+  std::vector<Observed> observables{};  ///< what is observed, without numbers
+  Units units{};
+  std::string title;     ///< name of the scene
+  double t_start = 0.0;  ///< s; start of the motion, however often it was resumed
 };
 
 /// Throws InputError, naming /motion/trajectory or /motion/compression, if this program cannot write the formats, or if
@@ -57,7 +58,7 @@ class Trajectory {
 
   /// Appends the simulation's present state with its friction (3n, N; empty if there is none). Throws WriteError; the
   /// files are then what they were before.
-  void write_frame(const Simulation& simulation, std::span<const double> friction = {});
+  void write_frame(Simulation& simulation, std::span<const double> friction = {});
   /// Ensures that all frames outlive the program and the machine.
   void synchronize();
 

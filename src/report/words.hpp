@@ -17,6 +17,11 @@ inline std::string in_words(double number, std::string_view format = "{}") {
   return number > 0.0 ? "infinite" : "-infinite";
 }
 
+/// Returns "0.5 J", or "0.5" without letters.
+inline std::string with_unit(const std::string& number, const std::string& unit) {
+  return unit.empty() ? number : number + " " + unit;
+}
+
 /// Returns "1 rod" or "2 rods".
 inline std::string count_in_words(std::size_t number, std::string_view what) {
   return fmt::format("{} {}{}", number, what, number == 1 ? "" : "s");

@@ -8,16 +8,17 @@ namespace {
 
 constexpr std::size_t bytes_of_a_point = 80;
 
-std::string describe_lattice(const std::optional<scene::Cell>& cell) {
-  if (!cell || !(cell->xx > 0.0 && cell->yy > 0.0 && cell->zz > 0.0)) return "";
-  return fmt::format("Lattice=\"{} 0 0 {} {} 0 {} {} {}\" pbc=\"T T T\" ", cell->xx, cell->xy, cell->yy, cell->xz,
-                     cell->yz, cell->zz);
+std::string describe_lattice(const std::optional<Cell>& cell) {
+  if (!cell || !cell->is_periodic_everywhere()) return "";
+  const Vector3& o = cell->origin;
+  return fmt::format("Lattice=\"{} 0 0 {} {} 0 {} {} {}\" Origin=\"{} {} {}\" pbc=\"T T T\" ", cell->xx, cell->xy,
+                     cell->yy, cell->xz, cell->yz, cell->zz, o[0], o[1], o[2]);
 }
 
 }  // namespace
 
 XyzTrajectory::XyzTrajectory(const std::filesystem::path& path, const ShownParts* shown,
-                             const std::optional<scene::Cell>& cell, std::uint64_t mark)
+                             const std::optional<Cell>& cell, std::uint64_t mark)
     : TextTrajectory(path, "", mark), shown_(shown), lattice_(describe_lattice(cell)) {}
 
 void XyzTrajectory::print(const Frame& frame, fmt::memory_buffer* text) const {

@@ -4,7 +4,6 @@
 
 #include "report/shown_parts.hpp"
 #include "report/text_trajectory.hpp"
-#include "scene/periodic_cell.hpp"
 
 namespace tanor::report {
 
@@ -15,7 +14,7 @@ namespace tanor::report {
 class XyzTrajectory : public TextTrajectory {
  public:
   /// `shown` must outlive this object. `mark` is 0 for a new file.
-  XyzTrajectory(const std::filesystem::path& path, const ShownParts* shown, const std::optional<scene::Cell>& cell,
+  XyzTrajectory(const std::filesystem::path& path, const ShownParts* shown, const std::optional<Cell>& cell,
                 std::uint64_t mark = 0);
 
  private:

@@ -65,7 +65,7 @@ class Bins {
   double distance(std::size_t i, std::size_t j) const {
     const Vector3 &a = data_->positions[i], &b = data_->positions[j];
     Vector3 d{b[0] - a[0], b[1] - a[1], b[2] - a[2]};
-    const Vector3 shift = cell_.shift(cell_.nearest_images(d));
+    const Vector3 shift = shift_of(cell_, nearest_images(cell_, d));
     return std::hypot(d[0] - shift[0], d[1] - shift[1], d[2] - shift[2]);
   }
 

@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "base/suggestion.hpp"
 #include "scene/parts.hpp"
-#include "scene/suggestion.hpp"
 
 namespace tanor::scene {
 

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "base/suggestion.hpp"
 #include "scene/atom_styles.hpp"
 #include "scene/bonds_by_distance.hpp"
 #include "scene/gro.hpp"
@@ -19,7 +20,6 @@
 #include "scene/parts.hpp"
 #include "scene/pdb.hpp"
 #include "scene/ply.hpp"
-#include "scene/suggestion.hpp"
 #include "scene/text_file.hpp"
 
 namespace tanor::scene {
@@ -150,7 +150,7 @@ Angles make_angles(const Imported& data, const std::vector<Vector3>& positions, 
     };
     const Vector3 a = arm(angle.atoms[0]), b = arm(angle.atoms[2]);
     const std::array<std::int64_t, 3> here{};
-    if (data.cell.nearest_images(a) != here || data.cell.nearest_images(b) != here)
+    if (nearest_images(data.cell, a) != here || nearest_images(data.cell, b) != here)
       add(angle, &torn);
     else if (!(sine(a, b) > least_sine))
       add(angle, &straight);
@@ -192,26 +192,26 @@ std::vector<double> find_masses(const Imported& data, const Cursor& mass, const 
 
 /// A set of units, and the ratio of its unit of time to the consistent one, in which F = m a holds for its units of
 /// mass, length and energy.
-struct Units {
+struct UnitSet {
   std::string_view name;
   double time_ratio;       ///< the file's unit of time over the consistent one
   const char* consistent;  ///< the consistent unit in words; null if both are the same
 };
 constexpr double femtoseconds_of_real = 48.88821291, femtoseconds_of_metal = 10.18050571;
-constexpr Units unit_sets[] = {{"lj", 1.0, nullptr},
-                               {"si", 1.0, nullptr},
-                               {"cgs", 1.0, nullptr},
-                               {"micro", 1.0, nullptr},
-                               {"nano", 1.0, nullptr},
-                               // The consistent unit is sqrt(g/mol angstrom^2/(kcal/mol)), or the same with eV.
-                               {"real", 1.0 / femtoseconds_of_real, "48.88821291 fs"},
-                               {"metal", 1e3 / femtoseconds_of_metal, "10.18050571 fs"}};
+constexpr UnitSet unit_sets[] = {{"lj", 1.0, nullptr},
+                                 {"si", 1.0, nullptr},
+                                 {"cgs", 1.0, nullptr},
+                                 {"micro", 1.0, nullptr},
+                                 {"nano", 1.0, nullptr},
+                                 // The consistent unit is sqrt(g/mol angstrom^2/(kcal/mol)), or the same with eV.
+                                 {"real", 1.0 / femtoseconds_of_real, "48.88821291 fs"},
+                                 {"metal", 1e3 / femtoseconds_of_metal, "10.18050571 fs"}};
 
 /// Returns the units that `key` or else the file names, or null if neither does.
-const Units* find_units(const Cursor& key, const Imported& data) {
+const UnitSet* find_units(const Cursor& key, const Imported& data) {
   if (!key && data.units.empty()) return nullptr;
   const std::string name = key ? key.string() : data.units;
-  const auto* const found = std::ranges::find(unit_sets, name, &Units::name);
+  const auto* const found = std::ranges::find(unit_sets, name, &UnitSet::name);
   if (found != std::end(unit_sets)) return found;
   if (!key && name != "electron") return nullptr;  // the first line is prose
   key.complain(fmt::format("found the units {}{}, wanted one of lj, real, metal, si, cgs, micro, nano", quote(name),
@@ -219,11 +219,22 @@ const Units* find_units(const Cursor& key, const Imported& data) {
 }
 
 /// Converts velocities to the unit of time in which F = m a holds. Returns a remark about it.
-std::string convert_velocities(const Units* units, Imported* data) {
+std::string convert_velocities(const UnitSet* units, Imported* data) {
   if (units == nullptr || units->consistent == nullptr) return {};
   for (Vector3& velocity : data->velocities)
     for (double& component : velocity) component /= units->time_ratio;
   return fmt::format(", units {}: the unit of time is {}", units->name, units->consistent);
+}
+
+/// Returns the letters of a format's units, or of those that a LAMMPS file or its key names.
+Units letters_of(std::string_view format, std::string_view units) {
+  if (units == "cgs") return {"cgs", "cm", "g", "s", "dyn", "erg", "K", "Ba", 1.380649e-16};
+  if (units == "micro")
+    return {"micro", "um", "pg", "us", "pg um/us^2", "pg um^2/us^2", "K", "pg/(um us^2)", 1.380649e-8};
+  if (units == "nano") return {"nano", "nm", "ag", "ns", "ag nm/ns^2", "ag nm^2/ns^2", "K", "ag/(nm ns^2)", 0.01380649};
+  if (!units.empty()) return units_from_name(units);
+  if (format == "gro") return {"gro", "nm", "u", "ps", "kJ/mol/nm", "kJ/mol", "K", "kJ/mol/nm^3", 0.00831446261815324};
+  return {};
 }
 
 enum class BondRule { Rods, Distance, None, Energies };
@@ -318,10 +329,10 @@ PointSet read_import(const Cursor& import, const Context& context) {
     choices.rod_types.push_back(type.integer(1, data.num_bond_types));
   choose_bonds(import["bonds"], rule, &data);
 
+  const UnitSet* const units = find_units(import["units"], data);
   PointSet set;
   set.source = fmt::format("import: {} ({}{}{})", file.string(), name->first,
-                           rule == BondRule::Distance ? ", bonds by distance" : "",
-                           convert_velocities(find_units(import["units"], data), &data));
+                           rule == BondRule::Distance ? ", bonds by distance" : "", convert_velocities(units, &data));
   set.masses = find_masses(data, import["mass"], file);
   if (choices.bonds_are_energies) join_bonds(&data);
   const bool all_are_rods = !choices.bonds_are_energies && choices.rod_types.empty();
@@ -337,6 +348,7 @@ PointSet read_import(const Cursor& import, const Context& context) {
   set.positions = flatten(data.positions);
   set.velocities = flatten(data.velocities);
   set.cell = data.cell;
+  set.units = letters_of(name->first, units == nullptr ? "" : units->name);
   return set;
 }
 

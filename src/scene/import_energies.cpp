@@ -7,8 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "base/suggestion.hpp"
 #include "base/text.hpp"
-#include "scene/suggestion.hpp"
 
 namespace tanor::scene {
 namespace {
@@ -164,7 +164,7 @@ void refuse_torn(const Imported& data, const std::vector<Member>& members, const
     for (std::size_t k = 1; k < member.atoms.size(); ++k) {
       const Vector3 &a = data.positions[static_cast<std::size_t>(member.atoms[k - 1])],
                     &b = data.positions[static_cast<std::size_t>(member.atoms[k])];
-      if (data.cell.nearest_images({b[0] - a[0], b[1] - a[1], b[2] - a[2]}) == here) continue;
+      if (nearest_images(data.cell, {b[0] - a[0], b[1] - a[1], b[2] - a[2]}) == here) continue;
       wanted.complain(
           fmt::format("the {} of atoms {} and {} reaches through a periodic face, wanted atoms side by side "
                       "once the bonds have joined them",

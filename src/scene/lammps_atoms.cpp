@@ -161,7 +161,7 @@ class AtomsReader : LammpsLines {
     if (words.size() == size + 3) {
       std::array<std::int64_t, 3> images;
       for (std::size_t k = 0; k < 3; ++k) images[k] = integer(words[size + k], image_flag_, -most, most);
-      const Vector3 shift = section_.cell.shift(images);
+      const Vector3 shift = shift_of(section_.cell, images);
       for (std::size_t k = 0; k < 3; ++k) atom.position[k] += shift[k];
     }
     for (std::size_t k = 0; k < size; ++k) has_content_[k] = has_content_[k] || parse_number(words[k]) != 0.0;

@@ -180,6 +180,7 @@ class LammpsReader : LammpsLines {
     atoms_section_.facts.high[axis] = number(words[1]);
     const double length = atoms_section_.facts.high[axis] - atoms_section_.facts.low[axis];
     if (!(length > 0.0)) lines_.fail(words[1], "a higher end above the lower one");
+    data_.cell.origin[axis] = atoms_section_.facts.low[axis];
     return length;
   }
 

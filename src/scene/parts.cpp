@@ -4,7 +4,7 @@
 #include <iterator>
 #include <utility>
 
-#include "scene/suggestion.hpp"
+#include "base/suggestion.hpp"
 
 namespace tanor::scene {
 namespace {
@@ -15,7 +15,11 @@ const std::vector<Part>& parts() {
   static const std::vector<Part> all{
       {"",
        {"tanor_scene", "name", "parameters", "points", "generate", "import", "supports", "constraints", "coordinates",
-        "forces", "friction", "motion", "solver", "equilibrium", "modes"}},
+        "forces", "friction", "observe", "events", "units", "motion", "solver", "equilibrium", "modes"}},
+      {"units", {"name", "length", "mass", "time", "force", "energy", "temperature", "pressure", "boltzmann"}},
+      {"observe", {"name", "what", "every_step"}},
+      {"events", {"name", "when", "do", "of"}},
+
       {"motion",
        {"method", "step", "rtol", "atol", "order", "spectral_radius", "max_step", "t_start", "t_end", "output_every",
         "output_points", "stabilisation", "start", "trajectory", "compression"}},

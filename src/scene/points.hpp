@@ -20,6 +20,7 @@ struct PointSet {
   std::vector<Constraint> constraints;
   std::vector<Force> forces{};
   std::optional<Cell> cell;             ///< periodic box of an imported file
+  Units units{};                        ///< of an imported file
   std::vector<std::string> left_out{};  ///< what acts in an imported file but not here, a sentence each
 
   Index add_point(const Vector3& position) {

@@ -9,6 +9,7 @@
 #include "scene/equilibrium.hpp"
 #include "scene/modes.hpp"
 #include "scene/motion.hpp"
+#include "scene/observe.hpp"
 #include "scene/parts.hpp"
 #include "scene/points.hpp"
 #include "scene/text_file.hpp"
@@ -124,13 +125,12 @@ class PlaceTranslator {
 
 /// Returns the box that is drawn around a sample.
 std::optional<Cell> find_cell(const PointSet& points, const std::vector<Force>& forces) {
-  const auto is_periodic = [](const Cell& cell) { return cell.xx > 0.0 || cell.yy > 0.0 || cell.zz > 0.0; };
-  if (points.cell && is_periodic(*points.cell)) return points.cell;
+  if (points.cell && points.cell->is_periodic()) return points.cell;
   for (const Force& force : forces) {
     const auto* pairs = std::get_if<PairForces>(&force);
     if (!pairs) continue;
     const Cell cell{.xx = pairs->box[0], .yy = pairs->box[1], .zz = pairs->box[2]};
-    if (is_periodic(cell)) return cell;
+    if (cell.is_periodic()) return cell;
   }
   return {};
 }
@@ -190,7 +190,7 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& file, co
 
   scene.source = points.source;
   scene.left_out = std::move(points.left_out);
-  scene.cell = find_cell(points, forces);
+  const std::optional<Cell> cell = find_cell(points, forces);
   scene.system = {.name = scene.name,
                   .positions = std::move(points.positions),
                   .velocities = std::move(points.velocities),
@@ -199,7 +199,9 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& file, co
                   .constraints = std::move(points.constraints),
                   .forces = std::move(forces),
                   .friction = read_entries<Friction>(root["friction"], "a list of friction laws", context),
-                  .coordinates = read_entries<Coordinates>(root["coordinates"], "a list of coordinates", context)};
+                  .coordinates = read_entries<Coordinates>(root["coordinates"], "a list of coordinates", context),
+                  .cell = cell,
+                  .units = read_units(root["units"], points.units)};
   read_equilibrium(root["equilibrium"], &scene);
   read_modes(root["modes"], &scene);
   try {
@@ -207,6 +209,8 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& file, co
   } catch (const InputError& error) {
     places.find(error.where(), error.what()).complain(places.translate(error.what()));
   }
+  scene.observables = read_observables(root["observe"], scene.system, context.parameters);
+  scene.events = read_events(root["events"], scene.system, context.parameters);
   return scene;
 }
 

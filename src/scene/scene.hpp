@@ -12,7 +12,6 @@
 #include <tanor/motion.hpp>
 
 #include "scene/overrides.hpp"
-#include "scene/periodic_cell.hpp"
 #include "scene/trajectory.hpp"
 
 namespace tanor::scene {
@@ -31,13 +30,14 @@ struct Scene {
   std::string source;  ///< origin of the points: "inline", "generate: chain", "import: data.chain (lammps-data)"
   std::vector<std::string> left_out;  ///< what acts in an imported file but not here, a sentence each
   System system;
+  std::vector<Observable> observables;
+  std::vector<Event> events;
   MotionOptions motion;
-  double t_start = 0.0;              ///< s
+  double t_start = 0.0;                                     ///< s
   double t_end = std::numeric_limits<double>::quiet_NaN();  ///< s, after t_start; NaN: not given
-  double output_every = 0.0;         ///< s; 0: start and end only
-  std::vector<Index> output_points;  ///< empty: all
+  double output_every = 0.0;                                ///< s; 0: start and end only
+  std::vector<Index> output_points;                         ///< empty: all
   TrajectoryFormats trajectory;
-  std::optional<Cell> cell;  ///< periodic box: of the imported file, else of the first pair forces that have one
   SolverOptions solver;
   CertificatePolicy certificate;
   EquilibriumOptions equilibrium;           ///< without those of `solver`

@@ -17,6 +17,7 @@
 #include "dynamics/multiplier_form.hpp"
 #include "dynamics/prestress_rigidity.hpp"
 #include "motion/integration.hpp"
+#include "observe/observables.hpp"
 #include "ranks/cut_form.hpp"
 #include "ranks/shared_mechanics.hpp"
 #include "simulation/motion_input.hpp"
@@ -35,6 +36,7 @@ struct Simulation::Implementation {
   Part part;
   MotionOptions options;
   SolverOptions solver_options;
+  double t_begin;  // s, where the motion began
   Forms forms;
   std::unique_ptr<SharedMechanics> shared;  // null if the whole system is on this rank
   Workspace& work = forms.work;
@@ -49,15 +51,37 @@ struct Simulation::Implementation {
   std::optional<System> given;  // the given system, if points held rigid by prestress became supports of `model.system`
   PointState points;            // the state in the inner order
   std::vector<double> rows;     // [d]
-  std::size_t num_events = 0;
+  std::vector<Event> events;
+  std::vector<std::unique_ptr<Condition>> conditions;  // [event] null for a function
+  struct Truth {
+    bool is_true = false;                                            // when the condition was last looked at
+    double last_passage = std::numeric_limits<double>::quiet_NaN();  // s
+  };
+  std::vector<Truth> truths;  // [event]
+  std::vector<Passage> passages;
+  std::size_t seen_passages = 0;  // of those of `integration`, in `passages`
+  std::vector<Thing> taken;       // out of `given`
   MotionMeasures measures{options, work, form, integration, &points, &report};
   bool is_advancing = false;
+  std::unique_ptr<Observables> observables;  // null if there are none
+  struct {
+    Solution at;
+    std::vector<double> friction;
+  } seen;  // what observables read on the way
+
+  ObservedInstant look_at(Needs needs);
+  ObservedInstant look_inside(double t, const double* x, const double* x_dot, Needs needs);
+  void look_on_the_way(Needs needs);
+  std::string name_free_points() const;
+  bool has_taken_its_thing(const Event& event) const;
+  void verify_observables(const Reactions& anew, std::span<const double> friction, Certificate* certificate);
 
   Implementation(System system, const MotionOptions& motion, const SolverOptions& solver, const Part& of_all,
                  double t_start)
       : part(of_all),
         options(motion),
         solver_options(check_together(part, system, motion, solver, t_start)),
+        t_begin(t_start),
         forms(std::move(system), solver_options, t_start, form_of(part, solver_options),
               part.is_whole() ? nullptr : part.ranks),
         shared(part.is_whole() ? nullptr : std::make_unique<SharedMechanics>(*forms.main, *part.ranks)),
@@ -121,6 +145,11 @@ struct Simulation::Implementation {
     report.method_reason = integration.explain_stiffness();
   }
 
+  /// Returns an array [3n] of the last answer without the points outside.
+  std::span<const double> of_users(std::vector<double> Solution::*array) const {
+    return std::span(now.*array).first(3 * system().num_points());
+  }
+
   const System& system() const { return given ? *given : model.system; }
 
   std::vector<std::byte> save() {
@@ -130,6 +159,7 @@ struct Simulation::Implementation {
     snapshot.time = state.t;
     snapshot.positions.resize(r.size());
     snapshot.velocities.resize(v.size());
+    snapshot.taken = numbers_of(taken);
     snapshot.report = report;
     integration.write(&snapshot);
     model.numbering.scatter_points(r, snapshot.positions);
@@ -155,13 +185,13 @@ struct Simulation::Implementation {
     restore(snapshot);
   }
 
-  void restore(std::span<const std::byte> saved) {
-    refuse_inside_advance("restore");
-    restore(unpack(saved, fingerprint_of(system())));
-  }
+  /// Restores a state, out of whose system events may have taken other things than out of this one.
+  static void restore(std::unique_ptr<Implementation>* at, std::span<const std::byte> saved);
+  static std::vector<std::size_t> numbers_of(std::span<const Thing> things);
 
   void restore(const Snapshot& snapshot) {
     check_snapshot(snapshot, points.r.size());
+    list_passages();
     integration.restore(snapshot);
     report = snapshot.report;
     note_method();
@@ -181,6 +211,8 @@ struct Simulation::Implementation {
     integration.resume(snapshot);
     measures.resume();
     work.counters = snapshot.report.counters;  // the work of restoring does not count for the motion
+    std::erase_if(passages, [&](const Passage& passage) { return passage.time > snapshot.time; });
+    seen_passages = integration.watch().passages().size();
     publish();
   }
 
@@ -234,16 +266,17 @@ struct Simulation::Implementation {
   }
 
   /// Writes the state, in the user's order, with what was found with the accelerations there.
-  Outcome write_solution(const Reactions& found, Solution* at) {
+  Outcome write_solution(const Reactions& found, Solution* at) { return write_solution(state.at(), found, at); }
+  Outcome write_solution(const Kinematics& here, const Reactions& found, Solution* at) {
     const Numbering& numbering = model.numbering;
     numbering.scatter_points(points.r, at->positions);
     numbering.scatter_points(points.v, at->velocities);
     numbering.scatter_points(points.w, at->accelerations);
     if (forms.is_tangent()) {
-      work.coordinates.scatter(state.x.data(), at->coordinates.data());
-      work.coordinates.scatter(state.v.data(), at->coordinate_rates.data());
+      work.coordinates.scatter(here.x, at->coordinates.data());
+      work.coordinates.scatter(here.v, at->coordinate_rates.data());
     }
-    Outcome known = forms.reactions({state.at(), points.at(state.t)}, {}, found, rows.data(), points.w.data());
+    Outcome known = forms.reactions({here, points.at(here.t)}, {}, found, rows.data(), points.w.data());
     numbering.scatter_rows(rows, at->multipliers);
     numbering.scatter_points(points.w, at->reactions);
     // The load of supports is eta + f there.
@@ -308,6 +341,7 @@ struct Simulation::Implementation {
       if (solved.ok()) form.write_friction(found, tau.data());
     }
     model.numbering.scatter_points(tau, at);
+    at.resize(3 * system().num_points());
     return at;
   }
 
@@ -317,6 +351,9 @@ struct Simulation::Implementation {
     at.time = state.t;
     write_points();
     at.position_violation = form.largest(work.position_violation(state.t, points.r.data()));
+    for (auto array : {&Solution::positions, &Solution::velocities, &Solution::accelerations, &Solution::reactions,
+                       &Solution::support_forces})
+      (at.*array).resize(3 * system().num_points());
     return at;
   }
 
@@ -333,7 +370,10 @@ struct Simulation::Implementation {
     found = forms.reactions({state.at(), points.at(state.t)}, {}, reactions, rows.data(), at_eta.data());
     if (!found.ok()) return make_failed_certificate(found);
     form.write_friction(reactions, at_tau.data());
-    return tanor::certify(forms, {state.t, points.r, points.v, points.w, at_eta, rows, at_tau, solved.friction});
+    Certificate certificate =
+        tanor::certify(forms, {state.t, points.r, points.v, points.w, at_eta, rows, at_tau, solved.friction});
+    if (observables != nullptr) verify_observables(reactions, at_tau, &certificate);
+    return certificate;
   }
 
   /// Finds accelerations and multipliers at the state itself, after steps that left others behind.
@@ -395,26 +435,32 @@ struct Simulation::Implementation {
     return outcome;
   }
 
-  std::size_t add_event(Event event) {
-    if (!event.value) throw InputError("/event", "\"" + event.name + "\" has no function");
-    check_enum(event.direction, Event::Direction::Falling, "/event/direction");
-    const auto value = [this, value = std::move(event.value), at_r = std::vector<double>(points.r.size()),
-                        at_v = std::vector<double>(points.v.size())](double t, const double* x,
-                                                                     const double* x_dot) mutable {
-      form.write_points({t, x, x_dot}, state.a.data(), state.reactions, points.r.data(), points.v.data(),
-                        points.w.data());
-      model.numbering.scatter_points(points.r, at_r);
-      model.numbering.scatter_points(points.v, at_v);
-      return form.sum(value(t, at_r, at_v));
-    };
-    integration.watch().add({value, event.direction, event.stops, event.name});
-    return num_events++;
-  }
+  // Observables and events, in observing.cpp.
+  std::size_t add_observable(const Observable& what);
+  std::span<const Observed> observe();
+  void observe_step();
+  std::size_t add_event(const Event& event);
+  std::span<const Passage> list_passages();
+  /// Notes conditions that have become true at the present state. Returns what they ask for.
+  struct Acts {
+    std::vector<Thing> taken{};
+    bool stops = false;
+  };
+  Acts act();
+  /// Takes over requests, passages and extremes from a simulation of the same system with other things taken out.
+  void continue_from(const Implementation& before);
+  /// Advances and acts on conditions on the way.
+  static Outcome advance_through_events(std::unique_ptr<Implementation>* at, double t_end, const Observer& observer);
+  /// Replaces a simulation by one of its system without some things, at the same state.
+  static Outcome take_out(std::unique_ptr<Implementation>* at, std::vector<Thing> things);
+  /// Makes the simulation of a system without some things, at its start.
+  static std::unique_ptr<Implementation> make_without(const Implementation& of, std::vector<Thing> things);
 
   /// Takes over an accepted step.
   void take(const StepResult& step) {
     form.recentre(state.t, state.x.data(), state.v.data(), state.a.data(), &state.reactions);
     measures.take(step, outcome.ok());
+    observe_step();
   }
 };
 

@@ -22,7 +22,7 @@ inline constexpr bool is_plain_bytes<SingularPassage> = true;
 namespace {
 
 SavedHeader header_of(std::uint64_t fingerprint) {
-  return {.magic = {'t', 'a', 'n', 'o', 'r', ' ', 's', 't'}, .version = 6, .fingerprint = fingerprint};
+  return {.magic = {'t', 'a', 'n', 'o', 'r', ' ', 's', 't'}, .version = 7, .fingerprint = fingerprint};
 }
 constexpr SavedBy by{"/snapshot", "a Simulation", "another system"};
 
@@ -89,7 +89,7 @@ void exchange_report(Archive& archive, Report& report) {
 
 template <class Archive, class AnySnapshot>
 void exchange(Archive& archive, AnySnapshot& snapshot) {
-  archive(snapshot.time, snapshot.positions, snapshot.velocities);
+  archive(snapshot.time, snapshot.positions, snapshot.velocities, snapshot.taken);
   exchange_report(archive, snapshot.report);
   archive(snapshot.next_step, snapshot.last_error, snapshot.advance_begin, snapshot.advance_end,
           snapshot.discrete_state, snapshot.event_slopes, snapshot.memory, snapshot.drive_memory,

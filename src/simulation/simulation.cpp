@@ -36,14 +36,23 @@ Simulation::~Simulation() = default;
 
 Outcome Simulation::advance_to(double t_end, const Observer& observer) {
   const QuietTraps quiet;
-  return live(implementation_, "Simulation").advance(t_end, observer);
+  (void)live(implementation_, "Simulation");
+  return Implementation::advance_through_events(&implementation_, t_end, observer);
 }
 
 std::size_t Simulation::add_event(Event event) {
-  return live(implementation_, "Simulation").add_event(std::move(event));
+  const QuietTraps quiet;
+  return live(implementation_, "Simulation").add_event(event);
+}
+std::size_t Simulation::add_observable(const Observable& observable) {
+  return live(implementation_, "Simulation").add_observable(observable);
+}
+std::span<const Observed> Simulation::observe() {
+  const QuietTraps quiet;
+  return live(implementation_, "Simulation").observe();
 }
 std::span<const Passage> Simulation::passages() const {
-  return live(implementation_, "Simulation").integration.watch().passages();
+  return const_cast<Implementation&>(live(implementation_, "Simulation")).list_passages();
 }
 std::vector<std::byte> Simulation::save() {
   const QuietTraps quiet;
@@ -55,7 +64,8 @@ Certificate Simulation::certify() {
 }
 void Simulation::restore(std::span<const std::byte> saved) {
   const QuietTraps quiet;
-  live(implementation_, "Simulation").restore(saved);
+  (void)live(implementation_, "Simulation");
+  Implementation::restore(&implementation_, saved);
 }
 
 std::vector<std::byte> Simulation::save_progress() const {
@@ -101,13 +111,13 @@ RankReport Simulation::rank() {
   return report;
 }
 std::span<const double> Simulation::positions() const {
-  return live(implementation_, "Simulation").now.positions;
+  return live(implementation_, "Simulation").of_users(&Solution::positions);
 }
 std::span<const double> Simulation::velocities() const {
-  return live(implementation_, "Simulation").now.velocities;
+  return live(implementation_, "Simulation").of_users(&Solution::velocities);
 }
 std::span<const double> Simulation::accelerations() const {
-  return live(implementation_, "Simulation").now.accelerations;
+  return live(implementation_, "Simulation").of_users(&Solution::accelerations);
 }
 Solution Simulation::solution() {
   const QuietTraps quiet;
@@ -121,10 +131,10 @@ std::span<const double> Simulation::multipliers() const {
   return live(implementation_, "Simulation").now.multipliers;
 }
 std::span<const double> Simulation::reactions() const {
-  return live(implementation_, "Simulation").now.reactions;
+  return live(implementation_, "Simulation").of_users(&Solution::reactions);
 }
 std::span<const double> Simulation::support_forces() const {
-  return live(implementation_, "Simulation").now.support_forces;
+  return live(implementation_, "Simulation").of_users(&Solution::support_forces);
 }
 
 }  // namespace tanor

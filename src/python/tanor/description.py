@@ -86,7 +86,7 @@ class System:
     """What is simulated: points, supports, constraints, forces, friction, coordinates.
 
     positions    float [n, 3], m
-    masses       float [n], kg, > 0 (of supports: ignored)
+    masses       float [n], or one number for all, kg, > 0 (of supports: ignored)
     velocities   float [n, 3], m/s; None: at rest
     supports     list of Support: points whose motion is prescribed
     constraints  list of Rods, Planes, ...
@@ -94,13 +94,15 @@ class System:
     friction     list of Coulomb, ...
     coordinates  list of coordinates; none: the constraints alone say what can move
     name         a text
+    cell         edges [3] of a periodic cell, m, for pressure and files of results; None: there is none
+    units        letters beside results: none, si, lj, real, metal
 
     The lists and arrays are the user's own; nothing is checked or copied before a Dynamics, a Simulation or
     `validate` reads them.
     """
 
     positions: Any
-    masses: Any
+    masses: Any = 1.0
     velocities: Any = None
     supports: list = dataclasses.field(default_factory=list, kw_only=True)
     constraints: list = dataclasses.field(default_factory=list, kw_only=True)
@@ -108,3 +110,5 @@ class System:
     friction: list = dataclasses.field(default_factory=list, kw_only=True)
     coordinates: list = dataclasses.field(default_factory=list, kw_only=True)
     name: str = dataclasses.field(default="system", kw_only=True)
+    cell: Any = dataclasses.field(default=None, kw_only=True)
+    units: str = dataclasses.field(default="none", kw_only=True)

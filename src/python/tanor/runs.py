@@ -18,6 +18,8 @@ class Trajectory:
     velocities  float64 [k, n, 3], m/s
     outcome     Outcome of the run
     report      MotionReport at its end
+    observables structured array [k]: the time `t` and a field for each observable
+    units       units of the observables by name
     """
 
     times: numpy.ndarray
@@ -25,6 +27,17 @@ class Trajectory:
     velocities: numpy.ndarray
     outcome: Outcome
     report: MotionReport
+    observables: numpy.ndarray
+    units: dict[str, str]
+
+
+def _record_of(observed: list) -> numpy.dtype:
+    """The type of a row of observables."""
+    fields = [("t", "<f8")]
+    for each in observed:
+        shape = tuple(len(names) for names in (each.members, each.parts) if names)
+        fields.append((each.name, "<f8", shape) if shape else (each.name, "<f8"))
+    return numpy.dtype(fields)
 
 
 def run(simulation: Simulation, t_end: float, every: float = 0.0,
@@ -37,12 +50,16 @@ def run(simulation: Simulation, t_end: float, every: float = 0.0,
 
     A numerical failure, or an event that stops, ends the run, too; see `outcome` and `simulation.time`.
     """
-    times, positions, velocities = [], [], []
+    times, positions, velocities, rows = [], [], [], []
+    observed = simulation.observe()
+    record = _record_of(observed)
 
     def keep() -> None:
         times.append(simulation.time)
         positions.append(simulation.positions.copy())
         velocities.append(simulation.velocities.copy())
+        values = [numpy.reshape(each.values, record[each.name].shape) for each in simulation.observe()]
+        rows.append((simulation.time, *values))
 
     keep()
     outcome, t_end = simulation.outcome, end_at_output(t_end, every)
@@ -52,7 +69,8 @@ def run(simulation: Simulation, t_end: float, every: float = 0.0,
         keep()
         if simulation.time < end:
             break
-    return Trajectory(numpy.array(times), numpy.array(positions), numpy.array(velocities), outcome, simulation.report)
+    return Trajectory(numpy.array(times), numpy.array(positions), numpy.array(velocities), outcome, simulation.report,
+                      numpy.array(rows, record), {each.name: each.unit for each in observed})
 
 
 def end_at_output(t_end: float, every: float) -> float:

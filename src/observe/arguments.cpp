@@ -1,0 +1,216 @@
+#include "observe/arguments.hpp"
+
+#include <algorithm>
+#include <charconv>
+
+#include "base/suggestion.hpp"
+#include "base/text.hpp"
+#include "system/members.hpp"
+
+namespace tanor {
+
+namespace {
+
+std::string_view trim(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t\n\r");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t\n\r") - first + 1);
+}
+
+/// Returns the number that is all of a text.
+template <class Number>
+std::optional<Number> read_number(std::string_view text) {
+  Number number{};
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, number);
+  if (error != std::errc() || stop != end) return {};
+  return number;
+}
+
+/// Returns the numbers of "[1, 2, 3]", or nothing if the text is no such list.
+template <class Number>
+std::optional<std::vector<Number>> read_list(std::string_view text) {
+  if (text.size() < 2 || text.front() != '[' || text.back() != ']') return {};
+  std::vector<Number> numbers;
+  text = text.substr(1, text.size() - 2);
+  while (true) {
+    const std::size_t comma = std::min(text.find(','), text.size());
+    const std::optional<Number> number = read_number<Number>(trim(text.substr(0, comma)));
+    if (!number) return {};
+    numbers.push_back(*number);
+    if (comma == text.size()) return numbers;
+    text.remove_prefix(comma + 1);
+  }
+}
+
+constexpr Thing::List all_lists[] = {Thing::List::Constraints, Thing::List::Supports, Thing::List::Forces};
+
+const char* word_for(Thing::List list) {
+  return list == Thing::List::Constraints ? "constraints" : list == Thing::List::Supports ? "supports" : "forces";
+}
+
+}  // namespace
+
+void Arguments::require(std::size_t least, std::size_t most, std::string_view wanted) const {
+  if (list.size() < least || list.size() > most)
+    throw TextFault{place, std::string(quantity) + " takes (" + std::string(wanted) + ")"};
+}
+
+std::string quoted_name(const std::string& name) {
+  const bool is_plain = name.find_first_of(",()[]'") == std::string::npos && name == trim(name) && !name.empty();
+  return is_plain ? name : "'" + name + "'";
+}
+
+Arguments read_arguments(std::string_view text, std::string_view quantity, std::size_t begin, std::size_t* place) {
+  Arguments arguments{quantity, begin, {}};
+  std::size_t at = *place + 1, first = at, depth = 0;
+  bool is_quoted = false;
+  const auto take = [&](std::size_t end) {
+    const std::string_view all = text.substr(first, end - first);
+    std::string_view inner = trim(all);
+    const std::size_t start = inner.empty() ? first : static_cast<std::size_t>(inner.data() - text.data());
+    if (inner.size() >= 2 && inner.front() == '\'' && inner.back() == '\'') inner = inner.substr(1, inner.size() - 2);
+    arguments.list.push_back({inner, start});
+    first = end + 1;
+  };
+  for (; at < text.size(); ++at) {
+    const char c = text[at];
+    if (c == '\'') is_quoted = !is_quoted;
+    if (is_quoted) continue;
+    if (c == '(' || c == '[') ++depth;
+    if (c == ',' && depth == 0) take(at);
+    if (c == ']' || c == ')') {
+      if (depth > 0) {
+        --depth;
+      } else if (c == ')') {
+        if (!arguments.list.empty() || !trim(text.substr(first, at - first)).empty()) take(at);
+        *place = at + 1;
+        return arguments;
+      }
+    }
+  }
+  throw TextFault{*place, "the bracket of " + std::string(quantity) + " is not closed"};
+}
+
+std::size_t Things::list_size(Thing::List list) const {
+  if (list == Thing::List::Constraints) return system_.constraints.size();
+  return list == Thing::List::Supports ? system_.supports.size() : system_.forces.size();
+}
+
+std::string Things::list_name(Thing::List list, std::size_t index) const {
+  if (list == Thing::List::Constraints) return constraint_name(system_, index);
+  if (list == Thing::List::Forces) return force_name(system_, index);
+  const std::string& own = system_.supports[index].name;
+  return own.empty() ? "support" + text(index) : own;
+}
+
+std::string Things::name(const Thing& thing) const {
+  const std::string name = list_name(thing.list, thing.index);
+  return thing.member ? name + "[" + text(*thing.member) + "]" : name;
+}
+
+bool Things::is_absent(const Thing& member) const {
+  return std::ranges::count(absent_, member) > 0;
+}
+
+std::size_t Things::num_members(const Thing& thing) const {
+  if (thing.list == Thing::List::Supports) return system_.supports[thing.index].points.size();
+  if (thing.list == Thing::List::Constraints) return shape_of(system_.constraints[thing.index]).members;
+  return std::visit(
+      []<class Group>(const Group& group) -> std::size_t {
+        if constexpr (requires { KindOf<Group>::members; })
+          return tanor::num_members(group);
+        else
+          return 0;
+      },
+      system_.forces[thing.index]);
+}
+
+Thing Things::find(const Argument& argument, std::span<const Thing::List> lists) const {
+  const auto find_name = [&](std::string_view name) -> std::optional<Thing> {
+    for (const Thing::List list : lists)
+      for (std::size_t k = 0; k < list_size(list); ++k)
+        if (list_name(list, k) == name) return Thing{list, k};
+    return {};
+  };
+  if (const auto found = find_name(argument.text)) return *found;
+  std::string_view name = argument.text;
+  if (const std::size_t bracket = name.rfind('['); bracket != std::string_view::npos && name.back() == ']') {
+    const auto member = read_number<std::size_t>(name.substr(bracket + 1, name.size() - bracket - 2));
+    name = name.substr(0, bracket);
+    if (std::optional<Thing> found = member ? find_name(name) : std::nullopt) {
+      const std::size_t count = num_members(*found);
+      if (*member >= count)
+        argument.fail(this->name(*found) + " has " + text_of_count(count, "member") + ", counted from 0");
+      found->member = member;
+      return *found;
+    }
+  }
+  std::vector<std::string> known;
+  std::string words;
+  for (const Thing::List list : lists) {
+    words += (words.empty() ? "" : " or ") + std::string(word_for(list));
+    for (std::size_t k = 0; k < list_size(list); ++k) known.push_back(list_name(list, k));
+  }
+  std::string have;
+  constexpr std::size_t most_named = 8;
+  for (std::size_t k = 0; k < std::min(known.size(), most_named); ++k) have += (k > 0 ? ", " : "") + known[k];
+  argument.fail(
+      "no " + words + " are named '" + std::string(name) + "'" + suggest(name, known) +
+      (known.empty() ? "; there are none" : "; there are " + have + (known.size() > most_named ? ", …" : "")));
+}
+
+std::vector<Index> Things::points(const Argument& argument) const {
+  const auto check = [&](Index point) {
+    if (point < 0 || static_cast<std::size_t>(point) >= system_.num_points())
+      argument.fail("there is no point " + text(point) + "; they are 0 to " + text(system_.num_points() - 1));
+  };
+  if (const auto number = read_number<Index>(argument.text)) return check(*number), std::vector{*number};
+  if (auto list = read_list<Index>(argument.text)) {
+    for (const Index point : *list) check(point);
+    return *list;
+  }
+  if (argument.text == "all") {
+    std::vector<Index> all(system_.num_points());
+    for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<Index>(i);
+    return all;
+  }
+  constexpr Thing::List supports[] = {Thing::List::Supports};
+  if (argument.text.empty()) argument.fail("points are missing: a number, [0, 4, 7], a name of supports, or all");
+  const Thing thing = find(argument, supports);
+  const std::vector<Index>& points = system_.supports[thing.index].points;
+  return thing.member ? std::vector{points[*thing.member]} : points;
+}
+
+Index Things::point(const Argument& argument) const {
+  const std::vector<Index> found = points(argument);
+  if (found.size() != 1) argument.fail("one point is wanted, these are " + text(found.size()));
+  return found[0];
+}
+
+std::optional<Vec3> Things::vector(const Argument& argument) const {
+  const auto list = read_list<double>(argument.text);
+  if (!list) return {};
+  if (list->size() != 3) argument.fail("a vector has three numbers, [x, y, z]");
+  return Vec3{(*list)[0], (*list)[1], (*list)[2]};
+}
+
+Vec3 Things::axis(const Argument& argument) const {
+  if (argument.text == "x") return {1.0, 0.0, 0.0};
+  if (argument.text == "y") return {0.0, 1.0, 0.0};
+  if (argument.text == "z") return {0.0, 0.0, 1.0};
+  const std::optional<Vec3> given = vector(argument);
+  if (!given) argument.fail("an axis is x, y, z or [a, b, c]");
+  if (!(norm(*given) > 0.0)) argument.fail("the axis is zero");
+  return (1.0 / norm(*given)) * *given;
+}
+
+std::string Things::name_point(Index point) const {
+  for (std::size_t k = 0; k < system_.supports.size(); ++k) {
+    const std::vector<Index>& points = system_.supports[k].points;
+    if (points.size() == 1 && points[0] == point) return list_name(Thing::List::Supports, k);
+  }
+  return "point " + text(point);
+}
+
+}  // namespace tanor

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <tanor/system.hpp>
+
+#include "base/vec3.hpp"
+#include "system/formula.hpp"
+
+namespace tanor {
+
+/// One argument of a quantity, and where it stands in the text.
+struct Argument {
+  std::string_view text;
+  std::size_t place = 0;
+
+  [[noreturn]] void fail(const std::string& problem) const { throw TextFault{place, problem}; }
+};
+
+/// The arguments of a quantity.
+struct Arguments {
+  std::string_view quantity;
+  std::size_t place = 0;  ///< of the quantity in the text
+  std::vector<Argument> list;
+
+  /// Throws TextFault unless there are so many.
+  void require(std::size_t least, std::size_t most, std::string_view wanted) const;
+  std::size_t size() const { return list.size(); }
+  const Argument& operator[](std::size_t i) const { return list[i]; }
+};
+
+/// Reads "(a, [1, 2], 'b')" at a place of the text, which moves behind it.
+Arguments read_arguments(std::string_view text, std::string_view quantity, std::size_t begin, std::size_t* place);
+
+/// Returns a name as an argument has it, in quotes if it holds more than letters, digits and blanks.
+std::string quoted_name(const std::string& name);
+
+/// A group of constraints, an entry of supports, or a force; or one member of it.
+struct Thing {
+  enum class List { Constraints, Supports, Forces } list;
+  std::size_t index = 0;
+  std::optional<std::size_t> member{};
+
+  friend bool operator==(const Thing&, const Thing&) = default;
+};
+
+/// Finds by their names what a system has. Names are those of entries of lists (`constraint_name`, …), with "[3]"
+/// behind them for a member. In quotes they may hold anything.
+class Things {
+ public:
+  /// `absent` are members that were taken out of the system. Both must outlive this.
+  explicit Things(const System& system, std::span<const Thing> absent = {}) : system_(system), absent_(absent) {}
+
+  const System& system() const { return system_; }
+
+  /// Finds a thing in some of the lists. Throws TextFault that names similar ones.
+  Thing find(const Argument& argument, std::span<const Thing::List> lists) const;
+  /// Reads points: a number, a list [0, 4, 7], the name of an entry of supports, or all.
+  std::vector<Index> points(const Argument& argument) const;
+  Index point(const Argument& argument) const;
+  /// Reads x, y, z or [a, b, c], which is not zero; returns it with length 1.
+  Vec3 axis(const Argument& argument) const;
+  /// Reads [a, b, c].
+  std::optional<Vec3> vector(const Argument& argument) const;
+
+  std::string name(const Thing& thing) const;
+  /// Returns the name of a point: of its entry of supports, or "point 7".
+  std::string name_point(Index point) const;
+  std::size_t num_members(const Thing& thing) const;
+  bool is_absent(const Thing& member) const;
+
+ private:
+  std::string list_name(Thing::List list, std::size_t index) const;
+  std::size_t list_size(Thing::List list) const;
+
+  const System& system_;
+  std::span<const Thing> absent_;
+};
+
+}  // namespace tanor

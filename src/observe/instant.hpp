@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+namespace tanor {
+
+/// What observables read of an answer at one instant, in the user's order. What none of them reads may be empty.
+struct ObservedInstant {
+  double time = 0.0;                                             ///< s
+  std::span<const double> positions, velocities, accelerations;  ///< 3n
+  std::span<const double> multipliers;                           ///< [equations]
+  std::span<const double> reactions, support_forces;             ///< 3n, N
+  std::span<const double> friction;                              ///< 3n, N; empty without friction
+  double kinetic = 0.0, potential = 0.0;                         ///< J
+  std::size_t rank = 0;                                          ///< of K
+};
+
+/// What some observables read beside positions and velocities.
+struct Needs {
+  bool forces = false;  ///< multipliers, reactions, loads of supports, accelerations
+  bool friction = false;
+  bool energy = false;
+  bool rank = false;
+
+  Needs& operator|=(const Needs& other) {
+    forces |= other.forces;
+    friction |= other.friction;
+    energy |= other.energy;
+    rank |= other.rank;
+    return *this;
+  }
+};
+
+}  // namespace tanor

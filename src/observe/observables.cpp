@@ -1,0 +1,153 @@
+#include "observe/observables.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tanor {
+
+namespace {
+
+void widen(double value, double time, const std::string& member, Extreme* least, Extreme* largest) {
+  if (!std::isfinite(value)) return;
+  if (!(value >= least->value)) *least = {value, time, member};
+  if (!(value <= largest->value)) *largest = {value, time, member};
+}
+
+/// Returns the place of the comparison in a condition, outside of brackets and quotes.
+std::size_t find_comparison(std::string_view text) {
+  int depth = 0;
+  bool is_quoted = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '\'') is_quoted = !is_quoted;
+    if (is_quoted) continue;
+    if (c == '(' || c == '[') ++depth;
+    if (c == ')' || c == ']') --depth;
+    if (depth == 0 && (c == '<' || c == '>')) return i;
+  }
+  return std::string_view::npos;
+}
+
+}  // namespace
+
+std::size_t Observables::add(const Observable& what) {
+  ObservedText parsed(things_, what.text, what.parameters);
+  if (parsed.is_any()) throw InputError("", "formula \"" + what.text + "\": any belongs to conditions; say max or min");
+  Observed observed = parsed.describe(system_.units);
+  observed.name = what.name.empty() ? what.text : what.name;
+  observed.text = what.text;
+  if (std::ranges::count(found_, observed.name, &Observed::name) > 0)
+    throw InputError("", "two observables are named \"" + observed.name + "\"");
+  texts_.push_back(std::move(parsed));
+  given_.push_back(what);
+  found_.push_back(std::move(observed));
+  return found_.size() - 1;
+}
+
+void Observables::add(const Observables& others) {
+  for (std::size_t k = 0; k < others.given_.size(); ++k) found_[add(others.given_[k])] = others.found_[k];
+}
+
+Needs Observables::needs(Which which) const {
+  Needs needs;
+  for (std::size_t k = 0; k < texts_.size(); ++k)
+    if (which == Which::All || given_[k].every_step) needs |= texts_[k].needs();
+  return needs;
+}
+
+std::vector<std::vector<double>> Observables::evaluate(const ObservedInstant& at) const {
+  std::vector<std::vector<double>> numbers;
+  for (std::size_t k = 0; k < texts_.size(); ++k) {
+    Observed seen = found_[k];
+    texts_[k].evaluate(at, &seen);
+    numbers.push_back(std::move(seen.values));
+  }
+  return numbers;
+}
+
+bool Observables::has_of_every_step() const {
+  return std::ranges::any_of(given_, &Observable::every_step);
+}
+
+void Observables::take(const ObservedInstant& at, Which which) {
+  for (std::size_t k = 0; k < texts_.size(); ++k) {
+    if (which == Which::OfEveryStep && !given_[k].every_step) continue;
+    Observed& seen = found_[k];
+    texts_[k].evaluate(at, &seen);
+    const std::size_t parts = seen.least.size();
+    for (std::size_t i = 0; i < seen.values.size(); ++i) {
+      const std::string& member = seen.members.empty() ? seen.member : seen.members[i / parts];
+      widen(seen.values[i], at.time, member, &seen.least[i % parts], &seen.largest[i % parts]);
+    }
+  }
+}
+
+void check_observable(const System& system, const Observable& observable) {
+  Observables(system).add(observable);
+}
+
+std::vector<std::string> column_names(const Observed& observed) {
+  std::vector<std::string> names;
+  const auto with_parts = [&](const std::string& name) {
+    if (observed.parts.empty()) names.push_back(name);
+    for (const std::string& part : observed.parts) names.push_back(name + "." + part);
+  };
+  if (observed.members.empty()) with_parts(observed.name);
+  for (const std::string& member : observed.members) with_parts(observed.name + ": " + member);
+  return names;
+}
+
+std::vector<Observable> default_observables(const System& system) {
+  std::vector<Observable> result;
+  const auto add = [&](const std::string& text) { result.push_back({.text = text}); };
+  for (std::size_t k = 0; k < system.constraints.size(); ++k) {
+    const auto* rods = std::get_if<Rods>(&system.constraints[k]);
+    if (rods == nullptr || rods->pairs.empty()) continue;
+    const std::string name = quoted_name(constraint_name(system, k));
+    if (rods->pairs.size() == 1) add("tension(" + name + ")");
+    if (rods->pairs.size() == 1) continue;
+    add("max tension(" + name + ")");
+    add("min tension(" + name + ")");
+  }
+  const Things things(system);
+  for (std::size_t k = 0; k < system.supports.size(); ++k)
+    if (!system.supports[k].points.empty()) add("load(" + quoted_name(things.name({Thing::List::Supports, k})) + ")");
+  if (!system.cell || !system.cell->is_periodic_everywhere()) return result;
+  add("temperature()");
+  add("pressure()");
+  return result;
+}
+
+Condition::Condition(const Things& things, const std::string& text, const Constants& parameters) {
+  const std::size_t place = find_comparison(text);
+  if (place == std::string::npos)
+    throw InputError("", "formula \"" + text + "\": a condition compares, as in \"any tension(links) > 20\"");
+  left_ = std::make_unique<ObservedText>(things, text.substr(0, place), parameters);
+  right_ = std::make_unique<ObservedText>(things, text.substr(place + 1), parameters);
+  sign_ = text[place] == '>' ? 1.0 : -1.0;
+  is_any_ = left_->is_any();
+  left_->take_any(static_cast<int>(sign_));
+  if (!left_->is_number() || !right_->is_number())
+    throw InputError("", "formula \"" + text + "\": a condition compares single numbers; say any, max, min or sum");
+  seen_ = left_->describe({});
+}
+
+Needs Condition::needs() const {
+  Needs needs = left_->needs();
+  return needs |= right_->needs();
+}
+
+std::optional<Thing> Condition::thing() const {
+  const Quantity* const quantity = left_->quantity();
+  if (quantity == nullptr || (!is_any_ && seen_.member.empty() && quantity->num_members() > 1)) return {};
+  return quantity->thing(member_);
+}
+
+double Condition::value(const ObservedInstant& at) const {
+  constexpr double never = -1.0;
+  if (left_->is_gone() || right_->is_gone()) return never;
+  member_ = left_->evaluate(at, &seen_);
+  return sign_ * (seen_.values[0] - right_->number(at));
+}
+
+}  // namespace tanor

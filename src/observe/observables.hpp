@@ -1,0 +1,63 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include <tanor/observables.hpp>
+
+#include "observe/observed_text.hpp"
+
+namespace tanor {
+
+/// The observables of a motion: their numbers at the last instant, and their extremes.
+class Observables {
+ public:
+  /// The system must outlive this.
+  explicit Observables(const System& system, std::span<const Thing> absent = {})
+      : system_(system), things_(system, absent) {}
+
+  /// Adds one. Throws InputError with the text, the column and what would be right.
+  std::size_t add(const Observable& what);
+  /// Adds those of others, with their extremes.
+  void add(const Observables& others);
+  bool empty() const { return found_.empty(); }
+  /// Returns what all of them read, or those of every step alone.
+  enum class Which { All, OfEveryStep };
+  Needs needs(Which which) const;
+  bool has_of_every_step() const;
+  /// Evaluates them and takes their numbers into the extremes.
+  void take(const ObservedInstant& at, Which which);
+  std::span<const Observed> found() const { return found_; }
+  /// Returns the numbers of each at an instant, which does not count for the extremes.
+  std::vector<std::vector<double>> evaluate(const ObservedInstant& at) const;
+
+ private:
+  const System& system_;
+  Things things_;
+  std::vector<ObservedText> texts_;
+  std::vector<Observable> given_;
+  std::vector<Observed> found_;
+};
+
+/// A condition on observables, "any tension(links) > 20": true where `value` is positive.
+class Condition {
+ public:
+  /// Throws InputError as `Observables::add` does.
+  Condition(const Things& things, const std::string& text, const Constants& parameters = {});
+
+  Needs needs() const;
+  double value(const ObservedInstant& at) const;
+  /// Returns the thing of which the condition speaks, at the last value: the member that `any` found, or the only one;
+  /// nothing if it speaks of several or of none. Before the first value it is the first member.
+  std::optional<Thing> thing() const;
+
+ private:
+  std::unique_ptr<ObservedText> left_, right_;
+  double sign_ = 1.0;
+  mutable Observed seen_;
+  mutable std::size_t member_ = 0;
+  bool is_any_ = false;
+};
+
+}  // namespace tanor

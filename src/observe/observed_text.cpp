@@ -1,0 +1,236 @@
+#include "observe/observed_text.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "base/suggestion.hpp"
+#include "base/text.hpp"
+
+namespace tanor {
+
+namespace {
+
+bool is_letter(char c) {
+  return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || c == '_';
+}
+
+std::size_t skip_spaces(std::string_view text, std::size_t place) {
+  while (place < text.size() && (text[place] == ' ' || text[place] == '\t')) ++place;
+  return place;
+}
+
+std::string_view word_at(std::string_view text, std::size_t place) {
+  std::size_t end = place;
+  while (end < text.size() && (is_letter(text[end]) || (end > place && '0' <= text[end] && text[end] <= '9'))) ++end;
+  return text.substr(place, end - place);
+}
+
+const QuantityKind* find_kind(std::string_view name) {
+  const auto kinds = quantity_kinds();
+  const auto found = std::ranges::find(kinds, name, &QuantityKind::name);
+  return found == kinds.end() ? nullptr : &*found;
+}
+
+}  // namespace
+
+std::size_t ObservedText::Term::num_members() const {
+  const bool is_one = is_reduced() || word == Word::Sum || (word == Word::None && quantity->is_sum());
+  return is_one ? 1 : quantity->num_members();
+}
+
+std::size_t ObservedText::Term::num_parts() const {
+  return part || is_reduced() ? 1 : quantity->num_parts();
+}
+
+std::size_t ObservedText::Term::evaluate(const ObservedInstant& at) const {
+  const std::size_t members = quantity->num_members(), parts = quantity->num_parts();
+  values.resize(members * parts);
+  quantity->evaluate(at, values.data());
+  const auto number_of = [&](std::size_t k) {
+    const double* const first = values.data() + k * parts;
+    if (part && *part < parts) return first[*part];
+    return parts == 1 ? first[0] : std::sqrt(std::inner_product(first, first + parts, first, 0.0));
+  };
+  numbers.resize(columns());
+  if (is_reduced()) {
+    std::size_t best = 0;
+    for (std::size_t k = 1; k < members; ++k)
+      if (std::isnan(number_of(best)) ||
+          (word == Word::Max ? number_of(k) > number_of(best) : number_of(k) < number_of(best)))
+        best = k;
+    numbers[0] = number_of(best);
+    return best;
+  }
+  if (num_members() == 1 && members != 1) {
+    for (std::size_t p = 0; p < parts; ++p) {
+      double sum = 0.0;
+      for (std::size_t k = 0; k < members; ++k)
+        if (!std::isnan(values[k * parts + p])) sum += values[k * parts + p];
+      values[p] = sum;
+    }
+  }
+  for (std::size_t k = 0; k < num_members(); ++k) {
+    if (num_parts() == 1)
+      numbers[k] = number_of(k);
+    else
+      std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(k * parts), parts,
+                  numbers.begin() + static_cast<std::ptrdiff_t>(k * parts));
+  }
+  return 0;
+}
+
+/// Reads terms where a formula has names.
+class ObservedText::Reader {
+ public:
+  Reader(const Things& things, ObservedText* to) : things_(things), to_(*to) {}
+
+  /// Reads a term at a place of the text and moves it behind; returns its variable, or nothing if there is none.
+  std::optional<int> read(std::string_view text, std::size_t* place) {
+    const std::size_t begin = *place;
+    std::string_view name = word_at(text, begin);
+    Term term;
+    term.word = find_word(name);
+    std::size_t at = begin;
+    if (term.word != Word::None) {
+      const std::size_t next = skip_spaces(text, begin + name.size());
+      const std::string_view then = word_at(text, next);
+      if (then.empty()) return {};  // max(a, b) of formulas
+      at = next;
+      name = then;
+    }
+    std::size_t bracket = skip_spaces(text, at + name.size());
+    const bool has_bracket = bracket < text.size() && text[bracket] == '(';
+    const QuantityKind* const kind = find_kind(name);
+    if (kind == nullptr) {
+      if (term.word == Word::None && !has_bracket) return {};
+      std::vector<std::string> known;
+      for (const QuantityKind& each : quantity_kinds()) known.emplace_back(each.name);
+      const std::string near = suggest(name, known);
+      if (term.word == Word::None && near.empty()) return {};  // a function of formulas, or unknown there
+      if (is_function(name)) return {};
+      throw TextFault{at, "'" + std::string(name) + "' is no quantity" + near};
+    }
+    if (!has_bracket) throw TextFault{at, std::string(name) + " takes (" + std::string(kind->arguments) + ")"};
+    const Arguments arguments = read_arguments(text, name, at, &bracket);
+    term.quantity = kind->make(things_, arguments);
+    read_part(text, &bracket, &term);
+    *place = bracket;
+    to_.terms_.push_back(std::move(term));
+    places_.push_back(begin);
+    return static_cast<int>(to_.terms_.size());
+  }
+
+  /// Checks that the terms of a formula are single numbers.
+  void require_numbers() const {
+    for (std::size_t k = 0; k < places_.size(); ++k) {
+      const Term& term = to_.terms_[k];
+      if (term.num_parts() > 1)
+        throw TextFault{places_[k], "a vector stands in a formula; take one of its parts, " + list_parts(term)};
+      if (term.num_members() > 1)
+        throw TextFault{places_[k], "a formula needs one number of these " + text(term.num_members()) +
+                                        "; say max, min or sum before it, or name one member"};
+    }
+  }
+
+ private:
+  static Word find_word(std::string_view name) {
+    constexpr std::pair<std::string_view, Word> words[] = {
+        {"max", Word::Max}, {"min", Word::Min}, {"sum", Word::Sum}, {"each", Word::Each}, {"any", Word::Any}};
+    for (const auto& [word, meaning] : words)
+      if (word == name) return meaning;
+    return Word::None;
+  }
+
+  static bool is_function(std::string_view name) {
+    constexpr std::string_view functions[] = {"sqrt", "exp",   "log",  "sin",  "cos",  "tan", "asin", "acos",
+                                              "atan", "atan2", "sinh", "cosh", "tanh", "abs", "min",  "max"};
+    return std::ranges::count(functions, name) > 0;
+  }
+
+  static std::string list_parts(const Term& term) {
+    std::string list;
+    for (const std::string& part : term.quantity->parts()) list += "." + part + ", ";
+    return list + "or .norm";
+  }
+
+  /// Reads ".x" behind a term.
+  static void read_part(std::string_view text, std::size_t* place, Term* term) {
+    if (*place + 1 >= text.size() || text[*place] != '.' || !is_letter(text[*place + 1])) return;
+    const std::string_view word = word_at(text, *place + 1);
+    const std::vector<std::string> parts = term->quantity->parts();
+    const auto found = std::ranges::find(parts, word);
+    if (found == parts.end() && (word != "norm" || parts.empty())) {
+      throw TextFault{*place, parts.empty() ? "." + std::string(word) + " is asked of a number, which has no parts"
+                                            : "there is no part ." + std::string(word) + "; take " + list_parts(*term)};
+    }
+    term->part = static_cast<std::size_t>(found - parts.begin());
+    *place += 1 + word.size();
+  }
+
+  const Things& things_;
+  ObservedText& to_;
+  std::vector<std::size_t> places_;
+};
+
+ObservedText::ObservedText(const Things& things, const std::string& text, const Constants& parameters) {
+  Reader reader(things, this);
+  const std::vector<std::string> variables{"t"};
+  Formula formula(text, variables, parameters,
+                  [&](std::string_view all, std::size_t* place) { return reader.read(all, place); });
+  const bool is_lone = terms_.size() == 1 && formula.is_variable(1);
+  if (!is_lone) {
+    try {
+      reader.require_numbers();
+    } catch (const TextFault& fault) {
+      Formula::refuse(text, fault);
+    }
+    formula_ = std::move(formula);
+  }
+  for (const Term& term : terms_) needs_ |= term.quantity->needs();
+  variables_.resize(1 + terms_.size());
+}
+
+Observed ObservedText::describe(const Units& units) const {
+  Observed observed;
+  if (!lone()) {
+    observed.values.resize(1);
+  } else {
+    const Term& term = terms_[0];
+    observed.unit = units.letters(term.quantity->dimension);
+    if (term.num_parts() > 1) observed.parts = term.quantity->parts();
+    if (term.num_members() > 1)
+      for (std::size_t k = 0; k < term.num_members(); ++k) observed.members.push_back(term.quantity->name_member(k));
+    observed.values.resize(term.columns());
+  }
+  observed.least.resize(std::max<std::size_t>(1, observed.parts.size()));
+  observed.largest = observed.least;
+  return observed;
+}
+
+std::size_t ObservedText::evaluate(const ObservedInstant& at, Observed* to) const {
+  if (!lone()) {
+    to->values[0] = number(at);
+    return 0;
+  }
+  const std::size_t member = terms_[0].evaluate(at);
+  std::ranges::copy(terms_[0].numbers, to->values.begin());
+  if (terms_[0].is_reduced()) to->member = terms_[0].quantity->name_member(member);
+  return member;
+}
+
+double ObservedText::number(const ObservedInstant& at) const {
+  variables_[0] = at.time;
+  for (std::size_t k = 0; k < terms_.size(); ++k) {
+    terms_[k].evaluate(at);
+    variables_[k + 1] = terms_[k].numbers[0];
+  }
+  return lone() ? variables_[1] : formula_->evaluate<double>(variables_);
+}
+
+void ObservedText::take_any(int sign) {
+  for (Term& term : terms_)
+    if (term.word == Word::Any) term.word = sign > 0 ? Word::Max : Word::Min;
+}
+
+}  // namespace tanor

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <tanor/observables.hpp>
+
+#include "observe/quantity.hpp"
+#include "system/formula.hpp"
+
+namespace tanor {
+
+/// The text of an observable, parsed for a system: a quantity of things, or a formula of several.
+///
+///   text  = term | formula of t, parameters and terms that are single numbers
+///   term  = [max | min | sum | each | any] quantity(argument {, argument}) [.part]
+///
+/// `part` is x, y, z or norm of a vector. Without a word before it, a term has the numbers of all members, but loads
+/// are added up.
+class ObservedText {
+ public:
+  /// Throws InputError with the text, the column and what would be right.
+  ObservedText(const Things& things, const std::string& text, const Constants& parameters = {});
+
+  Needs needs() const { return needs_; }
+  /// Returns the names and the unit, without numbers.
+  Observed describe(const Units& units) const;
+  /// Writes the numbers, and the member of a term with max or min alone, whose number is returned.
+  std::size_t evaluate(const ObservedInstant& at, Observed* to) const;
+  /// Returns the number of a text that has one only.
+  double number(const ObservedInstant& at) const;
+
+  /// Returns true if the text is a term with `any` alone.
+  bool is_any() const { return terms_.size() == 1 && terms_[0].word == Word::Any; }
+  /// Returns true if something of which the text speaks was taken out as a whole.
+  bool is_gone() const {
+    return std::ranges::any_of(terms_, [](const Term& term) { return term.quantity->is_gone(); });
+  }
+  bool is_number() const { return !lone() || (terms_[0].columns() == 1); }
+  /// Returns the quantity and its thing for a term alone; null for a formula.
+  const Quantity* quantity() const { return lone() ? terms_[0].quantity.get() : nullptr; }
+  /// Takes the largest (1) or the smallest (-1) member for `any`.
+  void take_any(int sign);
+
+ private:
+  enum class Word { None, Max, Min, Sum, Each, Any };
+  struct Term {
+    Word word = Word::None;
+    std::unique_ptr<Quantity> quantity;
+    std::optional<std::size_t> part;  ///< num_parts() for the norm
+    mutable std::vector<double> values, numbers;
+
+    bool is_reduced() const { return word == Word::Max || word == Word::Min; }
+    std::size_t num_members() const;
+    std::size_t num_parts() const;
+    std::size_t columns() const { return num_members() * num_parts(); }
+    /// Computes `numbers`; returns the member that max or min took.
+    std::size_t evaluate(const ObservedInstant& at) const;
+  };
+  class Reader;
+
+  bool lone() const { return !formula_; }
+
+  std::vector<Term> terms_;
+  std::optional<Formula> formula_;  ///< of t and the terms; none for a term alone
+  Needs needs_;
+  mutable std::vector<double> variables_;
+};
+
+}  // namespace tanor

@@ -1,0 +1,174 @@
+#include <algorithm>
+#include <array>
+
+#include "base/parallel.hpp"
+#include "evaluate/definitions.hpp"
+#include "evaluate/forces.hpp"
+#include "observe/quantity.hpp"
+
+namespace tanor {
+
+namespace {
+
+/// Symmetric tensors as LAMMPS orders them.
+constexpr std::array<std::array<std::size_t, 2>, 6> axes{{{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};
+
+/// Degrees of freedom that share the kinetic energy: 3 (n - supports) - rank K, and less the three of a sample that
+/// nothing holds in its periodic cell, since it moves as a whole.
+double degrees_of_freedom(const System& system, std::size_t rank) {
+  std::size_t num_held = 0;
+  for (const Support& support : system.supports) num_held += support.points.size();
+  const double count = 3.0 * static_cast<double>(system.num_points() - num_held) - static_cast<double>(rank);
+  return system.cell && num_held == 0 ? count - 3.0 : count;
+}
+
+class Temperature final : public Quantity {
+ public:
+  explicit Temperature(const System& system) : system_(system) { dimension = Dimension::Temperature; }
+  Needs needs() const override { return {.energy = true, .rank = true}; }
+  void evaluate(const ObservedInstant& at, double* values) const override {
+    const double degrees = degrees_of_freedom(system_, at.rank);
+    values[0] = degrees > 0.0 ? 2.0 * at.kinetic / (degrees * system_.units.boltzmann) : 0.0;
+  }
+
+ private:
+  const System& system_;
+};
+
+/// The virial of the forces between points and of the constraints that join points: the sum of r (x) F over what acts,
+/// with images of points where it reaches through the faces of the cell. Forces from outside have none.
+class Virial {
+ public:
+  explicit Virial(const System& system)
+      : system_(inner_system(system)),
+        numbering_(number(system_)),
+        forces_(system_, numbering_),
+        definitions_(system_, 0.0) {
+    for (std::size_t g = 0, row = 0, inner = 0; g < system.constraints.size(); ++g) {
+      const GroupShape shape = shape_of(system.constraints[g]);
+      const std::size_t count = shape.members * shape.rows_per_member;
+      if (joins_points(system.constraints[g])) rows_.push_back({row, inner, count}), inner += count;
+      row += count;
+    }
+    lambda_.resize(definitions_.num_rows());
+    for (std::vector<double>* array : {&r_, &v_, &f_, &eta_}) array->resize(system_.positions.size());
+  }
+
+  std::array<double, 6> evaluate(const ObservedInstant& at) const {
+    std::array<double, 6> sum{};
+    const auto add = [&](Vec3 r, Vec3 f) {
+      const std::array<double, 3> a{r.x, r.y, r.z}, b{f.x, f.y, f.z};
+      for (std::size_t k = 0; k < 6; ++k)
+        sum[k] += 0.5 * (a[axes[k][0]] * b[axes[k][1]] + a[axes[k][1]] * b[axes[k][0]]);
+    };
+    for (const auto& [from, to, count] : rows_) std::copy_n(at.multipliers.begin() + from, count, lambda_.begin() + to);
+    definitions_.reactions(at.time, at.positions, lambda_, eta_);
+    for (std::size_t i = 0; i < system_.num_points(); ++i) add(load(at.positions.data(), i), load(eta_.data(), i));
+    add_images_of_rods(at, add);
+
+    numbering_.gather_points(at.positions, r_);
+    numbering_.gather_points(at.velocities, v_);
+    forces_.set_time(at.time);
+    const Parallel serial(1);
+    forces_.evaluate(serial, at.time, r_.data(), v_.data(), f_.data());
+    for (std::size_t i = 0; i < system_.num_points(); ++i) add(load(r_.data(), i), load(f_.data(), i));
+    forces_.for_each_image(serial, r_.data(), [&](Vec3 shift, Vec3 force) { add(shift, force); });
+    return sum;
+  }
+
+ private:
+  struct Rows {
+    std::size_t from, to, count;
+  };
+
+  static bool joins_points(const Constraint& constraint) {
+    return std::holds_alternative<Rods>(constraint) || std::holds_alternative<Angles>(constraint);
+  }
+  static bool acts_between_points(const Force& force) {
+    return std::holds_alternative<Springs>(force) || std::holds_alternative<PairForces>(force) ||
+           std::holds_alternative<Potential>(force) || std::holds_alternative<Bonds>(force) ||
+           std::holds_alternative<Bendings>(force) || std::holds_alternative<Torsions>(force);
+  }
+  static System inner_system(System system) {
+    std::erase_if(system.constraints, [](const Constraint& each) { return !joins_points(each); });
+    std::erase_if(system.forces, [](const Force& each) { return !acts_between_points(each); });
+    system.friction.clear();
+    system.coordinates.clear();
+    return system;
+  }
+
+  /// A rod with an offset pulls at the image of its second point.
+  template <class Add>
+  void add_images_of_rods(const ObservedInstant& at, const Add& add) const {
+    std::size_t row = 0;
+    for (const Constraint& constraint : system_.constraints) {
+      const GroupShape shape = shape_of(constraint);
+      if (const auto* rods = std::get_if<Rods>(&constraint); rods && !rods->offsets.empty()) {
+        for (std::size_t k = 0; k < shape.members; ++k) {
+          const auto [i, j] = rods->pairs[k];
+          const Vec3 shift = make_vec3(rods->offsets[k]);
+          const Vec3 d = load(at.positions.data(), j) - load(at.positions.data(), i) + shift;
+          add(shift, (lambda_[row + k] / norm(d)) * d);
+        }
+      }
+      row += shape.members * shape.rows_per_member;
+    }
+  }
+
+  System system_;
+  Numbering numbering_;
+  mutable Forces forces_;
+  Definitions definitions_;
+  std::vector<Rows> rows_;
+  mutable std::vector<double> lambda_, r_, v_, f_, eta_;
+};
+
+/// The virial tensor, or the pressure (m v^2 + virial)/(3 V).
+class Stress final : public Quantity {
+ public:
+  Stress(const System& system, bool is_tensor) : system_(system), virial_(system), is_tensor_(is_tensor) {
+    dimension = is_tensor ? Dimension::Energy : Dimension::Pressure;
+  }
+  std::vector<std::string> parts() const override {
+    return is_tensor_ ? std::vector<std::string>{"xx", "yy", "zz", "xy", "xz", "yz"} : std::vector<std::string>{};
+  }
+  Needs needs() const override { return {.forces = true, .energy = true}; }
+  void evaluate(const ObservedInstant& at, double* values) const override {
+    const std::array<double, 6> virial = virial_.evaluate(at);
+    if (is_tensor_)
+      std::ranges::copy(virial, values);
+    else
+      values[0] = (2.0 * at.kinetic + virial[0] + virial[1] + virial[2]) / (3.0 * system_.cell->volume());
+  }
+
+ private:
+  const System& system_;
+  Virial virial_;
+  bool is_tensor_;
+};
+
+void require_cell(const Things& things, const Arguments& arguments) {
+  arguments.require(0, 0, "");
+  if (!things.system().cell || !(things.system().cell->volume() > 0.0))
+    throw TextFault{arguments.place,
+                    std::string(arguments.quantity) + " needs a periodic cell, and the system has none"};
+}
+
+}  // namespace
+
+std::unique_ptr<Quantity> make_temperature(const Things& things, const Arguments& arguments) {
+  arguments.require(0, 0, "");
+  return std::make_unique<Temperature>(things.system());
+}
+
+std::unique_ptr<Quantity> make_pressure(const Things& things, const Arguments& arguments) {
+  require_cell(things, arguments);
+  return std::make_unique<Stress>(things.system(), false);
+}
+
+std::unique_ptr<Quantity> make_virial(const Things& things, const Arguments& arguments) {
+  require_cell(things, arguments);
+  return std::make_unique<Stress>(things.system(), true);
+}
+
+}  // namespace tanor

@@ -1,0 +1,71 @@
+#include "scene/observe.hpp"
+
+#include "scene/parts.hpp"
+
+namespace tanor::scene {
+
+Units read_units(const Cursor& units, const Units& imported) {
+  if (!units) return imported;
+  if (!units.is_object()) {
+    const std::vector<std::pair<std::string_view, const char*>> names{
+        {"none", "none"}, {"si", "si"}, {"lj", "lj"}, {"real", "real"}, {"metal", "metal"}};
+    return units_from_name(units.choice<const char*>(names));
+  }
+  units.object(keys_of("units"));
+  Units own = imported;
+  own.name = units["name"].string("own");
+  const std::pair<const char*, std::string Units::*> letters[] = {
+      {"length", &Units::length},    {"mass", &Units::mass},     {"time", &Units::time},
+      {"force", &Units::force},      {"energy", &Units::energy}, {"temperature", &Units::temperature},
+      {"pressure", &Units::pressure}};
+  for (const auto& [key, member] : letters) own.*member = units[key].string(own.*member);
+  own.boltzmann = units["boltzmann"].positive(own.boltzmann);
+  return own;
+}
+
+std::vector<Observable> read_observables(const Cursor& list, const System& system, const Constants& parameters) {
+  if (!list) return default_observables(system);
+  std::vector<Observable> observables;
+  for (const Cursor each : list.list("a list of observables")) {
+    Observable& observable = observables.emplace_back();
+    observable.parameters = parameters;
+    if (each.is_string()) {
+      observable.text = each.string();
+    } else {
+      each.object(keys_of("observe"));
+      observable.text = each["what"].string();
+      observable.name = each["name"].string("");
+      observable.every_step = each["every_step"].boolean(false);
+    }
+    (each.is_string() ? each : each["what"]).locate([&] { check_observable(system, observable); });
+    const std::string& name = observable.name.empty() ? observable.text : observable.name;
+    for (std::size_t k = 0; k + 1 < observables.size(); ++k)
+      if (name == (observables[k].name.empty() ? observables[k].text : observables[k].name))
+        each.complain("two observables have the name \"" + name + "\"");
+  }
+  return observables;
+}
+
+std::vector<Event> read_events(const Cursor& list, const System& system, const Constants& parameters) {
+  std::vector<Event> events;
+  for (const Cursor each : list.optional_list("a list of events")) {
+    each.object(keys_of("events"));
+    Event& event = events.emplace_back();
+    event.parameters = parameters;
+    event.when = each["when"].string();
+    event.name = each["name"].string(event.when);
+    event.action = each["do"].choice<EventAction>(EventAction::Report);
+    event.of = each["of"].string("");
+    const bool takes = event.action == EventAction::Break || event.action == EventAction::Release;
+    if (each["of"] && !takes) each["of"].complain("belongs to events that break or release something");
+    try {
+      check_event(system, event);
+    } catch (const InputError& error) {
+      const Cursor place = error.where() == "/do" ? each["do"] : error.where() == "/of" ? each["of"] : each["when"];
+      (place ? place : each).complain(error.what());
+    }
+  }
+  return events;
+}
+
+}  // namespace tanor::scene

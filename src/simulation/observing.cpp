@@ -1,0 +1,447 @@
+#include <algorithm>
+#include <cmath>
+
+#include "simulation/implementation.hpp"
+#include "simulation/taken_out.hpp"
+
+namespace tanor {
+
+namespace {
+
+using Which = Observables::Which;
+
+/// Returns what an event takes out, from `of` or from the member of which its condition speaks. Throws InputError if
+/// that is nothing, or nothing that breaks or can be let go.
+std::optional<Thing> find_what_goes(const Things& things, const Event& event, const Condition& condition) {
+  constexpr Thing::List lists[] = {Thing::List::Constraints, Thing::List::Supports, Thing::List::Forces};
+  const bool breaks = event.action == EventAction::Break;
+  std::optional<Thing> thing;
+  if (!event.of.empty()) {
+    try {
+      thing = things.find({event.of, 0}, lists);
+    } catch (const TextFault& fault) {
+      throw InputError("/of", fault.problem);
+    }
+    if (thing->list != Thing::List::Supports && !thing->member && things.num_members(*thing) != 1)
+      throw InputError("/of", "'" + event.of + "' has " + text(things.num_members(*thing)) + " members; name one");
+    if (!thing->member)
+      thing->member = thing->list == Thing::List::Supports ? std::nullopt : std::optional<std::size_t>(0);
+  } else {
+    thing = condition.thing();
+  }
+  if (!thing) {
+    throw InputError("/of", std::string("what the event ") + (breaks ? "breaks" : "releases") +
+                                " is not said: the condition \"" + event.when + "\" speaks of no single thing");
+  }
+  const std::string name = "'" + things.name(*thing) + "'";
+  const System& system = things.system();
+  const bool is_joint = thing->list == Thing::List::Forces
+                            ? std::holds_alternative<Springs>(system.forces[thing->index]) ||
+                                  std::holds_alternative<Bonds>(system.forces[thing->index])
+                            : thing->list == Thing::List::Constraints &&
+                                  (std::holds_alternative<Rods>(system.constraints[thing->index]) ||
+                                   std::holds_alternative<Pulleys>(system.constraints[thing->index]));
+  if (breaks && !is_joint) {
+    const std::string kind = thing->list == Thing::List::Supports ? "support"
+                             : thing->list == Thing::List::Forces
+                                 ? std::string(kind_name(system.forces[thing->index]))
+                                 : std::string(kind_name(system.constraints[thing->index]));
+    throw InputError("/do", name + " is a " + kind + " and does not break; rods, pulleys, springs and bonds do" +
+                                (thing->list == Thing::List::Forces ? "" : ", and release lets go of it"));
+  }
+  if (!breaks && thing->list == Thing::List::Forces)
+    throw InputError("/do", name + " is a force; release is for supports and guides");
+  return thing;
+}
+
+/// Reads a condition and checks what it is to take out.
+std::unique_ptr<Condition> read_condition(const Things& things, const Event& event) {
+  auto condition = std::make_unique<Condition>(things, event.when, event.parameters);
+  check_enum(event.action, EventAction::Release, "/event/action");
+  const bool takes = event.action == EventAction::Break || event.action == EventAction::Release;
+  if (takes) {
+    const std::vector<Thing> taken{*find_what_goes(things, event, *condition)};
+    (void)without(things.system(), taken);
+  }
+  return condition;
+}
+
+}  // namespace
+
+void check_event(const System& system, const Event& event) {
+  (void)read_condition(Things(system), event);
+}
+
+// ---- observables ----
+
+std::size_t Simulation::Implementation::add_observable(const Observable& what) {
+  if (observables == nullptr) observables = std::make_unique<Observables>(system(), taken);
+  const std::size_t number = observables->add(what);
+  if (what.every_step && !is_advancing && outcome.ok())
+    observables->take(look_at(observables->needs(Which::OfEveryStep)), Which::OfEveryStep);
+  return number;
+}
+
+std::span<const Observed> Simulation::Implementation::observe() {
+  if (observables == nullptr) return {};
+  if (outcome.ok()) observables->take(look_at(observables->needs(Which::All)), Which::All);
+  return observables->found();
+}
+
+void Simulation::Implementation::observe_step() {
+  if (observables != nullptr && observables->has_of_every_step())
+    observables->take(look_at(observables->needs(Which::OfEveryStep)), Which::OfEveryStep);
+}
+
+/// Returns what observables read at the present state.
+ObservedInstant Simulation::Implementation::look_at(Needs needs) {
+  if (is_advancing) look_on_the_way(needs);
+  const Solution& at = is_advancing ? seen.at : now;
+  if (needs.friction) seen.friction = friction_forces();
+  return {.time = state.t,
+          .positions = at.positions,
+          .velocities = at.velocities,
+          .accelerations = at.accelerations,
+          .multipliers = at.multipliers,
+          .reactions = at.reactions,
+          .support_forces = at.support_forces,
+          .friction = seen.friction,
+          .kinetic = report.energy.kinetic,
+          .potential = report.energy.potential,
+          .rank = work.rank};
+}
+
+/// Fills `seen.at`. Nothing is solved where the last step left the accelerations at its end.
+void Simulation::Implementation::look_on_the_way(Needs needs) {
+  if (seen.at.positions.empty()) seen.at = make_solution(model.system, now.coordinates.size());
+  if (needs.forces && !integration.knows_acceleration()) {
+    seen.at = solve_on_the_way();
+    return;
+  }
+  write_points();
+  if (needs.forces) {
+    seen.at.outcome = write_solution(state.reactions, &seen.at);
+  } else {
+    model.numbering.scatter_points(points.r, seen.at.positions);
+    model.numbering.scatter_points(points.v, seen.at.velocities);
+  }
+}
+
+/// Returns what conditions read at a state inside a step.
+ObservedInstant Simulation::Implementation::look_inside(double t, const double* x, const double* x_dot, Needs needs) {
+  const Kinematics here{t, x, x_dot};
+  if (seen.at.positions.empty()) seen.at = make_solution(model.system, now.coordinates.size());
+  Solution& at = seen.at;
+  Energy energy;
+  if (needs.forces || needs.friction) {
+    const Look look(this);
+    std::vector<double> at_a(form.size());
+    Reactions found = form.no_reactions();
+    at.outcome =
+        form.accelerations(here, integration.request(Gradients::Evaluate), {at_a.data(), nullptr, nullptr, &found});
+    form.write_points(here, at_a.data(), found, points.r.data(), points.v.data(), points.w.data());
+    if (needs.friction) {
+      std::vector<double> tau(points.r.size());
+      form.write_friction(found, tau.data());
+      seen.friction.resize(tau.size());
+      model.numbering.scatter_points(tau, seen.friction);
+    }
+    if (at.outcome.ok()) at.outcome = write_solution(here, found, &at);
+    if (!at.outcome.ok()) std::ranges::fill(at.multipliers, std::numeric_limits<double>::quiet_NaN());
+  } else {
+    form.write_points(here, state.a.data(), state.reactions, points.r.data(), points.v.data(), points.w.data());
+    model.numbering.scatter_points(points.r, at.positions);
+    model.numbering.scatter_points(points.v, at.velocities);
+  }
+  if (needs.energy) energy = form.energy(t, x, x_dot);
+  return {.time = t,
+          .positions = at.positions,
+          .velocities = at.velocities,
+          .accelerations = at.accelerations,
+          .multipliers = at.multipliers,
+          .reactions = at.reactions,
+          .support_forces = at.support_forces,
+          .friction = seen.friction,
+          .kinetic = energy.kinetic,
+          .potential = energy.potential,
+          .rank = work.rank};
+}
+
+/// Evaluates the observables once more, with the reactions that the certificate has found anew.
+void Simulation::Implementation::verify_observables(const Reactions& anew, std::span<const double> friction,
+                                                    Certificate* certificate) {
+  const std::vector<std::vector<double>> first = observables->evaluate(look_at(observables->needs(Which::All)));
+  if (seen.at.positions.empty()) seen.at = make_solution(model.system, now.coordinates.size());
+  if (!write_solution(anew, &seen.at).ok()) return;
+  seen.friction.resize(friction.size());
+  model.numbering.scatter_points(friction, seen.friction);
+  const Energy energy = form.energy(state.t, state.x.data(), state.v.data());
+  const std::vector<std::vector<double>> second = observables->evaluate({.time = state.t,
+                                                                         .positions = seen.at.positions,
+                                                                         .velocities = seen.at.velocities,
+                                                                         .accelerations = seen.at.accelerations,
+                                                                         .multipliers = seen.at.multipliers,
+                                                                         .reactions = seen.at.reactions,
+                                                                         .support_forces = seen.at.support_forces,
+                                                                         .friction = seen.friction,
+                                                                         .kinetic = energy.kinetic,
+                                                                         .potential = energy.potential,
+                                                                         .rank = work.rank});
+  CertificateCheck check{.identity = "observables agree", .error = 0.0, .allowed = 0.0, .where = {}};
+  const std::span<const Observed> found = observables->found();
+  for (std::size_t k = 0; k < first.size(); ++k) {
+    double size = 0.0, difference = 0.0;
+    for (const Extreme* const extreme : {found[k].least.data(), found[k].largest.data()})
+      if (std::isfinite(extreme->value)) size = std::max(size, std::abs(extreme->value));
+    for (std::size_t i = 0; i < first[k].size(); ++i) {
+      if (std::isnan(first[k][i]) && std::isnan(second[k][i])) continue;  // what was taken out has no number
+      size = std::max(size, std::abs(second[k][i]));
+      difference = std::max(difference, std::abs(first[k][i] - second[k][i]));
+    }
+    const double error = size > 0.0 ? difference / size : 0.0;
+    if (!(error <= check.error)) check = {check.identity, error, 0.0, found[k].name};
+  }
+  // Forces from two solves differ by the rounding of S.
+  constexpr double digits = 1e3 * std::numeric_limits<double>::epsilon();
+  const double rcond = certificate->reciprocal_condition;
+  check.allowed = std::clamp(std::isfinite(rcond) ? digits / rcond : digits, 1e-11, Certificate::fewest_digits);
+  certificate->checks.push_back(check);
+}
+
+// ---- events ----
+
+std::size_t Simulation::Implementation::add_event(const Event& event) {
+  check_enum(event.direction, Event::Direction::Falling, "/event/direction");
+  const std::size_t number = events.size();
+  Watch::Function function{{}, event.direction, event.stops, event.name, false};
+  if (event.when.empty()) {
+    if (!event.value) throw InputError("/event", "\"" + event.name + "\" has no function");
+    conditions.push_back(nullptr);
+    function.value = [this, value = event.value, at_r = std::vector<double>(points.r.size()),
+                      at_v = std::vector<double>(points.v.size()),
+                      size = 3 * system().num_points()](double t, const double* x, const double* x_dot) mutable {
+      form.write_points({t, x, x_dot}, state.a.data(), state.reactions, points.r.data(), points.v.data(),
+                        points.w.data());
+      model.numbering.scatter_points(points.r, at_r);
+      model.numbering.scatter_points(points.v, at_v);
+      return form.sum(value(t, std::span(at_r).first(size), std::span(at_v).first(size)));
+    };
+  } else {
+    if (event.value) throw InputError("/event", "\"" + event.name + "\" has both a function and a condition");
+    if (!part.is_whole()) throw InputError("/event", "conditions need the whole system on one rank");
+    conditions.push_back(read_condition(Things(system(), taken), event));
+    const Condition* const condition = conditions.back().get();
+    const Needs needs = condition->needs();
+    constexpr double never = -1.0;
+    const bool is_done = has_taken_its_thing(event);
+    function.value = [this, condition, needs, is_done](double t, const double* x, const double* x_dot) {
+      return is_done ? never : condition->value(look_inside(t, x, x_dot, needs));
+    };
+    function.direction = Event::Direction::Rising;
+    function.stops = true;
+    function.solves = needs.forces || needs.friction;
+    if (function.name.empty()) function.name = event.when;
+  }
+  integration.watch().add(std::move(function));
+  events.push_back(event);
+  truths.emplace_back();
+  return number;
+}
+
+/// Returns true if what the event names is taken out.
+bool Simulation::Implementation::has_taken_its_thing(const Event& event) const {
+  if (event.of.empty()) return false;
+  const Things things(system(), taken);
+  return std::ranges::any_of(taken, [&](const Thing& thing) {
+    return things.name(thing) == event.of || things.name({thing.list, thing.index}) == event.of;
+  });
+}
+
+std::span<const Passage> Simulation::Implementation::list_passages() {
+  const std::vector<Passage>& found = integration.watch().passages();
+  for (; seen_passages < found.size(); ++seen_passages) {
+    passages.push_back(found[seen_passages]);
+    passages.back().name = events[passages.back().event].name;
+  }
+  return passages;
+}
+
+Simulation::Implementation::Acts Simulation::Implementation::act() {
+  Acts acts;
+  const std::size_t before = passages.size();
+  list_passages();
+  std::vector<char> has_passed(events.size(), 0);
+  for (std::size_t k = before; k < passages.size(); ++k)
+    if (passages[k].time == state.t) has_passed[passages[k].event] = 1;
+  for (std::size_t number = 0; number < events.size(); ++number) {
+    const Event& event = events[number];
+    if (conditions[number] == nullptr) {
+      acts.stops = acts.stops || (has_passed[number] != 0 && event.stops);
+      continue;
+    }
+    const Condition& condition = *conditions[number];
+    Truth& truth = truths[number];
+    if (has_taken_its_thing(event)) continue;
+    const double value = condition.value(look_at(condition.needs()));
+    if (has_passed[number] == 0) {
+      // At the instant of a passage the value is rounding.
+      if (truth.last_passage == state.t) continue;
+      const bool was_true = std::exchange(truth.is_true, value > 0.0);
+      if (was_true || !truth.is_true) continue;
+      passages.push_back({number, state.t, true, event.name});
+    }
+    truth = {true, state.t};
+    Passage& passage =
+        *std::find_if(passages.rbegin(), passages.rend(), [&](const Passage& each) { return each.event == number; });
+    const Things things(system(), taken);
+    if (const std::optional<Thing> thing = condition.thing()) passage.member = things.name(*thing);
+    acts.stops = acts.stops || event.action == EventAction::Stop;
+    if (event.action != EventAction::Break && event.action != EventAction::Release) continue;
+    const Thing goes = *find_what_goes(things, event, condition);
+    passage.member = things.name(goes);
+    acts.taken.push_back(goes);
+    truth = {};  // the next member may follow at once
+  }
+  return acts;
+}
+
+/// Returns the points that no constraint joins any more, in words.
+std::string Simulation::Implementation::name_free_points() const {
+  std::vector<char> is_joined(model.num_points(), 0);
+  for_each_member(model.system, [&](std::span<const Index> joined, int) {
+    for (const Index point : joined) is_joined[static_cast<std::size_t>(point)] = 1;
+  });
+  for (const Support& support : model.system.supports)
+    for (const Index point : support.points) is_joined[static_cast<std::size_t>(point)] = 1;
+  const auto first = std::ranges::find(is_joined, 0);
+  const auto count = static_cast<std::size_t>(std::ranges::count(is_joined, 0));
+  if (count == 0) return {};
+  const std::string point = "point " + text(static_cast<std::size_t>(first - is_joined.begin()));
+  return point + (count > 1 ? " and " + text(count - 1) + " more are" : " is") + " without constraints";
+}
+
+void Simulation::Implementation::continue_from(const Implementation& before) {
+  passages = before.passages;
+  for (const Event& event : before.events) add_event(event);
+  truths = before.truths;
+  if (before.observables == nullptr) return;
+  observables = std::make_unique<Observables>(system(), taken);
+  observables->add(*before.observables);
+}
+
+// ---- what is taken out ----
+
+std::unique_ptr<Simulation::Implementation> Simulation::Implementation::make_without(const Implementation& of,
+                                                                                     std::vector<Thing> things) {
+  const System whole = of.system();
+  auto made =
+      std::make_unique<Implementation>(without(whole, things), of.options, of.solver_options, of.part, of.t_begin);
+  const std::size_t num_outside = made->model.num_points() - whole.num_points();
+  made->forms.plan.points -= num_outside;
+  made->forms.plan.supports -= num_outside;
+  made->given = whole;
+  made->taken = std::move(things);
+  return made;
+}
+
+std::vector<std::size_t> Simulation::Implementation::numbers_of(std::span<const Thing> things) {
+  std::vector<std::size_t> numbers;
+  for (const Thing& thing : things)
+    for (const std::size_t number : {static_cast<std::size_t>(thing.list), thing.index,
+                                     thing.member.value_or(std::numeric_limits<std::size_t>::max())})
+      numbers.push_back(number);
+  return numbers;
+}
+
+void Simulation::Implementation::restore(std::unique_ptr<Implementation>* at, std::span<const std::byte> saved) {
+  (*at)->refuse_inside_advance("restore");
+  const Snapshot snapshot = unpack(saved, fingerprint_of((*at)->system()));
+  if (snapshot.taken != numbers_of((*at)->taken)) {
+    std::vector<Thing> things;
+    for (std::size_t k = 0; k + 2 < snapshot.taken.size(); k += 3) {
+      const std::size_t member = snapshot.taken[k + 2];
+      things.push_back({static_cast<Thing::List>(snapshot.taken[k]), snapshot.taken[k + 1],
+                        member == std::numeric_limits<std::size_t>::max() ? std::nullopt : std::optional(member)});
+    }
+    std::unique_ptr<Implementation> other = make_without(**at, std::move(things));
+    other->continue_from(**at);
+    *at = std::move(other);
+  }
+  (*at)->restore(snapshot);
+}
+
+Outcome Simulation::Implementation::take_out(std::unique_ptr<Implementation>* at, std::vector<Thing> things) {
+  Implementation& before = **at;
+  if (before.forms.is_tangent())
+    throw InputError("/events", "what coordinates place cannot be taken out; take solver.form normal");
+  const Energy energy_before = before.form.energy(before.state.t, before.state.x.data(), before.state.v.data());
+  const std::vector<std::byte> progress = before.save_progress();
+  std::vector<double> r = before.now.positions, v = before.now.velocities;
+  const std::size_t size = 3 * before.system().num_points();
+  things.insert(things.begin(), before.taken.begin(), before.taken.end());
+  std::unique_ptr<Implementation> after = make_without(before, std::move(things));
+  const System& system = after->model.system;
+  r.resize(size);
+  v.resize(size);
+  r.insert(r.end(), system.positions.begin() + static_cast<std::ptrdiff_t>(size), system.positions.end());
+  v.resize(r.size());
+  after->restore_progress(progress, r, v);
+  after->continue_from(before);
+
+  // What was held is lost: it counts as work, so that the drift remains that of the method.
+  const Energy energy = after->form.energy(after->state.t, after->state.x.data(), after->state.v.data());
+  const double lost = energy_before.kinetic + energy_before.potential - energy.kinetic - energy.potential;
+  EnergyReport& report = after->report.energy;
+  report.kinetic = energy.kinetic;
+  report.potential = energy.potential;
+  report.now = energy.kinetic + energy.potential;
+  report.work_of_forces -= lost;
+  after->state.work.forces -= lost;
+  const std::string rest = after->name_free_points();
+  for (Passage& passage : after->passages) {
+    const EventAction action = after->events[passage.event].action;
+    if (passage.time != after->state.t || (action != EventAction::Break && action != EventAction::Release)) continue;
+    passage.energy_lost = lost;
+    passage.rest = rest;
+  }
+  *at = std::move(after);
+  return (*at)->outcome;
+}
+
+Outcome Simulation::Implementation::advance_through_events(std::unique_ptr<Implementation>* at, double t_end,
+                                                           const Observer& observer) {
+  const auto act_fully = [at](bool* stops) -> Outcome {
+    *stops = false;
+    while (true) {
+      Acts acts = (*at)->act();
+      *stops = *stops || acts.stops;
+      if (acts.taken.empty()) return {};
+      std::string names;
+      for (const Thing& thing : acts.taken) names += (names.empty() ? "" : ", ") + Things((*at)->system()).name(thing);
+      if (Outcome found = take_out(at, std::move(acts.taken)); !found.ok())
+        return {found.status, "after " + names + " was taken out: " + found.what};
+    }
+  };
+  const auto has_conditions = [at] {
+    return std::ranges::any_of((*at)->conditions, [](const auto& condition) { return condition != nullptr; });
+  };
+  if (!has_conditions()) return (*at)->advance(t_end, observer);
+  bool stops = false;
+  (*at)->refuse_inside_advance("advance_to");
+  if (!(*at)->outcome.ok()) return (*at)->outcome;
+  if (Outcome found = act_fully(&stops); !found.ok() || stops) return found;
+  while (true) {
+    (*at)->list_passages();
+    const Outcome advanced = (*at)->advance(t_end, observer);
+    if (!advanced.ok()) return advanced;
+    const std::size_t seen = (*at)->seen_passages;
+    const std::span<const Passage> all((*at)->integration.watch().passages());
+    const bool is_met = std::ranges::any_of(all.subspan(seen), [&](const Passage& each) {
+      return each.time == (*at)->state.t && (*at)->conditions[each.event] != nullptr;
+    });
+    if (Outcome found = act_fully(&stops); !found.ok()) return found;
+    if (stops || !is_met || (*at)->state.t >= t_end) return (*at)->outcome;
+  }
+}
+
+}  // namespace tanor

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <span>
+
+#include <tanor/system.hpp>
+
+#include "observe/arguments.hpp"
+
+namespace tanor {
+
+/// Returns a system without some members of its constraints and forces, and with some of its supports let go.
+///
+/// Points, members of constraints and equations keep their numbers: a constraint that is taken out joins new supports
+/// outside, behind the points of the system, and its equations become idle. A point that is let go starts with its own
+/// mass. Throws InputError for a thing that cannot be taken out: a guide that moves with time, a support without mass.
+System without(const System& system, std::span<const Thing> taken);
+
+}  // namespace tanor

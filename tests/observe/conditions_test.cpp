@@ -1,0 +1,179 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include <tanor/motion.hpp>
+
+#include "errors.hpp"
+
+namespace tanor {
+namespace {
+
+constexpr double fall = 9.81;  // m/s^2
+
+/// A pendulum of length 1 that starts at rest, horizontally. Its tension is 3 m g sin(theta), theta from the
+/// horizontal.
+System make_pendulum(double mass = 2.0) {
+  System system;
+  const Point hook = system.add_support({0.0, 0.0, 0.0}, {}, "hook");
+  const Point bob = system.add_point({.position = {1.0, 0.0, 0.0}, .mass = mass});
+  system.add_rods("rod").join(hook, bob);
+  system.add_gravity({0.0, 0.0, -fall});
+  return system;
+}
+
+class Conditions : public testing::TestWithParam<Method> {
+ protected:
+  MotionOptions options() const { return {.method = GetParam(), .step = step(), .rtol = 1e-12}; }
+  double step() const { return has_fixed_steps(GetParam()) ? 1e-3 : 0.0; }
+  double accuracy() const { return GetParam() == Method::Rk4 ? 1e-7 : 1e-9; }
+};
+INSTANTIATE_TEST_SUITE_P(Methods, Conditions,
+                         testing::Values(Method::Taylor, Method::Dop853, Method::Dopri5, Method::Radau5, Method::Rk4));
+
+/// It breaks where sin(theta) = 2/3, and flies on from there.
+TEST_P(Conditions, ARodBreaksAtItsTensionAndItsPointFliesOn) {
+  Simulation simulation(make_pendulum(), options());
+  simulation.add_event({.name = "breaks", .when = "any tension(rod) > 39.24", .action = EventAction::Break});
+  simulation.add_observable({.text = "max tension(rod)", .every_step = true});
+  {
+    const Outcome outcome = simulation.advance_to(0.6);
+    ASSERT_TRUE(outcome.ok()) << outcome.what;
+  }
+  ASSERT_EQ(simulation.passages().size(), 1u);
+  const Passage& passage = simulation.passages()[0];
+  EXPECT_EQ(passage.name, "breaks");
+  EXPECT_EQ(passage.member, "rod[0]");
+  EXPECT_EQ(passage.rest, "point 1 is without constraints");
+  EXPECT_NEAR(passage.energy_lost, 0.0, 1e-10);
+  const double s = 2.0 / 3.0, c = std::sqrt(1.0 - s * s), speed = std::sqrt(2.0 * fall * s), dt = 0.6 - passage.time;
+  EXPECT_NEAR(simulation.positions()[3], c - speed * s * dt, accuracy());
+  EXPECT_NEAR(simulation.positions()[5], -s - speed * c * dt - 0.5 * fall * dt * dt, accuracy());
+  EXPECT_EQ(simulation.multipliers()[0], 0.0);
+  EXPECT_NEAR(simulation.observe()[0].largest[0].value, 39.24, 1e-6);
+  EXPECT_TRUE(simulation.certify().passed()) << simulation.certify().line();
+  EXPECT_NEAR(simulation.report().energy.drift_relative(), 0.0, 1e-8);
+}
+
+TEST_P(Conditions, AHookLetsGoAtATime) {
+  System system = make_pendulum();
+  system.masses[0] = 2.0;
+  Simulation simulation(system, options());
+  simulation.add_event({.when = "t > 0.25", .action = EventAction::Release, .of = "hook"});
+  {
+    const Outcome outcome = simulation.advance_to(0.25);
+    ASSERT_TRUE(outcome.ok()) << outcome.what;
+  }
+  const double middle = 0.5 * simulation.positions()[5], speed = 0.5 * simulation.velocities()[5];
+  {
+    const Outcome outcome = simulation.advance_to(0.5);
+    ASSERT_TRUE(outcome.ok()) << outcome.what;
+  }
+  ASSERT_EQ(simulation.passages().size(), 1u);
+  EXPECT_EQ(simulation.passages()[0].time, 0.25);
+  EXPECT_EQ(simulation.passages()[0].member, "hook");
+  // Both ends weigh the same, so that the middle falls freely.
+  const double fallen = 0.5 * (simulation.positions()[2] + simulation.positions()[5]);
+  EXPECT_NEAR(fallen, middle + 0.25 * speed - 0.5 * fall * 0.0625, accuracy());
+  EXPECT_TRUE(simulation.certify().passed());
+}
+
+TEST(ConditionsOnGroups, ACableThatIsTooWeakBreaksAtTheStart) {
+  System system;
+  RodGroup rods = system.add_rods("links");
+  Point last = system.add_support({0.0, 0.0, 0.0}, {}, "hook");
+  for (int k = 1; k <= 4; ++k) {
+    const Point next = system.add_point({.position = {0.0, 0.0, -1.0 * k}, .mass = 1.0});
+    rods.join(last, next);
+    last = next;
+  }
+  system.add_gravity({0.0, 0.0, -10.0});
+  Simulation simulation(system);
+  // Tensions are 40, 30, 20, 10; once the first is gone, all fall freely and nothing pulls.
+  simulation.add_event({.when = "any tension(links) > 25", .action = EventAction::Break});
+  {
+    const Outcome outcome = simulation.advance_to(1.0);
+    ASSERT_TRUE(outcome.ok()) << outcome.what;
+  }
+  ASSERT_EQ(simulation.passages().size(), 1u);
+  EXPECT_EQ(simulation.passages()[0].member, "links[0]");
+  EXPECT_EQ(simulation.passages()[0].time, 0.0);
+  for (int k = 1; k <= 4; ++k) EXPECT_NEAR(simulation.positions()[3 * k + 2], -1.0 * k - 5.0, 1e-9);
+  EXPECT_TRUE(std::isnan([&] {
+    simulation.add_observable({.text = "tension(links[0])"});
+    return simulation.observe()[0].values[0];
+  }()));
+}
+
+TEST(ConditionsOnGroups, ASpringThatBreaksTellsItsEnergy) {
+  System system;
+  const Point wall = system.add_support({0.0, 0.0, 0.0});
+  const Point block = system.add_point({.position = {1.0, 0.0, 0.0}, .velocity = {2.0, 0.0, 0.0}, .mass = 1.0});
+  system.forces.push_back(
+      Springs{.name = "spring", .pairs = {{wall.index, block.index}}, .stiffness = 16.0, .rest_length = 1.0});
+  Simulation simulation(system, {.method = Method::Dop853, .rtol = 1e-12});
+  simulation.add_event({.when = "tension(spring) > 4.8", .action = EventAction::Break});
+  {
+    const Outcome outcome = simulation.advance_to(1.0);
+    ASSERT_TRUE(outcome.ok()) << outcome.what;
+  }
+  const Passage& passage = simulation.passages().front();
+  // x - 1 = 0.5 sin(4 t) = 0.3
+  const double t = std::asin(0.6) / 4.0;
+  EXPECT_NEAR(passage.time, t, 1e-11);
+  EXPECT_NEAR(passage.energy_lost, 0.5 * 16.0 * 0.09, 1e-10);
+  EXPECT_NEAR(simulation.positions()[3], 1.3 + 1.6 * (1.0 - t), 1e-10);
+  EXPECT_NEAR(simulation.report().energy.drift_relative(), 0.0, 1e-9);
+}
+
+TEST(ConditionsOnGroups, AMotionThatWasSavedAfterABreakGoesOn) {
+  const auto make = [] {
+    Simulation simulation(make_pendulum(), {.method = Method::Dop853, .rtol = 1e-11});
+    simulation.add_event({.when = "any tension(rod) > 39.24", .action = EventAction::Break});
+    return simulation;
+  };
+  Simulation first = make(), second = make();
+  ASSERT_TRUE(first.advance_to(0.5).ok());
+  const std::vector<std::byte> saved = first.save();
+  ASSERT_TRUE(first.advance_to(0.8).ok());
+  second.restore(saved);
+  ASSERT_TRUE(second.advance_to(0.8).ok());
+  for (std::size_t k = 0; k < 6; ++k) EXPECT_EQ(first.positions()[k], second.positions()[k]);
+}
+
+TEST(ConditionsOnGroups, AStopEndsThereAndAReportGoesOn) {
+  Simulation simulation(make_pendulum(), {.method = Method::Dop853, .rtol = 1e-12});
+  simulation.add_event({.name = "half", .when = "position(1).z < -0.5"});
+  simulation.add_event({.name = "low", .when = "position(1).z < -0.9", .action = EventAction::Stop});
+  {
+    const Outcome outcome = simulation.advance_to(2.0);
+    ASSERT_TRUE(outcome.ok()) << outcome.what;
+  }
+  EXPECT_NEAR(simulation.positions()[5], -0.9, 1e-10);
+  EXPECT_LT(simulation.time(), 1.0);
+  ASSERT_EQ(simulation.passages().size(), 2u);
+  EXPECT_EQ(simulation.passages()[0].name, "half");
+  EXPECT_EQ(simulation.passages()[1].name, "low");
+}
+
+TEST(ConditionsOnGroups, WhatCannotBreakIsRefused) {
+  System system = make_pendulum();
+  system.masses[0] = 0.0;
+  system.constraints.push_back(Planes{.name = "wall", .points = {1}, .normal = Vector3{0, 1, 0}});
+  const auto refuse = [&](const Event& event) { return error_of([&] { check_event(system, event); }); };
+  using enum EventAction;
+  EXPECT_EQ(
+      refuse({.when = "t > 1", .action = Break, .of = "wall"}),
+      "/do: 'wall[0]' is a plane and does not break; rods, pulleys, springs and bonds do, and release lets go of it");
+  EXPECT_EQ(refuse({.when = "t > 1", .action = Break}),
+            "/of: what the event breaks is not said: the condition \"t > 1\" speaks of no single thing");
+  EXPECT_EQ(refuse({.when = "t > 1", .action = Release, .of = "hook"}),
+            "point 0 is a support without mass and cannot be let go");
+  EXPECT_EQ(refuse({.when = "t > 1", .action = Release, .of = "hok"}).substr(0, 83),
+            "/of: no constraints or supports or forces are named 'hok' (did you mean hook?); the");
+  EXPECT_NE(refuse({.when = "tension(rod)"}).find("a condition compares"), std::string::npos);
+  EXPECT_NE(refuse({.when = "position(all) > 2"}).find("single numbers"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tanor

@@ -1,0 +1,216 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include <tanor/motion.hpp>
+
+#include "errors.hpp"
+
+namespace tanor {
+namespace {
+
+constexpr double of_earth = 9.81;  // m/s^2
+
+const Observed& find(std::span<const Observed> all, const std::string& name) {
+  for (const Observed& each : all)
+    if (each.name == name) return each;
+  throw std::runtime_error("no observable is named " + name);
+}
+
+/// A chain that hangs straight down from a hook.
+System make_cable(std::size_t links, double mass = 0.5) {
+  System system;
+  system.units = units_from_name("si");
+  RodGroup rods = system.add_rods("links");
+  Point last = system.add_support({0.0, 0.0, 0.0}, {}, "hook");
+  for (std::size_t k = 1; k <= links; ++k) {
+    const Point next = system.add_point({.position = {0.0, 0.0, -0.1 * static_cast<double>(k)}, .mass = mass});
+    rods.join(last, next);
+    last = next;
+  }
+  system.add_gravity({0.0, 0.0, -of_earth});
+  return system;
+}
+
+TEST(Observables, TensionsAndLoadOfAHangingCableAreWeights) {
+  Simulation simulation(make_cable(10));
+  for (const char* text :
+       {"max tension(links)", "min tension(links)", "load(hook)", "tension(links[9])", "tension(links)",
+        "sum tension(links)", "load(hook).z/9.81", "load(hook).norm", "distance(0, 10)"})
+    simulation.add_observable({.text = text});
+  const std::span<const Observed> found = simulation.observe();
+  const Observed& largest = find(found, "max tension(links)");
+  EXPECT_NEAR(largest.values[0], 5.0 * of_earth, 1e-12);
+  EXPECT_EQ(largest.member, "links[0]");
+  EXPECT_EQ(largest.unit, "N");
+  EXPECT_NEAR(find(found, "min tension(links)").values[0], 0.5 * of_earth, 1e-12);
+  EXPECT_NEAR(find(found, "load(hook)").values[2], -5.0 * of_earth, 1e-12);
+  EXPECT_EQ(find(found, "load(hook)").parts, (std::vector<std::string>{"x", "y", "z"}));
+  EXPECT_NEAR(find(found, "tension(links[9])").values[0], 0.5 * of_earth, 1e-12);
+  ASSERT_EQ(find(found, "tension(links)").values.size(), 10u);
+  EXPECT_NEAR(find(found, "tension(links)").values[4], 3.0 * of_earth, 1e-12);
+  EXPECT_NEAR(find(found, "sum tension(links)").values[0], 27.5 * of_earth, 1e-11);
+  EXPECT_NEAR(find(found, "load(hook).z/9.81").values[0], -5.0, 1e-12);
+  EXPECT_NEAR(find(found, "load(hook).norm").values[0], 5.0 * of_earth, 1e-12);
+  EXPECT_NEAR(find(found, "distance(0, 10)").values[0], 1.0, 1e-14);
+  EXPECT_EQ(column_names(find(found, "load(hook)"))[2], "load(hook).z");
+  EXPECT_EQ(column_names(find(found, "tension(links)"))[3], "tension(links): links[3]");
+}
+
+/// A crank of radius R that turns by omega t drives a slider of mass m along x through a rod of length l. The torque of
+/// the motor is m x_ddot dx/dphi, by virtual work.
+TEST(Observables, TorqueOfASliderCrankIsThatOfVirtualWork) {
+  const double R = 0.2, l = 0.7, omega = 3.0, m = 1.3;
+  System system;
+  const Point crank = system.add_support(
+      {R, 0.0, 0.0},
+      VectorFunction(ScalarFunction::formula("0.2*cos(3*t) - 0.2"), ScalarFunction::formula("0.2*sin(3*t)"), 0.0),
+      "crank");
+  const Point slider = system.add_point({.position = {R + l, 0.0, 0.0}, .mass = m});
+  system.add_rods("rod").join(crank, slider);
+  system.constraints.push_back(
+      Lines{.name = "rail", .points = {slider.index}, .origin = Vector3{}, .direction = Vector3{1, 0, 0}});
+  Simulation simulation(system, {.method = Method::Dop853, .rtol = 1e-12, .start = StartMode::Project});
+  simulation.add_observable({.name = "torque", .text = "moment(crank, z, [0, 0, 0])", .every_step = true});
+  simulation.add_observable({.name = "rail", .text = "force(rail)"});
+  for (const double t : {0.3, 0.9, 1.7}) {
+    ASSERT_TRUE(simulation.advance_to(t).ok());
+    const double phi = omega * t, s = std::sin(phi), c = std::cos(phi);
+    const double root = std::sqrt(l * l - R * R * s * s);
+    const double x1 = -R * s - R * R * s * c / root;  // dx/dphi
+    const double x2 = -R * c - R * R * (c * c - s * s) / root - R * R * R * R * s * s * c * c / (root * root * root);
+    const std::span<const Observed> found = simulation.observe();
+    EXPECT_NEAR(find(found, "torque").values[0], m * omega * omega * x2 * x1, 1e-9) << t;
+    // The rail carries what the rod pushes across it.
+    const double tension = -simulation.multipliers()[0];
+    EXPECT_NEAR(find(found, "rail").values[1], -tension * R * s / l, 1e-9);
+  }
+  const Observed& torque = find(simulation.observe(), "torque");
+  EXPECT_LT(torque.least[0].value, torque.values[0]);
+  EXPECT_GT(torque.largest[0].value, torque.values[0]);
+  EXPECT_GT(torque.largest[0].time, 0.0);
+}
+
+TEST(Observables, SpringsBondsAndPulleysHaveTensions) {
+  System system;
+  const Point a = system.add_support({0.0, 0.0, 0.0}), b = system.add_point({.position = {0.0, 0.0, -1.2}});
+  system.forces.push_back(
+      Springs{.name = "spring", .pairs = {{a.index, b.index}}, .stiffness = 30.0, .rest_length = 1.0});
+  system.forces.push_back(Bonds{.name = "bond",
+                                .pairs = {{a.index, b.index}},
+                                .law = BondLaw::Morse,
+                                .rest_length = 1.0,
+                                .depth = 2.0,
+                                .width = 1.5});
+  const Point left = system.add_point({.position = {1.0, 0.0, -1.0}, .mass = 1.0});
+  const Point right = system.add_point({.position = {2.0, 0.0, -1.0}, .mass = 3.0});
+  system.constraints.push_back(
+      Pulleys{.name = "rope", .pairs = {{left.index, right.index}}, .a = {1, 0, 0}, .b = {2, 0, 0}});
+  system.add_gravity({0.0, 0.0, -of_earth});
+  Simulation simulation(system);
+  for (const char* text : {"tension(spring)", "tension(bond)", "tension(rope)", "force(rope)", "potential(spring)"})
+    simulation.add_observable({.text = text});
+  const std::span<const Observed> found = simulation.observe();
+  EXPECT_NEAR(find(found, "tension(spring)").values[0], 6.0, 1e-12);
+  const double e = std::exp(-1.5 * 0.2);
+  EXPECT_NEAR(find(found, "tension(bond)").values[0], 2.0 * 2.0 * 1.5 * e * (1.0 - e), 1e-12);
+  EXPECT_NEAR(find(found, "tension(rope)").values[0], 2.0 * 1.0 * 3.0 / 4.0 * of_earth, 1e-12);
+  EXPECT_NEAR(find(found, "force(rope)").values[2], 2.0 * 1.5 * of_earth, 1e-11);
+  EXPECT_NEAR(find(found, "potential(spring)").values[0], 0.5 * 30.0 * 0.04, 1e-13);
+}
+
+/// Dumbbells in a periodic box whose pairs reach through the faces: the virial by a double loop over pairs.
+TEST(Observables, PressureOfDumbbellsIsThatOfADoubleLoop) {
+  const double edge = 4.0;
+  System system;
+  system.cell = Cell{.xx = edge, .yy = edge, .zz = edge};
+  system.units = units_from_name("lj");
+  RodGroup rods = system.add_rods("rods");
+  std::vector<std::array<Index, 2>> pairs;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      const double x = 0.1 + 1.33 * i, y = 0.07 + 1.33 * j, z = 0.2 + 0.9 * ((i + 2 * j) % 4);
+      const Point a = system.add_point({.position = {x, y, z}, .velocity = {0.3 - 0.1 * j, 0.1 * i, 0.0}});
+      const Point b = system.add_point({.position = {x, y, z + 0.95}, .velocity = {0.3 - 0.1 * j, 0.1 * i, 0.0}});
+      rods.join(a, b);
+      pairs.push_back({a.index, b.index});
+    }
+  system.forces.push_back(
+      PairForces{.law = PairLaw::Lj, .sigma = 1.0, .cutoff = 1.9, .box = {edge, edge, edge}, .exclude_rods = true});
+  Simulation simulation(system, {.rtol = 1e-9});
+  for (const char* text : {"pressure()", "virial()", "temperature()"}) simulation.add_observable({.text = text});
+  ASSERT_TRUE(simulation.advance_to(0.3).ok());
+
+  const std::span<const double> r = simulation.positions(), v = simulation.velocities();
+  std::array<double, 6> w{};
+  const auto add = [&](const double* d, double over) {
+    constexpr int first[] = {0, 1, 2, 0, 0, 1}, second[] = {0, 1, 2, 1, 2, 2};
+    for (int k = 0; k < 6; ++k) w[static_cast<std::size_t>(k)] += over * d[first[k]] * d[second[k]];
+  };
+  double kinetic = 0.0;
+  const auto n = static_cast<Index>(r.size() / 3);
+  for (Index i = 0; i < n; ++i) {
+    for (int axis = 0; axis < 3; ++axis) kinetic += 0.5 * v[3 * i + axis] * v[3 * i + axis];
+    for (Index j = i + 1; j < n; ++j) {
+      double d[3], r2 = 0.0;
+      const bool is_rod = i % 2 == 0 && j == i + 1;
+      for (int axis = 0; axis < 3; ++axis) {
+        d[axis] = r[3 * j + axis] - r[3 * i + axis];
+        if (!is_rod) d[axis] -= edge * std::round(d[axis] / edge);
+        r2 += d[axis] * d[axis];
+      }
+      const double s6 = 1.0 / (r2 * r2 * r2);
+      if (is_rod)
+        add(d, simulation.multipliers()[static_cast<std::size_t>(i / 2)] / std::sqrt(r2));
+      else if (r2 < 1.9 * 1.9)
+        add(d, 24.0 * s6 * (2.0 * s6 - 1.0) / r2);
+    }
+  }
+  const std::span<const Observed> found = simulation.observe();
+  double size = 0.0;
+  for (const double each : w) size = std::max(size, std::abs(each));
+  for (std::size_t k = 0; k < 6; ++k) EXPECT_NEAR(find(found, "virial()").values[k], w[k], 1e-11 * size) << k;
+  EXPECT_NEAR(find(found, "pressure()").values[0], (2.0 * kinetic + w[0] + w[1] + w[2]) / (3.0 * 64.0), 1e-12 * size);
+  EXPECT_NEAR(find(found, "temperature()").values[0], 2.0 * kinetic / (3.0 * 18.0 - 9.0 - 3.0), 1e-13);
+}
+
+TEST(Observables, BadTextsAreRefusedWithTheirPlace) {
+  const System system = make_cable(3);
+  const auto refuse = [&](const std::string& text) {
+    return error_of([&] { check_observable(system, {.text = text}); });
+  };
+  EXPECT_EQ(refuse("tenson(links)"),
+            "formula \"tenson(links)\": column 1: 'tenson' is no quantity (did you mean tension?)");
+  EXPECT_EQ(
+      refuse("max tension(lnks)"),
+      "formula \"max tension(lnks)\": column 13: no constraints or forces are named 'lnks' (did you mean links?); "
+      "there are links, gravity0");
+  EXPECT_EQ(refuse("tension(links[3])"),
+            "formula \"tension(links[3])\": column 9: links has 3 members, counted from 0");
+  EXPECT_EQ(refuse("moment(hook)"),
+            "formula \"moment(hook)\": column 1: a moment needs an axis: moment(hook, z, [0, 0, 0])");
+  EXPECT_EQ(refuse("pressure()"),
+            "formula \"pressure()\": column 1: pressure needs a periodic cell, and the system has none");
+  EXPECT_EQ(refuse("2*load(hook)"),
+            "formula \"2*load(hook)\": column 3: a vector stands in a formula; take one of its parts, .x, .y, .z, or "
+            ".norm");
+  EXPECT_EQ(refuse("position(9)"), "formula \"position(9)\": column 10: there is no point 9; they are 0 to 3");
+  EXPECT_EQ(refuse("tension(gravity0)"),
+            "formula \"tension(gravity0)\": column 9: 'gravity0' has no tension; rods, pulleys, springs and bonds have "
+            "one");
+  EXPECT_NE(refuse("2*tension(links)").find("say max, min or sum"), std::string::npos);
+  EXPECT_NE(refuse("load(hook).w").find("there is no part .w"), std::string::npos);
+  EXPECT_NE(refuse("sinn(t)").find("sinn"), std::string::npos);
+  EXPECT_NE(refuse("any tension(links)").find("conditions"), std::string::npos);
+}
+
+TEST(Observables, DefaultsAreTensionsAndLoads) {
+  std::vector<std::string> texts;
+  for (const Observable& each : default_observables(make_cable(3))) texts.push_back(each.text);
+  EXPECT_EQ(texts, (std::vector<std::string>{"max tension(links)", "min tension(links)", "load(hook)"}));
+}
+
+}  // namespace
+}  // namespace tanor

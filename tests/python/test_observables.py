@@ -1,0 +1,58 @@
+"""Observables and conditions in Python: closed forms of a hanging cable and of a rod that breaks."""
+
+import math
+import unittest
+
+import numpy
+import tanor
+
+
+def make_cable(links: int) -> tanor.System:
+    positions = numpy.zeros((links + 1, 3))
+    positions[:, 2] = -0.1 * numpy.arange(links + 1)
+    return tanor.System(positions, 0.5, supports=[tanor.Support([0], name="hook")],
+                        constraints=[tanor.Rods([[k, k + 1] for k in range(links)], name="links")],
+                        forces=[tanor.Gravity((0, 0, -9.81))], units="si")
+
+
+class Observables(unittest.TestCase):
+    def test_the_default_observables_are_tensions_and_loads(self):
+        found = {each.name: each for each in tanor.Simulation(make_cable(10)).observe()}
+        self.assertEqual(list(found), ["max tension(links)", "min tension(links)", "load(hook)"])
+        self.assertAlmostEqual(found["max tension(links)"].values[0], 5.0 * 9.81, 11)
+        self.assertEqual(found["max tension(links)"].member, "links[0]")
+        self.assertEqual(found["load(hook)"].unit, "N")
+        self.assertEqual(found["load(hook)"].columns, ["load(hook).x", "load(hook).y", "load(hook).z"])
+
+    def test_a_run_keeps_a_structured_array(self):
+        simulation = tanor.Simulation(make_cable(4))
+        simulation.add_observable("tension(links)", name="tensions")
+        run = tanor.run(simulation, 0.2, 0.1)
+        self.assertEqual(run.observables["tensions"].shape, (3, 4))
+        numpy.testing.assert_allclose(run.observables["tensions"][-1], 0.5 * 9.81 * numpy.array([4, 3, 2, 1]), rtol=1e-10)
+        self.assertEqual(run.observables["load(hook)"].shape, (3, 3))
+        self.assertEqual(run.units["tensions"], "N")
+
+    def test_a_rod_breaks_at_its_tension(self):
+        system = tanor.System([[0, 0, 0], [1, 0, 0]], 2.0, supports=[tanor.Support([0])],
+                              constraints=[tanor.Rods([[0, 1]], name="rod")], forces=[tanor.Gravity((0, 0, -9.81))])
+        simulation = tanor.Simulation(system, tanor.MotionOptions(rtol=1e-12))
+        simulation.add_event(when="tension(rod) > 39.24", do="break")
+        self.assertTrue(simulation.advance_to(0.6).ok)
+        (passage,) = simulation.passages
+        self.assertEqual(passage.member, "rod[0]")
+        flight = 0.6 - passage.time
+        sine = 2.0 / 3.0
+        expected = math.sqrt(1.0 - sine**2) - math.sqrt(2.0 * 9.81 * sine) * sine * flight
+        self.assertAlmostEqual(simulation.positions[1, 0], expected, 9)
+
+    def test_unknown_names_are_input_errors(self):
+        simulation = tanor.Simulation(make_cable(2))
+        with self.assertRaisesRegex(tanor.InputError, r"did you mean links\?"):
+            simulation.add_observable("tension(linsk)")
+        with self.assertRaisesRegex(tanor.InputError, "does not break"):
+            simulation.add_event(when="t > 1", do="break", of="hook")
+
+
+if __name__ == "__main__":
+    unittest.main()
