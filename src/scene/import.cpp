@@ -264,8 +264,11 @@ void name_unused(const ImportChoices& choices, AngleRule angle_rule, Imported* d
 
 /// Reads the bonds that become rods, if the scene wants others than those of the file.
 void choose_bonds(const Cursor& bonds, BondRule rule, Imported* data) {
-  if (rule == BondRule::None) data->bonds.clear();
-  if (rule != BondRule::Distance) return;
+  if (rule != BondRule::None && rule != BondRule::Distance) return;
+  if (!data->bonds.empty())
+    data->unread.push_back(fmt::format("what joins atoms by bonds (bonds: {})", data->bonds.size()));
+  data->bonds.clear();
+  if (rule == BondRule::None) return;
   if (data->elements.empty()) bonds.fail("rods or none: the file knows no elements, whose radii tell bonds");
   data->bonds = bonds.locate([&] { return find_bonds_by_distance(*data); });
 }

@@ -398,8 +398,12 @@ TEST(Import, DistancesNeedElementsAndMolecules) {
             "scene.json: /import/bonds: found point 0 within bonding dist");
 }
 
-TEST(Import, BondsMayBeLeftOut) {
-  EXPECT_TRUE(rods_of(import(R"("file": "cube.ply", "format": "ply", "bonds": "none")")).pairs.empty());
+TEST(Import, BondsMayBeLeftOutAndAreNamedThen) {
+  const Scene scene = import(R"("file": "cube.ply", "format": "ply", "bonds": "none")");
+  EXPECT_TRUE(rods_of(scene).pairs.empty());
+  ASSERT_EQ(scene.left_out.size(), 1u);
+  EXPECT_EQ(scene.left_out[0].substr(0, 48), "import: what joins atoms by bonds (bonds: 12) of");
+  EXPECT_TRUE(import(R"("file": "import/UPPER.GRO", "bonds": "none")").left_out.empty()) << "it has no bonds";
 }
 
 /// Returns carbon atoms at these places, angstrom.
