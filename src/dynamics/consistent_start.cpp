@@ -5,6 +5,7 @@
 
 #include "base/text.hpp"
 #include "dynamics/nearest_point.hpp"
+#include "dynamics/rod_lengths.hpp"
 
 namespace tanor {
 
@@ -53,7 +54,10 @@ StartReport ConsistentStart::find(double t, double* r, double* v, StartMode mode
     if (positions.outcome.ok()) positions = projector_.project_positions(t, r);
   }
   report.outcome = positions.outcome;
-  if (!report.outcome.ok()) return report;
+  if (!report.outcome.ok()) {
+    if (Outcome lengths = check_rod_lengths(model_, t, r_given.data()); !lengths.ok()) report.outcome = lengths;
+    return report;
+  }
   report.position_correction = model_.largest_move(r, r_given.data());
   // Where nothing has moved, S is that of the given positions, from which the projection began.
   const bool has_moved = !std::ranges::equal(r_given, std::span(r, r_given.size()));

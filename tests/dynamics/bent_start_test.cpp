@@ -85,5 +85,36 @@ TEST(BentStart, DoesNotHelpAChainThatIsTooShort) {
   EXPECT_NE(report.outcome.what.find("contradicts"), std::string::npos) << report.outcome.what;
 }
 
+/// Of rods of 0.5 m and 0.05 m over 0.2 m the longer one cannot fit: the other end of the shorter one is 0.25 m away.
+TEST(BentStart, NamesARodThatIsTooLongForItsPlace) {
+  System system = make_chain(2, 0.2, 0.0, {});
+  std::get<Rods>(system.constraints[0]).length.constants = {0.5, 0.05};
+  for (const double aside : {0.0, 0.03}) {
+    system.positions[4] = aside;
+    std::vector<double> r;
+
+    const StartReport report = project(system, &r);
+
+    EXPECT_EQ(report.outcome.status, Status::Contradictory);
+    EXPECT_EQ(report.outcome.what,
+              "links[0] is 0.5 m long at t = 0, but links[1] and the supports let its ends be 0.25 m apart at most");
+  }
+}
+
+/// A triangle of rods of 1, 1 and 2.5 m has no place in which they meet.
+TEST(BentStart, NamesARodThatIsLongerThanTheWayAlongOthers) {
+  System system;
+  system.positions = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.5, 0.8, 0.0};
+  system.masses = {1.0, 1.0, 1.0};
+  system.constraints = {Rods{"triangle", {{0, 1}, {1, 2}, {2, 0}}, Parameter(std::vector<double>{2.5, 1.0, 1.0}), {}}};
+  std::vector<double> r;
+
+  const StartReport report = project(system, &r);
+
+  EXPECT_EQ(report.outcome.status, Status::Contradictory);
+  EXPECT_EQ(report.outcome.what,
+            "triangle[0] is 2.5 m long at t = 0, but triangle[1] and triangle[2] let its ends be 2 m apart at most");
+}
+
 }  // namespace
 }  // namespace tanor
