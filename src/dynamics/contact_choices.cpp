@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
+#include <set>
+#include <string>
 
 #include "base/text.hpp"
 
@@ -11,15 +12,21 @@ namespace tanor {
 
 namespace {
 
-/// Formats a vector to 13 digits, since a refusal tells it nowhere else, with components of rounding size as 0. `scale`
-/// is the size of the terms that cancel in it.
-std::string vector_text(const Vec3& a, double scale) {
-  const auto digits = [scale](double x) {
-    char buffer[32];
-    std::snprintf(buffer, sizeof buffer, "%.13g", std::abs(x) > 1e-11 * scale ? x : 0.0);
-    return std::string(buffer);
-  };
-  return "(" + digits(a.x) + ", " + digits(a.y) + ", " + digits(a.z) + ")";
+/// Lists vectors with as many digits as tell them apart, and components of rounding size as 0. `scale` is the size of
+/// the terms that cancel in them.
+std::string list_apart(const std::vector<Vec3>& vectors, double scale) {
+  constexpr int least_digits = 4, most_digits = 11;  // behind these is rounding
+  std::vector<std::string> texts;
+  for (int digits = least_digits; digits <= most_digits; ++digits) {
+    const auto component = [&](double x) { return text(std::abs(x) > 1e-11 * scale ? x : 0.0, digits); };
+    texts.clear();
+    for (const Vec3& a : vectors)
+      texts.push_back("(" + component(a.x) + ", " + component(a.y) + ", " + component(a.z) + ")");
+    if (std::set<std::string>(texts.begin(), texts.end()).size() == texts.size()) break;
+  }
+  std::string list = texts.front();
+  for (std::size_t k = 1; k < texts.size(); ++k) list += (k + 1 == texts.size() ? " and " : ", ") + texts[k];
+  return list;
 }
 
 const char* const too_many = "modes of more than ten contacts are too many to try";
@@ -34,7 +41,7 @@ ContactChoices::ContactChoices(ContactState& state, FrictionSolver& friction, Co
 
 /// Solves with static friction until a contact gives way, then with kinetic friction there, until no other one gives
 /// way. `released` [contact] marks those that have given way already. Of several motions the one nearest to the last is
-/// taken.
+/// taken; a start refuses them.
 void ContactChoices::solve(bool is_start, std::vector<char> released, std::size_t* work_left,
                            ContactChoice* choice) const {
   const FrictionLaws& laws = state_.laws;
@@ -61,8 +68,7 @@ void ContactChoices::solve(bool is_start, std::vector<char> released, std::size_
     const auto nearer = [&](const auto& a, const auto& b) { return distance(a) < distance(b); };
     choice->x = *std::min_element(solutions.found.begin(), solutions.found.end(), nearer);
     find_share(is_start, choice);
-    const bool has_released = release_beginning(*choice, &released);
-    if (!has_released || verdict.uniqueness == Uniqueness::Several) break;
+    if (!release_beginning(*choice, &released) || (is_start && verdict.uniqueness == Uniqueness::Several)) break;
   }
   choice->solutions.uniqueness = verdict.uniqueness;
   choice->solutions.reason = verdict.reason;
@@ -152,14 +158,12 @@ Outcome ContactChoices::explain(double t, const ContactChoice& choice) const {
     most = apart;
     worst = c;
   }
-  std::string what = name(worst) + ": " + std::to_string(found.size()) + " accelerations obey the law: ";
-  for (std::size_t k = 0; k < found.size(); ++k) {
-    what += (k == 0                  ? ""
-             : k + 1 == found.size() ? " and "
-                                     : ", ") +
-            vector_text(choice.acceleration(worst, found[k]), choice.acceleration_scale);
-  }
-  return fail_friction(Status::NotUnique, t, what + " m/s^2; at a start nothing says which");
+  std::vector<Vec3> accelerations;
+  for (const Eigen::VectorXd& x : found) accelerations.push_back(choice.acceleration(worst, x));
+  return fail_friction(Status::NotUnique, t,
+                       name(worst) + ": " + text(found.size()) +
+                           " accelerations obey the law: " + list_apart(accelerations, choice.acceleration_scale) +
+                           " m/s^2; at a start nothing says which");
 }
 
 // ---- all islands ----

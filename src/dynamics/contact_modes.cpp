@@ -120,7 +120,7 @@ Outcome ContactModes::choose(ModeSwitch at) {
   work_of_rest_ = {};
   const bool shared_loads = state_.shares_loads;
   sharing_.forget();
-  if (at.num_at_rest() > 0) {
+  for (bool has_more = at.num_at_rest() > 0; has_more; has_more = bring_along(&at)) {
     if (Outcome outcome = put_to_rest(&at); !outcome.ok()) return outcome;
   }
   forget_slow_directions(at);
@@ -177,6 +177,7 @@ bool ContactModes::is_little(const std::vector<double>& before, const double* v,
 Outcome ContactModes::put_to_rest(ModeSwitch* at) {
   const std::vector<double> before(at->v, at->v + 3 * model_.num_points());
   std::vector<double> impulses(model_.num_rows());
+  const Power earlier = work_of_rest_;
   double own = 0.0;
   for (std::size_t c = 0; c < state_.size(); ++c) {
     if (at->at_rest[c] != 0) own = std::max(own, state_.sliding_speed(c, at->v));
@@ -186,7 +187,8 @@ Outcome ContactModes::put_to_rest(ModeSwitch* at) {
     std::fill(impulses.begin(), impulses.end(), 0.0);
     const ProjectionReport still = system_.project_velocities(at->t, at->r, at->v, impulses.data());
     if (!still.outcome.ok()) return still.outcome;
-    work_of_rest_ = work_of_impulses(at->r, impulses);
+    work_of_rest_ = earlier;
+    work_of_rest_.add(1.0, work_of_impulses(at->r, impulses));
     if (is_again || is_little(before, at->v, own)) {
       // Contacts that the constraints keep from rest, such as a bead that only turns others on its line, slide on as
       // well.
@@ -198,6 +200,21 @@ Outcome ContactModes::put_to_rest(ModeSwitch* at) {
     std::copy(before.begin(), before.end(), at->v);
   }
   return {};
+}
+
+/// Contacts that were about to stop are at rest as well if those that were put to rest hold them. Otherwise they slide
+/// with the rounding of their velocity, which nothing lowers. Returns true if there are any.
+bool ContactModes::bring_along(ModeSwitch* at) {
+  bool are_some = false;
+  for (std::size_t c = 0; c < state_.size(); ++c) {
+    const bool is_open = at->has_changed[friction_.islands().of_contact[c]] != 0;
+    if (!is_open || at->at_rest[c] != 0 || !state_.may_stick(c) || !state_.is_at_rest(c, at->v)) continue;
+    at->at_rest[c] = 1;
+    state_.tangents.set_stick(c, true);
+    are_some = true;
+  }
+  if (are_some) sharing_.forget();
+  return are_some;
 }
 
 /// Slow slip directions are chosen anew, since other contacts may hold them now or hold them no longer.

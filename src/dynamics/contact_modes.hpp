@@ -43,6 +43,7 @@ class ContactModes final : public EventFunctions {
   bool let_slide(const double* v, double times, ModeSwitch* at);
   bool is_little(const std::vector<double>& before, const double* v, double own) const;
   Power work_of_impulses(const double* r, const std::vector<double>& impulses) const;
+  bool bring_along(ModeSwitch* at);
   void forget_slow_directions(const ModeSwitch& at);
   Outcome count(const ModeSwitch& at, const std::vector<char>& wanted, std::size_t most_contacts, bool takes_all,
                 std::vector<ContactChoice>* choices);

@@ -47,7 +47,9 @@ struct Row {
 
 class Program {
  public:
-  explicit Program(const Row& row) : row_(row), modes_(row.beads.size()) {
+  /// Steps are no longer than this, s.
+  explicit Program(const Row& row, double longest_step = 1e-2)
+      : row_(row), longest_step_(longest_step), modes_(row.beads.size()) {
     for (const Bead& bead : row.beads) {
       y_.push_back(bead.r);
       v_.push_back(bead.v);
@@ -55,7 +57,7 @@ class Program {
     tensions_ = VectorXd::Zero(static_cast<Eigen::Index>(row.joints.size()));
   }
 
-  bool is_certain = true;  ///< false once several motions obey the law, or none
+  bool is_certain = true;  ///< false once several motions obey the law, or none, or steps are too many
   int events = 0;          ///< stops and starts
 
   const Vector3d& position(std::size_t i) const { return y_[i]; }
@@ -64,8 +66,11 @@ class Program {
     for (std::size_t i = 0; i < size(); ++i)
       modes_[i] = v_[i].norm() > 0.0 ? Mode{false, v_[i].normalized()} : Mode{true, Vector3d::Zero()};
     decide(0.0, false);
-    double t = 0.0, h = 1e-3;
+    double t = 0.0, h = 0.1 * longest_step_;
+    constexpr int most_attempts = 200000;
+    int attempts = 0;
     while (is_certain && t < t_end && events < 200) {
+      is_certain = ++attempts < most_attempts;
       const Points from = y_, speed = v_;
       const double length = std::min(h, t_end - t), error = step(t, length, from, speed) / 1e-12;
       if (!is_certain) return;
@@ -80,7 +85,7 @@ class Program {
         locate(t, length, from, speed, &t);
       } else {
         t += length;
-        h = std::min(1e-2, length * std::min(4.0, 0.8 * std::pow(error + 1e-10, -0.2)));
+        h = std::min(longest_step_, length * std::min(4.0, 0.8 * std::pow(error + 1e-10, -0.2)));
       }
     }
     is_certain = is_certain && events < 200;
@@ -366,7 +371,8 @@ class Program {
       found.push_back(a);
       *T = guess;
     };
-    constexpr std::array guesses{0.0, 1.0, -1.0, 4.0, -4.0, 12.0, -12.0, 30.0, -30.0, 100.0, -100.0};
+    constexpr std::array guesses{0.0,   1.0,  -1.0,  2.0,  -2.0,  4.0,  -4.0,  8.0,   -8.0,
+                                 -16.0, 16.0, -32.0, 32.0, -64.0, 64.0, 128.0, -128.0};
     try_from(tensions_);
     for (const double x : guesses) {
       if (row_.joints.size() == 1) try_from(VectorXd::Constant(1, x));
@@ -408,6 +414,7 @@ class Program {
 
   static constexpr double at_rest = 1e-10;  // m/s
   const Row& row_;
+  const double longest_step_;
   std::vector<Mode> modes_;
   Points y_, v_;
   VectorXd tensions_;

@@ -1,9 +1,11 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 #include <string>
 #include <tanor/tanor.hpp>
 
+#include "long_tests.hpp"
 #include "motion/rough_row.hpp"
 
 /// \file Rows of beads on rough lines and planes, with static coefficients above the kinetic ones, from rest and in
@@ -106,22 +108,50 @@ System make_system(const Row& row) {
   return system;
 }
 
+/// Returns true if two motions of the dense program end at the same places. The error of a step is a difference of two
+/// formulas, which vanishes by chance once in a thousand rows where a kink lies inside it.
+bool agree(const rough_row::Program& a, const rough_row::Program& b, std::size_t num_beads) {
+  double apart = 0.0;
+  for (std::size_t i = 0; i < num_beads; ++i) apart = std::max(apart, (a.position(i) - b.position(i)).norm());
+  return a.is_certain && b.is_certain && apart <= 1e-9;
+}
+
+/// Two beads on planes stop together, and the third one, on a line, is held by them.
+TEST(StaticFrictionTwin, ABeadStopsWithThoseThatHoldIt) {
+  const Row row = draw_row(1017);
+  rough_row::Program program(row);
+  program.advance_to(0.4);
+  ASSERT_TRUE(program.is_certain);
+  for (const double rtol : {1e-12, 1e-11}) {
+    Simulation simulation(make_system(row), {.method = Method::Dop853, .rtol = rtol, .atol = 1e-2 * rtol});
+
+    const Outcome outcome = simulation.advance_to(0.4);
+
+    ASSERT_TRUE(outcome.ok()) << outcome.what;
+    for (std::size_t i = 0; i < row.beads.size(); ++i)
+      EXPECT_LE((Vector3d::Map(simulation.positions().data() + 3 * i) - program.position(i)).norm(), 1e-8) << i;
+  }
+}
+
 TEST(StaticFrictionTwin, RandomRowsEndWhereADenseProgramSays) {
   constexpr double t_end = 0.4;
+  const int all = num_draws(2000);
   int compared = 0, refused = 0, several = 0, events = 0;
-  for (unsigned seed = 1; seed <= 300; ++seed) {
-    const Row row = draw_row(seed);
-    rough_row::Program program(row);
+  for (int seed = 1; seed <= all; ++seed) {
+    const Row row = draw_row(static_cast<unsigned>(seed));
+    rough_row::Program program(row), again(row, 2e-3);
     program.advance_to(t_end);
+    again.advance_to(t_end);
     Simulation simulation(make_system(row), {.method = Method::Dop853, .rtol = 1e-12, .atol = 1e-14});
     const Outcome outcome = simulation.advance_to(t_end);
     if (!outcome.ok()) {
-      EXPECT_EQ(outcome.status, Status::NotUnique) << "seed " << seed << ": " << outcome.what;
-      EXPECT_FALSE(program.is_certain) << "seed " << seed << ": " << outcome.what;
+      EXPECT_TRUE(outcome.status == Status::NotUnique || outcome.status == Status::NoSolution)
+          << "seed " << seed << ": " << outcome.what;
+      EXPECT_FALSE(agree(program, again, row.beads.size())) << "seed " << seed << ": " << outcome.what;
       ++refused;
     } else if (simulation.report().friction.several > 0) {
       ++several;
-    } else if (program.is_certain) {
+    } else if (agree(program, again, row.beads.size())) {
       ++compared;
       events += program.events;
       for (std::size_t i = 0; i < row.beads.size(); ++i) {
@@ -130,9 +160,9 @@ TEST(StaticFrictionTwin, RandomRowsEndWhereADenseProgramSays) {
       }
     }
   }
-  EXPECT_GT(events, 300);
-  EXPECT_LE(several, 30);
-  EXPECT_GE(compared + refused + several, 297);
+  EXPECT_GT(events, all);
+  EXPECT_LE(several, all / 10);
+  EXPECT_GE(compared + refused + several, all * 97 / 100);
 }
 
 }  // namespace
