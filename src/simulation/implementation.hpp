@@ -418,8 +418,11 @@ struct Simulation::Implementation {
     }
     if (integration.scheme().is_adaptive() && integration.next_step == 0.0)
       integration.next_step = first_step(t_end - state.t);
+    const auto goes_on = [&](const MotionReport& so_far) {
+      return measures.check_growth().ok() && (!observer || observer(so_far));
+    };
     outcome = integration.advance(
-        t_end, [this](const StepResult& step) { take(step); }, observer);
+        t_end, [this](const StepResult& step) { take(step); }, goes_on);
     if (!outcome.ok() && has_friction() && form.events() != nullptr && !integration.scheme().is_adaptive())
       outcome.what += "; steps of a fixed length pass over how contacts stop and leave: take method dop853";
     if (report.accuracy_warning.empty()) report.accuracy_warning = integration.explain_missed();
@@ -431,6 +434,7 @@ struct Simulation::Implementation {
       if (outcome.ok()) outcome = at_state;
       if (outcome.ok() && state.t == t_end) measures.measure_acceleration();
     }
+    if (outcome.ok()) outcome = measures.check_growth();
     publish();
     return outcome;
   }

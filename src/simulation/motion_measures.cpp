@@ -24,6 +24,8 @@ double EnergyReport::drift_relative() const {
 namespace {
 
 constexpr double rounding_of_energies = 1e8 * std::numeric_limits<double>::epsilon();
+/// A kinetic energy of so many times all that there was to feed it comes from nowhere.
+constexpr double surge = 100.0;
 
 }  // namespace
 
@@ -35,6 +37,7 @@ void MotionMeasures::begin() {
   report_.energy.potential_at_start = energy.potential;
   report_.energy.scale = std::max(
       rounding_of_energies * (std::abs(energy.potential) + energy_of_a_fall() + energy_of_a_move()), energy.kinetic);
+  supply_ = report_.energy.scale;
   warn_of_tolerance();
   report_.violation.position = form_.largest(work_.position_violation(state_.t, points_.r.data()));
   report_.violation.velocity = form_.largest(work_.velocity_violation(state_.t, points_.r.data(), points_.v.data()));
@@ -50,6 +53,7 @@ void MotionMeasures::note(const Energy& energy) {
 
 void MotionMeasures::resume() {
   warns_of_drift_ = is_drifting() && report_.accuracy_warning == explain_drift();
+  supply_ = report_.energy.scale;
 }
 
 /// Takes the violations from the projections; without projections they are measured here.
@@ -81,10 +85,27 @@ void MotionMeasures::take(const StepResult& step, bool is_sound) {
       std::max({report_.energy.scale, energy.kinetic, std::abs(energy.potential - report_.energy.potential_at_start),
                 rounding_of_energies * std::abs(energy.potential), std::abs(state_.work.supports),
                 std::abs(state_.work.forces), std::abs(state_.work.potentials), std::abs(state_.work.friction)});
+  supply_ = std::max({supply_, report_.energy.potential_at_start - energy.potential, state_.work.supports,
+                      state_.work.forces, state_.work.potentials, state_.work.friction});
+  if (energy.kinetic > surge * supply_) {
+    ++surges_;
+    supply_ = energy.kinetic;
+  }
   if (model_.has_friction()) measure_friction(is_sound);
   watch_accuracy();
   report_.counters = work_.counters;
   report_.times = work_.times;
+}
+
+/// The kinetic energy is at most the sum of what was there at the start, what the potential has given up, and the works
+/// of supports, forces, potentials and friction. Steps that pass over a force may miss its work once. Where the energy
+/// grows so much again and again, steps are unstable, and nothing of the motion is left.
+Outcome MotionMeasures::check_growth() const {
+  constexpr int most_surges = 2;
+  if (integration_.scheme().is_adaptive() || surges_ <= most_surges) return {};
+  return {Status::NotFinite, "steps of a fixed length are unstable: the kinetic energy has grown to " +
+                                 text(report_.energy.kinetic) + " J at t = " + text(state_.t) +
+                                 ", and comes from nowhere; shorten the step, or take method radau5"};
 }
 
 /// Takes over K'w + phi of the state's accelerations.

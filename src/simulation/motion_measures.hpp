@@ -40,6 +40,8 @@ class MotionMeasures {
   void resume();
   /// Measures after a step; `is_sound` is true if nothing failed so far.
   void take(const StepResult& step, bool is_sound);
+  /// Refuses a motion of fixed steps whose energy comes from nowhere.
+  Outcome check_growth() const;
   /// Takes over K'w + phi of the state's accelerations.
   void measure_acceleration();
   /// Measures friction at a step's end; iterations are counted wherever friction was found.
@@ -69,6 +71,8 @@ class MotionMeasures {
   PointState& points_;
   MotionReport& report_;
   std::vector<double> moved_;    // [3n] places near the points
+  double supply_ = 0.0;          ///< J, the most that was there, or came from anywhere
+  int surges_ = 0;               ///< times that the kinetic energy was far above it
   bool has_pairs_ = false;       ///< true if some rank has pair forces
   bool warns_of_drift_ = false;  ///< true if the accuracy warning is about drift, which may become small again
 };
