@@ -85,7 +85,7 @@ TEST(BentStart, DoesNotHelpAChainThatIsTooShort) {
   EXPECT_NE(report.outcome.what.find("contradicts"), std::string::npos) << report.outcome.what;
 }
 
-/// Of rods of 0.5 m and 0.05 m over 0.2 m the longer one cannot fit, since the shorter one ends at most 0.25 m away.
+/// The longer one of rods of 0.5 m and 0.05 m cannot fit over 0.2 m. The shorter one ends at most 0.25 m away.
 TEST(BentStart, NamesARodThatIsTooLongForItsPlace) {
   System system = make_chain(2, 0.2, 0.0, {});
   std::get<Rods>(system.constraints[0]).length.constants = {0.5, 0.05};

@@ -52,7 +52,7 @@ TEST(UnstableSteps, EndByName) {
   }
 }
 
-/// What a spring keeps is no supply, since its potential grows with the error.
+/// The energy that a spring keeps is no supply. It grows with the error.
 TEST(UnstableSteps, OfASpringEndByName) {
   for (const Method method : {Method::Rk4, Method::Rattle}) {
     Simulation simulation(make_spring(1e6), {.method = method, .step = 0.01});
