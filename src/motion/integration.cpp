@@ -156,7 +156,7 @@ std::string Integration::explain_missed() const {
 Outcome Integration::step_too_small(double resolution, Outcome reason) {
   // Steps that get ever shorter may lead to where an arm vanishes.
   if (!trial_.arms.is_empty()) {
-    if (const auto arm = trial_.arms.find_ahead(state, false, 1e7 * resolution))
+    if (const auto arm = trial_.arms.find_ahead(state, false, 1e10 * resolution))
       return trial_.arms.explain(*arm, arm->time);
   }
   constexpr double farthest_jump = 1e7, farthest_corner = 1e7;

@@ -73,7 +73,9 @@ std::optional<VanishingArms::Found> VanishingArms::find(Scheme& scheme, const St
       least = std::min(least, norm(samples_[i][k]));
       chord = std::max(chord, norm(samples_[i][k] - samples_[i - 1][k]));
     }
-    if (least > chord) continue;
+    const double given = when_given_ends(k, from.t, to.t - from.t);
+    if (given < first.time) first = {given, k, 1.0 / norm(samples_[0][k]) * samples_[0][k]};
+    if (given < never || least > chord) continue;
     if (const auto found = examine(path, k); found && found->time < first.time) first = *found;
   }
   mechanics_.prescribe(to.t, x_.data(), v_.data());
@@ -127,6 +129,15 @@ std::optional<VanishingArms::Found> VanishingArms::examine(const Path& path, std
   return {};
 }
 
+/// Returns the time at which the length that arm k is given vanishes, at most `within` after t; `never` if it does not.
+double VanishingArms::when_given_ends(std::size_t k, double t, double within) const {
+  double before = t, after = t + within;
+  if (arms_.given_length(after, k) > 0.0) return never;
+  for (double middle = 0.5 * (before + after); before < middle && middle < after; middle = 0.5 * (before + after))
+    (arms_.given_length(middle, k) > 0.0 ? before : after) = middle;
+  return after;
+}
+
 /// Evaluates the arms at x + by_v v + by_a a.
 const std::vector<Vec3>& VanishingArms::evaluate_ahead(const State& state, double by_v, double by_a) {
   for (std::size_t i = 0; i < x_.size(); ++i) x_[i] = state.x[i] + by_v * state.v[i] + by_a * state.a[i];
@@ -140,7 +151,8 @@ double VanishingArms::time_left(const Found& arm, const State& state, bool knows
     const double d = dot(evaluate(state.at())[k], arm.direction);
     const double v = dot(evaluate_ahead(state, 1.0, 0.0)[k], arm.direction) - d;
     const double a = knows_acceleration ? dot(evaluate_ahead(state, 0.0, 1.0)[k], arm.direction) - d : 0.0;
-    left = d > 0.0 ? std::min(first_root(d, v, a), never) : -never;
+    const bool is_given = std::isfinite(arms_.given_length(state.t, k));
+    left = is_given ? arm.time - state.t : d > 0.0 ? std::min(first_root(d, v, a), never) : -never;
   }
   return arm.own ? mechanics_.largest(left) : mechanics_.largest(-never);
 }
@@ -172,6 +184,8 @@ std::optional<VanishingArms::Found> VanishingArms::find_ahead(const State& state
     const double length = norm(now[k]);
     if (!(length > 0.0)) continue;
     const Vec3 direction = 1.0 / length * now[k], v = by_v[k] - now[k], a = by_a[k] - now[k];
+    if (const double given = when_given_ends(k, state.t, within); given < first.time) first = {given, k, direction};
+    if (std::isfinite(arms_.given_length(state.t, k))) continue;
     const double t = first_root(length, dot(v, direction), dot(a, direction));
     if (t > within && length > unresolved * arms_.size(state.at(), k)) continue;
     if (!(t < never) || norm(now[k] + t * v + 0.5 * t * t * a) > nearest(state, k, length)) continue;

@@ -21,6 +21,8 @@ class VanishingArms {
     std::function<void(const Kinematics& at, Vec3* vectors)> evaluate;  ///< m [count]
     /// Returns the distance of an arm's ends from the origin, m, beside which its rounding is small.
     std::function<double(const Kinematics& at, std::size_t k)> size;
+    /// Returns the length that a function of time gives an arm, m; infinity if none does.
+    std::function<double(double t, std::size_t k)> given_length;
     std::function<std::string(std::size_t k)> name;
   };
 
@@ -55,6 +57,7 @@ class VanishingArms {
 
  private:
   struct Path;
+  double when_given_ends(std::size_t k, double t, double within) const;
   const std::vector<Vec3>& evaluate(const Kinematics& at);
   const std::vector<Vec3>& evaluate_ahead(const State& state, double by_v, double by_a);
   std::optional<Found> examine(const Path& path, std::size_t k);

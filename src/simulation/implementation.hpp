@@ -128,12 +128,14 @@ struct Simulation::Implementation {
     return [&](Workspace& work) { return std::make_unique<CutForm>(work, options, part); };
   }
 
-  /// Ends the motion where a part of a rope, or a leg of an angle, has length 0. Coordinates need no direction there.
+  /// Ends the motion where a part of a rope, a leg of an angle or a rod has length 0. Coordinates need no direction
+  /// there.
   void watch_arms() {
     const auto arms = std::make_shared<ConstraintArms>(model);
     integration.arms().watch({form.keeps_variables() ? arms->size() : 0,
                               [arms](const Kinematics& at, Vec3* vectors) { arms->evaluate(at.x, vectors); },
                               [arms](const Kinematics& at, std::size_t k) { return arms->size(at.x, k); },
+                              [arms](double t, std::size_t k) { return arms->given_length(t, k); },
                               [arms](std::size_t k) { return arms->name(k); }});
   }
 
