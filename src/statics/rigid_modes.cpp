@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 #include <utility>
+#include <variant>
 
 #include "base/dense.hpp"
 #include "base/numbers.hpp"
@@ -228,15 +229,19 @@ class FiniteMotions {
     for (const auto& [on, of] : equations.work().forces.list_influences()) add_pair(on, of);
     std::ranges::sort(holds_);
     holds_.erase(std::unique(holds_.begin(), holds_.end()), holds_.end());
+    find_mechanisms();
   }
 
   /// Counts the unanswered motions of the islands that leave their constraints as they are and their forces too, turned
   /// with them, over a finite distance, and that would leave the supports that hold them where they are: a link that
   /// turns about a point which others hold does not move as a whole. An infinitesimal motion is not enough: nothing
   /// answers to it at the top of -x^4, or where cranks turn. So that the count does not depend on the basis, sums of
-  /// two motions are tried as well, and an island that does not follow all of them counts none.
+  /// two motions are tried as well, and an island that does not follow all of them counts none. Nor does one that
+  /// supports hold and no load acts on: it does not move as a free body does, and nothing tells one of its places from
+  /// another.
   std::size_t count_free() {
     std::vector<char> is_free(island_.size(), 1);
+    for (const int each : mechanisms_) is_free[static_cast<std::size_t>(each)] = 0;
     for (Eigen::Index k = 0; k < 6; ++k) {
       for (Eigen::Index l = k; l < 6; ++l) find_held(k, l, &is_free);
     }
@@ -260,6 +265,32 @@ class FiniteMotions {
   };
 
   std::size_t own(std::size_t i) const { return static_cast<std::size_t>(island_[i]); }
+
+  /// Finds the islands that supports hold and that feel no force from outside: no weight, and none that acts on single
+  /// points.
+  void find_mechanisms() {
+    const Model& model = equations_.model();
+    std::vector<char> is_loaded(island_.size(), 0);
+    const auto load_points = [&](const std::vector<Index>& points) {
+      for (const Index point : points) {
+        const auto i = static_cast<std::size_t>(model.numbering.inner_point[static_cast<std::size_t>(point)]);
+        if (i < island_.size()) is_loaded[own(i)] = 1;
+      }
+    };
+    for (const Force& force : model.system.forces) {
+      if (const auto* const gravity = std::get_if<Gravity>(&force); gravity && gravity->acceleration != Vector3{})
+        is_loaded.assign(island_.size(), 1);
+      if (const auto* const given = std::get_if<ConstantForce>(&force)) load_points(given->points);
+      if (const auto* const formula = std::get_if<FormulaForce>(&force)) load_points(formula->points);
+      if (const auto* const potential = std::get_if<Potential>(&force);
+          potential && potential->kernel.num_points == 1) {
+        for (const std::vector<Index>& tuple : potential->points) load_points(tuple);
+      }
+    }
+    for (const auto& [each, support] : holds_) {
+      if (is_loaded[static_cast<std::size_t>(each)] == 0) mechanisms_.push_back(each);
+    }
+  }
 
   Values evaluate(const std::vector<double>& at) const {
     const Model& model = equations_.model();
@@ -392,6 +423,7 @@ class FiniteMotions {
   std::vector<double> gradients_;           // [row]
   std::vector<int> of_row_;                 // [row] its island, -1: it joins no moving points
   std::vector<std::pair<int, int>> holds_;  // an island, and a support that constraints or forces join to it
+  std::vector<int> mechanisms_;             // islands that count no motions
 };
 
 }  // namespace
