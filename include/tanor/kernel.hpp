@@ -84,6 +84,7 @@ struct ForceKernel {
   std::shared_ptr<const void> context{};
   void (*evaluate)(const void* context, const ForceBatch& batch) = nullptr;
   bool depends_on_velocity = true;
+  bool depends_on_time = true;  ///< if false, f does not depend on t: it is there at rest
   /// If false, `derivative` is never asked for, and implicit methods do not see how stiff f is.
   bool knows_derivatives = false;
   /// The same 3p functions of r, v and t, for series in time; null if only `evaluate` knows them.

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include <tanor/export.hpp>
+#include <tanor/expression.hpp>
 #include <tanor/jet.hpp>
 
 namespace tanor {
@@ -34,16 +35,20 @@ class TANOR_API ScalarFunction {
   /// table throws InputError.
   static ScalarFunction table(std::vector<double> times, std::vector<double> values);
   // clang-format off
-  /// Makes a function from a user's own one, written over jets (`[](auto t) { return sin(3.0 * t); }` fits).
+  /// Makes a function from a user's own one, written over jets (`[](auto t) { return sin(3.0 * t); }` fits). One that
+  /// also takes Traced is recorded.
   template <class Function>
     requires std::invocable<const Function&, const Jet<largest_order>&>
   static ScalarFunction custom(Function function) {
-    return custom(std::function<Jet<2>(const Jet<2>&)>(function), SeriesFunction(function));
+    std::shared_ptr<const Expression> recorded;
+    if constexpr (std::invocable<const Function&, const Traced&>)
+      recorded = record_expression(1, [&](const std::vector<Traced>& t) { return std::vector<Traced>{function(t[0])}; });
+    return custom(std::function<Jet<2>(const Jet<2>&)>(function), SeriesFunction(function), std::move(recorded));
   }
   // clang-format on
   /// The same for a function that runs on Jet<2> alone, which has no series.
   static ScalarFunction custom(std::function<Jet<2>(const Jet<2>&)> function) {
-    return custom(std::move(function), {});
+    return custom(std::move(function), {}, nullptr);
   }
 
   bool is_constant() const { return source_ == nullptr; }
@@ -53,6 +58,9 @@ class TANOR_API ScalarFunction {
   /// Writes the Taylor coefficients 0 … P at t, at most `largest_order` + 1 numbers. Returns false if they are not
   /// known (a custom function).
   bool expand(double t, std::span<double> coefficients) const;
+  /// Returns the function as recorded operations on t; null if it is not known for all times: a custom function that was
+  /// not recorded, or a table whose numbers lie on no parabola.
+  std::shared_ptr<const Expression> expression() const;
   /// Returns the time after t, s, at which the next piece of a table begins, infinity if there is none. The series at t
   /// does not hold beyond it.
   double smooth_until(double t) const;
@@ -67,7 +75,8 @@ class TANOR_API ScalarFunction {
 
  private:
   using SeriesFunction = std::function<Jet<largest_order>(const Jet<largest_order>&)>;
-  static ScalarFunction custom(std::function<Jet<2>(const Jet<2>&)> function, SeriesFunction series);
+  static ScalarFunction custom(std::function<Jet<2>(const Jet<2>&)> function, SeriesFunction series,
+                               std::shared_ptr<const Expression> recorded);
   explicit ScalarFunction(std::shared_ptr<const Source> source);
 
   double constant_ = 0.0;

@@ -25,18 +25,10 @@ MovingParts::MovingParts(const System& system, double t)
   }
   std::size_t next = 0;
   for_each_member(system, [&](std::span<const Index>, int rows) {
-    members_.push_back({next,
-                        {inner.begin() + static_cast<std::ptrdiff_t>(next),
-                         inner.begin() + static_cast<std::ptrdiff_t>(next) + rows}});
+    const auto first = inner.begin() + static_cast<std::ptrdiff_t>(next);
+    members_.emplace_back(first, first + rows);
     next += static_cast<std::size_t>(rows);
   });
-  for (std::size_t k = 0; k < system.forces.size(); ++k) {
-    const auto* const given = std::get_if<ConstantForce>(&system.forces[k]);
-    const auto* const potential = std::get_if<Potential>(&system.forces[k]);
-    if (given != nullptr && !given->force.is_constant()) force_of_rate_.insert(force_of_rate_.end(), 3, k);
-    if (potential != nullptr && potential->kernel.depends_on_time)
-      force_of_rate_.insert(force_of_rate_.end(), potential->points.size(), k);
-  }
 }
 
 MovingParts::Configuration MovingParts::place(const SteadyFrame& frame, double tau, const Disturbance& by) {
@@ -70,7 +62,7 @@ void MovingParts::add_members(const Configuration& at, const std::vector<double>
   work_.constraints.evaluate_gradients(model_.parallel, at.r.data(), blocks.data());
   for (const Incidence& incidence : model_.incidences)
     squares[static_cast<std::size_t>(incidence.row)] += squared(load(blocks.data(), incidence.block));
-  for (const auto& [first, rows] : members_) {
+  for (const std::vector<int>& rows : members_) {
     double product = 0.0, distance2 = 0.0;
     for (const int a : rows) {
       const auto row = static_cast<std::size_t>(a);
@@ -123,29 +115,6 @@ double MovingParts::find_rate_of_level(const Potential& potential, std::size_t t
     slope2 += gradient[i] * gradient[i];
   }
   return rate / std::sqrt(slope2);
-}
-
-std::pair<std::string, std::string> MovingParts::name(std::size_t k) const {
-  if (k < members_.size()) return {"/constraints", equation_name(system_, members_[k].first_row)};
-  k -= members_.size();
-  const std::size_t supports = model_.num_points() - model_.num_moving();
-  if (k < 3 * supports)
-    return {"/supports",
-            "the support at point " + std::to_string(model_.numbering.user_point[model_.num_moving() + k / 3])};
-  const std::size_t force = force_of_rate_[k - 3 * supports];
-  return {"/forces/" + std::to_string(force), force_name(system_, force)};
-}
-
-std::vector<double> MovingParts::find_forces(Workspace* alone, const SteadyFrame& frame,
-                                             const Configuration& at) const {
-  const Model& own = alone->model();
-  std::vector<double> user(at.r.size()), r(user.size()), v(user.size()), f(user.size());
-  model_.numbering.scatter_points(at.r, user);
-  own.numbering.gather_points(user, r);
-  for (std::size_t i = 0; i < own.num_points(); ++i) store(v.data(), i, frame.velocity_at(load(r.data(), i), at.tau));
-  alone->forces.evaluate(own.parallel, t_ + at.tau, r.data(), v.data(), f.data());
-  own.numbering.scatter_points(f, user);
-  return user;
 }
 
 }  // namespace tanor

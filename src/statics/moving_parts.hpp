@@ -2,8 +2,6 @@
 
 #include <Eigen/Core>
 #include <cstddef>
-#include <string>
-#include <utility>
 #include <vector>
 
 #include "dynamics/workspace.hpp"
@@ -24,7 +22,6 @@ class MovingParts {
 
   double size() const { return model_.scene_size; }
   Vec3 centre() const { return centre_; }
-  double time() const { return t_; }
 
   /// A configuration at one instant: supports where they are, all other points where the frame has carried them from a
   /// disturbed start. Arrays are in the inner order, [3 points].
@@ -40,18 +37,7 @@ class MovingParts {
   /// in the velocities of the frame.
   Eigen::VectorXd find_rates(const SteadyFrame& frame, const Configuration& at);
 
-  /// Returns where the part of number `k` of the rates stands in the scene, and its name.
-  std::pair<std::string, std::string> name(std::size_t k) const;
-
-  /// Returns the forces of one entry on all points [3 points in the user's order] that are at a configuration and move
-  /// with the frame.
-  std::vector<double> find_forces(Workspace* alone, const SteadyFrame& frame, const Configuration& at) const;
-
  private:
-  struct Member {
-    std::size_t first_row;  // in the user's order
-    std::vector<int> rows;  // inner
-  };
   void add_members(const Configuration& at, const std::vector<double>& v, std::vector<double>* rates);
   void add_forces(const SteadyFrame& frame, const Configuration& at, const std::vector<double>& v,
                   std::vector<double>* rates) const;
@@ -64,8 +50,7 @@ class MovingParts {
   const Model& model_;
   std::vector<double> r_;
   Vec3 centre_{};
-  std::vector<Member> members_;
-  std::vector<std::size_t> force_of_rate_;  // the entry of each rate of a force
+  std::vector<std::vector<int>> members_;  // inner rows
 };
 
 }  // namespace tanor

@@ -13,11 +13,10 @@
 #include <tanor/user_kernel.hpp>
 
 #include "base/dense.hpp"
-#include "base/numbers.hpp"
 #include "base/text.hpp"
-#include "dynamics/workspace.hpp"
+#include "statics/moving_fields.hpp"
 #include "statics/moving_parts.hpp"
-#include "system/members.hpp"
+#include "statics/unsteady_part.hpp"
 
 namespace tanor {
 
@@ -25,37 +24,15 @@ using Eigen::MatrixXd, Eigen::VectorXd;
 
 namespace {
 
-/// Misfit of velocities and forces, relative to the largest, that counts as rounding.
+/// Difference of accelerations, relative to the largest, that counts as rounding of the search.
 constexpr double largest_misfit = 1e-9;
 /// Instants, in units of the time in which things move, and in seconds where nothing is known to move.
 constexpr std::array instants_of_motion{0.0, 0.29, 0.83, 1.7, 3.1};
 constexpr std::array instants_of_search{0.0, 7.4e-4, 7.4e-3, 0.074, 0.74, 7.4, 74.0};
-/// Forces of points that lie close to each other, and formulas that are not defined everywhere, bear little.
-constexpr Disturbance much{0, 0.1}, little{1, 1e-3}, beside_little{8, 1e-3};
+/// Part of the scene's size by which configurations are disturbed.
+constexpr double disturbed = 0.1;
 /// So many other ones determine a frame: one bead has one rate in each, and a frame nine numbers.
 constexpr std::size_t num_configurations = 6;
-
-template <class Value>
-bool is_constant(const Value& value) {
-  if constexpr (std::is_same_v<Value, VectorFunction>) return value.is_constant();
-  if constexpr (std::is_same_v<Value, Parameter>)
-    return std::ranges::all_of(value.functions, &ScalarFunction::is_constant);
-  return true;
-}
-
-/// Returns "normal, offset", the fields of a group that depend on time, or "formula".
-template <class Group>
-std::string name_moving_fields(const Group& group) {
-  std::string names;
-  const auto add = [&](const char* name) { names += (names.empty() ? "" : ", ") + std::string(name); };
-  for_each_field<Group>([&](const auto& field) {
-    if (!is_constant(group.*field.value)) add(field.name);
-  });
-  if constexpr (requires { group.kernel.depends_on_time; }) {
-    if (group.kernel.depends_on_time) add("formula");
-  }
-  return names;
-}
 
 /// Calls visit(where, name, fields) for each entry that depends on time.
 template <class Visit>
@@ -76,37 +53,64 @@ void for_each_moving(const System& system, const Visit& visit) {
   visit_list("/forces/", system.forces, force_name);
 }
 
-/// Returns the coefficients of R(s) = 1 + first Omega x + second Omega x Omega x, a turn for the time tau, and of its
+/// The coefficients of R(s) = 1 + first Omega x + second Omega x Omega x, a turn for the time tau, and of its
 /// integrals.
+template <class T>
 struct RotationTerms {
-  RotationTerms(double spin, double tau) {
-    const double angle = spin * tau;
-    if (!(std::abs(angle) > 1e-3)) {
-      first = tau, second = 0.5 * tau * tau, third = tau * tau * tau / 6.0, fourth = std::pow(tau, 4) / 24.0;
-      return;
-    }
-    const double half = std::sin(0.5 * angle);
-    first = std::sin(angle) / spin;
-    second = 2.0 * half * half / (spin * spin);
-    third = (tau - first) / (spin * spin);
-    fourth = (0.5 * tau * tau - second) / (spin * spin);
-  }
-  double first, second, third, fourth;
+  T first, second, third, fourth;
 };
 
-Vec3 turn(Vec3 spin, const RotationTerms& by, Vec3 a) {
-  return a + by.first * cross(spin, a) + by.second * cross(spin, cross(spin, a));
+RotationTerms<double> rotation_terms(double spin, double tau) {
+  const double angle = spin * tau;
+  if (!(std::abs(angle) > 1e-3)) return {tau, 0.5 * tau * tau, tau * tau * tau / 6.0, std::pow(tau, 4) / 24.0};
+  const double half = std::sin(0.5 * angle), first = std::sin(angle) / spin, second = 2.0 * half * half / (spin * spin);
+  return {first, second, (tau - first) / (spin * spin), (0.5 * tau * tau - second) / (spin * spin)};
+}
+
+/// Returns them at all times.
+RotationTerms<ExponentialPolynomial> rotation_terms(double spin, const ExponentialPolynomial& tau) {
+  if (spin == 0.0) return {tau, 0.5 * tau * tau, 0.0, 0.0};
+  const ExponentialPolynomial first = sin(spin * tau) / spin, second = (1.0 - cos(spin * tau)) / (spin * spin);
+  return {first, second, (tau - first) / (spin * spin), (0.5 * tau * tau - second) / (spin * spin)};
+}
+
+/// Returns a vector in numbers or in functions of time, which are told how large the terms were that it is made of.
+template <class T>
+TripleOf<T> triple(Vec3 a, double size) {
+  if constexpr (std::is_same_v<T, double>)
+    return {a.x, a.y, a.z};
+  else
+    return {T(a.x, size), T(a.y, size), T(a.z, size)};
+}
+
+/// Returns R(tau) (x - c) + the integral of R(tau - s) (w + a s), from c on.
+template <class T>
+TripleOf<T> carry_by(const SteadyFrame& frame, Vec3 x, const T& tau, const RotationTerms<T>& by) {
+  const double spin = norm(frame.spin);
+  const auto itself = [&](Vec3 v) { return triple<T>(v, norm(v)); };
+  const auto once = [&](Vec3 v) { return triple<T>(cross(frame.spin, v), spin * norm(v)); };
+  const auto twice = [&](Vec3 v) { return triple<T>(cross(frame.spin, cross(frame.spin, v)), spin * spin * norm(v)); };
+  const Vec3 arm = x - frame.centre, w = frame.velocity, a = frame.acceleration;
+  return itself(x) + by.first * once(arm) + by.second * twice(arm) + tau * itself(w) + by.second * once(w) +
+         by.third * twice(w) + T(0.5) * tau * tau * itself(a) + by.third * once(a) + by.fourth * twice(a);
 }
 
 }  // namespace
 
 Vec3 SteadyFrame::carry(Vec3 x, double tau) const {
-  const RotationTerms by(norm(spin), tau);
-  const auto twice = [&](Vec3 v) { return cross(spin, cross(spin, v)); };
-  // R(tau) (x - c) + integral of R(tau - s) (w + a s)
-  return centre + turn(spin, by, x - centre) + tau * velocity + by.second * cross(spin, velocity) +
-         by.third * twice(velocity) + 0.5 * tau * tau * acceleration + by.third * cross(spin, acceleration) +
-         by.fourth * twice(acceleration);
+  const TripleOf<double> place = carry_by(*this, x, tau, rotation_terms(norm(spin), tau));
+  return {place.x, place.y, place.z};
+}
+
+TripleOf<ExponentialPolynomial> SteadyFrame::carry(Vec3 x) const {
+  const auto tau = ExponentialPolynomial::time();
+  return carry_by(*this, x, tau, rotation_terms(norm(spin), tau));
+}
+
+TripleOf<ExponentialPolynomial> SteadyFrame::turn_back(const TripleOf<ExponentialPolynomial>& a) const {
+  const auto by = rotation_terms(norm(spin), ExponentialPolynomial::time());
+  const auto axis = triple<ExponentialPolynomial>(spin, norm(spin)), once = cross(axis, a);
+  return a - by.first * once + by.second * cross(axis, once);
 }
 
 std::string SteadyFrame::describe() const {
@@ -142,41 +146,11 @@ class FrameSearch {
  public:
   explicit FrameSearch(MovingParts* parts) : parts_(*parts) { choose_instants(); }
 
-  SteadyFrame find() {
-    SteadyFrame frame{.centre = parts_.centre()};
-    if (fits(frame)) return frame;
-    for (const Eigen::Index unknowns : {6, 9}) {
-      frame = solve(unknowns);
-      if (fits(frame)) return frame;
-    }
-    return frame;
-  }
-  /// Returns the number of the rate that is worst in the frame, or nothing if all vanish to rounding.
-  std::optional<std::size_t> find_worst(const SteadyFrame& frame) {
-    double worst = 0.0;
-    std::optional<std::size_t> result;
-    for (const double tau : instants_) {
-      const double allowed =
-          (largest_misfit + 64.0 * eps * std::abs(parts_.time() + tau) / unit_) * speed_of(frame, tau);
-      for (const Disturbance& by : {much, little}) {
-        const VectorXd rates = parts_.find_rates(frame, parts_.place(frame, tau, by));
-        Eigen::Index row = 0;
-        const double largest = rates.size() > 0 ? rates.cwiseAbs().maxCoeff(&row) : 0.0;
-        if (!(largest > allowed) || !(largest > worst)) continue;
-        worst = largest;
-        result = static_cast<std::size_t>(row);
-      }
-    }
-    return result;
-  }
-  const std::vector<double>& instants() const { return instants_; }
+  /// Returns the frame that comes nearest to carrying all along.
+  SteadyFrame find_without_turn() { return solve(6); }
+  SteadyFrame find_any() { return solve(9); }
 
  private:
-  bool fits(const SteadyFrame& frame) { return !find_worst(frame); }
-  double speed_of(const SteadyFrame& frame, double tau) const {
-    return std::max({speed_, norm(frame.velocity + tau * frame.acceleration), parts_.size() * norm(frame.spin)});
-  }
-
   /// Chooses instants within the time in which things move as fast as their motion changes, or by the scene's size if
   /// it does not. Tables may end before them.
   void choose_instants() {
@@ -185,7 +159,7 @@ class FrameSearch {
     std::vector<VectorXd> rates;
     std::erase_if(instants_, [this](double tau) { return !is_known_at(tau); });
     for (const double tau : instants_) {
-      rates.push_back(parts_.find_rates(at_rest, parts_.place(at_rest, tau, much)));
+      rates.push_back(parts_.find_rates(at_rest, parts_.place(at_rest, tau, {0, disturbed})));
       speed_ = std::max(speed_, rates.back().size() > 0 ? rates.back().cwiseAbs().maxCoeff() : 0.0);
     }
     if (speed_ == 0.0) return;
@@ -201,7 +175,7 @@ class FrameSearch {
 
   /// Returns false if a table ends before that instant.
   bool is_known_at(double tau) const try {
-    (void)parts_.place({}, tau, little);
+    (void)parts_.find_rates({}, parts_.place({}, tau, {1, disturbed}));
     return true;
   } catch (const InputError&) {
     return false;
@@ -214,7 +188,7 @@ class FrameSearch {
     rows_.resize(0, columns);
     for (const double tau : instants_) {
       for (std::size_t k = 0; k < num_configurations; ++k) {
-        const MovingParts::Configuration at = parts_.place(frame, tau, {2 + k, much.part});
+        const MovingParts::Configuration at = parts_.place(frame, tau, {2 + k, disturbed});
         const VectorXd base = parts_.find_rates(frame, at);
         MatrixXd more(base.size(), columns);
         more.col(9) = base;
@@ -270,56 +244,6 @@ class FrameSearch {
                               R"(; "time": "freeze" in /equilibrium takes it all as it is at that instant)");
 }
 
-/// Refuses forces that act on what moves with the frame, and those that are not the same in it at all instants.
-void check_forces(const System& system, const SteadyFrame& frame, const std::vector<double>& instants,
-                  MovingParts* parts) {
-  for (std::size_t k = 0; k < system.forces.size(); ++k) {
-    const std::string where = "/forces/" + std::to_string(k), name = force_name(system, k);
-    const auto* const formula = std::get_if<FormulaForce>(&system.forces[k]);
-    const auto* const pairs = std::get_if<PairForces>(&system.forces[k]);
-    if (frame.moves() &&
-        (std::holds_alternative<Drag>(system.forces[k]) || (formula != nullptr && formula->kernel.depends_on_velocity)))
-      refuse(system, where, name + " acts on what moves, as all does that rests in the frame " + frame.describe());
-    if (frame.turns() && pairs != nullptr && pairs->box != Vector3{})
-      refuse(system, where, name + " is periodic and does not turn with the frame " + frame.describe());
-    System alone;
-    alone.positions = system.positions;
-    alone.masses = system.masses;
-    alone.supports = system.supports;
-    alone.forces = {system.forces[k]};
-    const bool may_change =
-        formula != nullptr ||
-        !std::visit([](const auto& each) { return name_moving_fields(each); }, system.forces[k]).empty();
-    if (!frame.moves() && !may_change) continue;
-    Workspace work(std::move(alone), {}, parts->time());
-    const std::vector<double> before = parts->find_forces(&work, frame, parts->place(frame, 0.0, little)),
-                              beside = parts->find_forces(&work, frame, parts->place(frame, 0.0, beside_little));
-    for (const double tau : instants) {
-      const MovingParts::Configuration at = parts->place(frame, tau, little);
-      const std::vector<double> after = parts->find_forces(&work, frame, at);
-      const RotationTerms by(norm(frame.spin), tau);
-      double largest = 0.0, change = 0.0, response = 0.0, far = 0.0;
-      for (std::size_t i = 0; i < system.num_points(); ++i) {
-        const Vec3 old = load(before.data(), i);
-        largest = larger(largest, norm(old));
-        response = larger(response, norm(load(beside.data(), i) - old));
-        far = larger(far, norm(load(at.r.data(), i)));
-        change = larger(change, norm(load(after.data(), i) - turn(frame.spin, by, old)));
-      }
-      // Rounding of the places changes forces as much as the disturbance does, in proportion.
-      const double rounding = 64.0 * eps * far / (little.part * parts->size()) * response;
-      if (std::isfinite(largest) && !(change <= largest_misfit * largest + rounding))
-        refuse(system, where,
-               name + " changes with time" + (frame.moves() ? " in the frame " + frame.describe() : "") +
-                   ", so that nothing rests");
-    }
-  }
-}
-
-}  // namespace
-
-namespace {
-
 /// Returns the frame that falls freely if its acceleration is that of gravity to the accuracy of the search: what is
 /// left of the weight would be rounding.
 SteadyFrame fall_freely(const System& system, SteadyFrame frame) {
@@ -335,22 +259,19 @@ SteadyFrame fall_freely(const System& system, SteadyFrame frame) {
 }  // namespace
 
 SteadyFrame find_steady_frame(const System& system, double t) {
-  bool may_move = std::ranges::any_of(system.forces,
-                                      [](const Force& force) { return std::holds_alternative<FormulaForce>(force); });
-  for_each_moving(system, [&](const auto&, const auto&, const auto&) { may_move = true; });
-  if (!may_move) return {};
+  if (list_what_depends_on_time(system).empty()) return {};
+  if (const auto part = find_unknown_function(system)) refuse(system, part->where, part->what);
   MovingParts parts(system, t);
+  SteadyFrame frame{.centre = parts.centre()};
+  std::optional<UnsteadyPart> part = find_unsteady_part(system, frame, t, parts.size());
+  if (!part) return frame;
   FrameSearch search(&parts);
-  const SteadyFrame frame = search.find();
-  if (const std::optional<std::size_t> worst = search.find_worst(frame)) {
-    const auto [where, name] = parts.name(*worst);
-    refuse(system, where,
-           "nothing rests: no frame that turns with a constant spin or accelerates evenly carries along all that "
-           "supports, constraints and forces prescribe; " +
-               name + " leaves the one that comes nearest");
+  for (const auto find : {&FrameSearch::find_without_turn, &FrameSearch::find_any}) {
+    frame = (search.*find)();
+    part = find_unsteady_part(system, frame, t, parts.size());
+    if (!part) return fall_freely(system, frame);
   }
-  check_forces(system, frame, search.instants(), &parts);
-  return fall_freely(system, frame);
+  refuse(system, part->where, part->what);
 }
 
 void add_inertia(const SteadyFrame& frame, System* system) {

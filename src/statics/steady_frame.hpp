@@ -6,6 +6,7 @@
 #include <tanor/system.hpp>
 
 #include "base/vec3.hpp"
+#include "statics/exponential_polynomial.hpp"
 
 namespace tanor {
 
@@ -24,17 +25,20 @@ struct SteadyFrame {
   Vec3 velocity_at(Vec3 x, double tau = 0.0) const { return velocity + tau * acceleration + cross(spin, x - centre); }
   /// Returns where a point of the frame that is at x when tau = 0 is then.
   Vec3 carry(Vec3 x, double tau) const;
+  /// Returns the same at all times, and a vector as it is seen in the frame.
+  TripleOf<ExponentialPolynomial> carry(Vec3 x) const;
+  TripleOf<ExponentialPolynomial> turn_back(const TripleOf<ExponentialPolynomial>& a) const;
   /// Returns "which turns with [0, 0, 5] rad/s about …".
   std::string describe() const;
 };
 
-/// Lists what depends on time, by name and field: "hoop (normal)". Forces by formulas are not among it.
+/// Lists what depends on time, by name and field: "hoop (normal)".
 std::vector<std::string> list_what_depends_on_time(const System& system);
 
-/// Finds the frame in which nothing depends on time after t: the one at rest if there is one, else one that does not
-/// turn if there is one. Supports and constraints determine it, at several instants and configurations at once; each of
-/// them and each force is then verified at other ones, to rounding. Throws InputError naming what is not steady, or
-/// acts on what moves. The system must have no friction.
+/// Finds the frame in which nothing depends on time: the one at rest if there is one, else one that does not turn if
+/// there is one. Supports, constraints and forces determine it, at several instants and configurations at once; whether
+/// they are steady in it is decided from their expressions (find_unsteady_part). Throws InputError naming what is not,
+/// or acts on what moves. The system must have no friction.
 SteadyFrame find_steady_frame(const System& system, double t);
 
 /// Adds the energy of the frame's inertia to a system taken at its instant: the force -m (a + Omega x (w + Omega x

@@ -265,12 +265,15 @@ ForceKernel make_formula_force(std::span<const std::string> components, std::spa
   ForceKernel kernel{.num_points = static_cast<int>(components.size() / 3),
                      .evaluate = evaluate_force,
                      .depends_on_velocity = false,
+                     .depends_on_time = false,
                      .knows_derivatives = true};
   ForceFormulas formulas;
   for (std::size_t k = 0; k < components.size(); ++k) {
     formulas.push_back(parse_at(places[k], components[k], variables, constants));
     for (std::size_t i = components.size(); i + 1 < variables.size(); ++i)
       kernel.depends_on_velocity = kernel.depends_on_velocity || formulas.back().depends_on(static_cast<int>(i));
+    kernel.depends_on_time =
+        kernel.depends_on_time || formulas.back().depends_on(static_cast<int>(variables.size()) - 1);
   }
   kernel.expression = record_expression(static_cast<int>(variables.size()), [&](const std::vector<Traced>& x) {
     std::vector<Traced> f;

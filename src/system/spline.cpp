@@ -183,6 +183,30 @@ void Spline::expand(double t, std::span<double> coefficients) const {
   for (std::size_t k = 0; k < coefficients.size(); ++k) coefficients[k] = k <= max_degree ? value.c[k] : 0.0;
 }
 
+std::optional<std::array<double, 3>> Spline::find_parabola() const {
+  // The differences of three values give it; six values of a piece of degree 5 decide whether the piece lies on it.
+  const double half = 0.5 * (last_time_ - first_time_);
+  const auto value = [this](double t) { return evaluate(t).value(); };
+  const double first = value(first_time_), middle = value(first_time_ + half), last = value(last_time_);
+  std::array<double, 3> c{first, (4.0 * middle - 3.0 * first - last) / (2.0 * half),
+                          (first - 2.0 * middle + last) / (2.0 * half * half)};
+  double largest = 0.0, misfit = 0.0;
+  for (std::size_t k = 0; k < pieces_.size(); ++k) {
+    const double begin = pieces_[k].start, end = k + 1 < pieces_.size() ? pieces_[k + 1].start : last_time_;
+    for (int i = 0; i <= max_degree; ++i) {
+      const double t = begin + (end - begin) * i / max_degree, s = t - first_time_, x = value(t);
+      largest = std::max(largest, std::abs(x));
+      misfit = std::max(misfit, std::abs(x - (c[0] + s * (c[1] + s * c[2]))));
+    }
+  }
+  constexpr double rounding = 1e-12;
+  if (!(misfit <= rounding * largest)) return {};
+  for (std::size_t k = 1; k < c.size(); ++k) {
+    if (std::abs(c[k]) * std::pow(2.0 * half, static_cast<double>(k)) <= 8.0 * rounding * largest) c[k] = 0.0;
+  }
+  return c;
+}
+
 double Spline::next_knot(double t) const {
   const Piece* const next = &find_piece(t) + 1;
   return next == pieces_.data() + pieces_.size() ? std::numeric_limits<double>::infinity() : next->start;

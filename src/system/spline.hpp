@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -27,6 +28,8 @@ class Spline {
   double next_knot(double t) const;
   /// Appends the times between begin and end at which two pieces meet.
   void append_knots(double begin, double end, std::vector<double>* knots) const;
+  /// Returns c with value = c0 + c1 (t - first_time) + c2 (t - first_time)^2 if that holds, to rounding, for all t.
+  std::optional<std::array<double, 3>> find_parabola() const;
   double first_time() const { return first_time_; }
   double last_time() const { return last_time_; }
 

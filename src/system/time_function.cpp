@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include <tanor/error.hpp>
@@ -20,6 +21,7 @@ class ScalarFunction::Source {
   virtual ~Source() = default;
   virtual Jet<2> evaluate(double t) const = 0;
   virtual bool expand(double t, std::span<double> coefficients) const = 0;
+  virtual std::shared_ptr<const Expression> expression() const = 0;
   virtual double smooth_until(double) const { return std::numeric_limits<double>::infinity(); }
   virtual void append_knots(double, double, std::vector<double>*) const {}
   virtual void sample(std::span<const double> times, double* values) const {
@@ -31,10 +33,11 @@ namespace {
 
 class FormulaSource final : public ScalarFunction::Source {
  public:
-  explicit FormulaSource(Formula formula)
-      : formula_(std::move(formula)), corners_(*record_expression(1, [this](const std::vector<Traced>& t) {
-          return std::vector{formula_.evaluate(std::span(t))};
-        })) {}
+  explicit FormulaSource(Formula formula) : formula_(std::move(formula)), corners_(*expression()) {}
+  std::shared_ptr<const Expression> expression() const override {
+    return record_expression(
+        1, [this](const std::vector<Traced>& t) { return std::vector{formula_.evaluate(std::span(t))}; });
+  }
   Jet<2> evaluate(double t) const override {
     const auto variable = Jet<2>::variable(t);
     return formula_.evaluate(std::span(&variable, 1));
@@ -101,6 +104,14 @@ class TableSource final : public ScalarFunction::Source {
  public:
   explicit TableSource(Spline spline) : spline_(std::move(spline)) {}
   Jet<2> evaluate(double t) const override { return spline_.evaluate(t); }
+  std::shared_ptr<const Expression> expression() const override {
+    const std::optional<std::array<double, 3>> parabola = spline_.find_parabola();
+    if (!parabola) return nullptr;
+    return record_expression(1, [&](const std::vector<Traced>& t) {
+      const Traced distance = t[0] - spline_.first_time();
+      return std::vector<Traced>{(*parabola)[0] + distance * ((*parabola)[1] + (*parabola)[2] * distance)};
+    });
+  }
   void sample(std::span<const double> times, double* values) const override {
     for (std::size_t i = 0; i < times.size(); ++i)
       values[i] = spline_.evaluate(std::clamp(times[i], spline_.first_time(), spline_.last_time())).value();
@@ -122,7 +133,9 @@ class CustomSource final : public ScalarFunction::Source {
  public:
   using Function = std::function<Jet<2>(const Jet<2>&)>;
   using Series = std::function<Jet<ScalarFunction::largest_order>(const Jet<ScalarFunction::largest_order>&)>;
-  CustomSource(Function function, Series series) : function_(std::move(function)), series_(std::move(series)) {}
+  CustomSource(Function function, Series series, std::shared_ptr<const Expression> recorded)
+      : function_(std::move(function)), series_(std::move(series)), recorded_(std::move(recorded)) {}
+  std::shared_ptr<const Expression> expression() const override { return recorded_; }
   Jet<2> evaluate(double t) const override { return function_(Jet<2>::variable(t)); }
   bool expand(double t, std::span<double> coefficients) const override {
     if (!series_) return false;
@@ -134,6 +147,7 @@ class CustomSource final : public ScalarFunction::Source {
  private:
   Function function_;
   Series series_;
+  std::shared_ptr<const Expression> recorded_;
 };
 
 }  // namespace
@@ -154,9 +168,10 @@ ScalarFunction ScalarFunction::table(std::vector<double> times, std::vector<doub
   return ScalarFunction(std::make_shared<TableSource>(Spline(std::move(times), values)));
 }
 
-ScalarFunction ScalarFunction::custom(std::function<Jet<2>(const Jet<2>&)> function, SeriesFunction series) {
+ScalarFunction ScalarFunction::custom(std::function<Jet<2>(const Jet<2>&)> function, SeriesFunction series,
+                                      std::shared_ptr<const Expression> recorded) {
   if (!function) throw InputError("", "custom function: it is empty, nothing to call");
-  return ScalarFunction(std::make_shared<CustomSource>(std::move(function), std::move(series)));
+  return ScalarFunction(std::make_shared<CustomSource>(std::move(function), std::move(series), std::move(recorded)));
 }
 
 Jet<2> ScalarFunction::operator()(double t) const {
@@ -168,6 +183,11 @@ bool ScalarFunction::expand(double t, std::span<double> coefficients) const {
   std::fill(coefficients.begin(), coefficients.end(), 0.0);
   coefficients[0] = constant_;
   return true;
+}
+
+std::shared_ptr<const Expression> ScalarFunction::expression() const {
+  if (source_) return source_->expression();
+  return record_expression(1, [this](const std::vector<Traced>&) { return std::vector<Traced>{constant_}; });
 }
 
 double ScalarFunction::smooth_until(double t) const {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -330,12 +331,118 @@ TEST(UnsteadyTime, IsRefusedWhereTheFrameTurnsAndSomethingElseDoesNot) {
   expect_refusal(tied, "hoop (normal)");
 }
 
+/// Nothing of these is to be seen at the instants that anybody would look at.
+TEST(UnsteadyTime, IsRefusedHoweverShortOrLateOrSmallItIs) {
+  const auto along_x = [](const char* text) { return VectorFunction(ScalarFunction::formula(text), 0.0, 0.0); };
+  System push = make_pendulum();
+  push.forces.push_back(ConstantForce{"push", {1}, along_x("max(0,sin(t)-0.9)")});
+  expect_refusal(push, "push (force)");
+
+  for (const char* text : {"0.1*max(0,0.5-abs(t-3))", "0.1*exp(-(t-40)^2)", "1e-30*t^3", "1e-12*sin(t)"}) {
+    System hand = make_pendulum();
+    hand.supports[0].displacement = along_x(text);
+    expect_refusal(hand, "hand (motion)");
+  }
+
+  System rope = make_pendulum();
+  std::get<Rods>(rope.constraints[0]).length = ScalarFunction::formula("1+5*exp(-(t-40)^2)");
+  expect_refusal(rope, "rope (length)");
+
+  for (const std::string angle : {"5*t+max(0,t-10)^2", "5*t+1e-7*t^3", "5*t+1e-9*sin(t)"}) {
+    System system = make_hoop(5.0, {0.0, 0.0, -1.0});
+    auto& hoop = std::get<Circles>(system.constraints[0]);
+    hoop.normal = {ScalarFunction::formula("-sin(" + angle + ")"), ScalarFunction::formula("cos(" + angle + ")"), 0.0};
+    expect_refusal(system, "hoop (normal)");
+  }
+
+  System nearly = make_hoop(5.0, {0.0, 0.0, -1.0});
+  nearly.constraints.push_back(std::get<Circles>(make_hoop(5.0 + 1e-7, {0.0, 0.0, -1.0}).constraints[0]));
+  std::get<Circles>(nearly.constraints[1]).name = "faster";
+  expect_refusal(nearly, "faster (normal)");
+
+  System table = make_pendulum();
+  table.supports[0].displacement = {
+      ScalarFunction::table({0, 1, 2, 3, 4, 100, 101, 102, 103}, {0, 0, 0, 0, 0, 0, 1e-6, 0, 0}), 0.0, 0.0};
+  expect_refusal(table, "hand (motion)");
+
+  for (const char* text : {"max(0,sin(t)-0.9)", "exp(-(t-40)^2)", "max(0,x-100)*cos(t)", "exp(-(x-50)^2)*t",
+                           "x*(1+cos(t))*1e-12", "-vx*cos(t)"}) {
+    System wind = make_pendulum();
+    wind.forces.push_back(FormulaForce{"wind", {1}, formula_force({text, "0", "0"})});
+    expect_refusal(wind, "wind (formula)");
+  }
+  for (const char* text : {"x1*max(0,sin(t)-0.9)", "max(0,x1-100)^2*t", "(x1-exp(-(t-40)^2))^2"}) {
+    System well = make_pendulum();
+    well.forces.push_back(Potential{"well", {{1}}, formula_potential(text, 1), {}});
+    expect_refusal(well, "well (formula)");
+  }
+  System track = make_pendulum();
+  track.constraints.push_back(UserConstraints{"track", {{1}}, formula_constraint("y1-max(0,x1-9)*sin(t)", 1)});
+  expect_refusal(track, "track (formula)");
+}
+
+/// A function whose operations are not known could be looked at by its numbers alone, which is not enough.
+TEST(UnsteadyTime, IsSuspectedOfWhatIsNotKnown) {
+  System hand = make_pendulum();
+  hand.supports[0].displacement = {
+      ScalarFunction::custom(std::function<Jet<2>(const Jet<2>&)>([](const Jet<2>& t) { return 7.0 * t; })), 0.0, 0.0};
+  expect_refusal(hand, "hand (motion)");
+  hand.supports[0].displacement = {ScalarFunction::custom([](const auto& t) { return 7.0 * t; }), 0.0, 0.0};
+  EXPECT_EQ(answer(hand), "found");
+
+  System wind = make_pendulum();
+  ForceKernel kernel = make_force_kernel([]<class T>(const std::array<T, 3>& r, const std::array<T, 3>&, double) {
+    return std::array<T, 3>{-r[0], T(0.0), T(0.0)};
+  });
+  wind.forces.push_back(FormulaForce{"wind", {1}, kernel});
+  expect_refusal(wind, "wind is not known to stand still");
+  kernel.depends_on_time = false;
+  wind.forces.back() = FormulaForce{"wind", {1}, kernel};
+  EXPECT_EQ(answer(wind), "found");
+}
+
+/// All of this goes along with a frame, whatever the formula looks like.
+TEST(SteadyTime, IsSeenThroughItsFormula) {
+  System cart = make_pendulum();
+  cart.supports[0].displacement = {ScalarFunction::table({-1, 0, 1, 4, 5, 7, 11}, {-2, 0, 2, 8, 10, 14, 22}), 0.0, 0.0};
+  cart.forces.push_back(
+      Potential{"well", {{1}}, formula_potential("9*(sqrt((x1-2*t)^2+y1^2+1)-1)+m*z1", 1, {{"m", 1.0}})});
+  EXPECT_EQ(answer(cart), "found");
+  System well = make_pendulum();
+  well.forces.push_back(Potential{"well", {{1}}, formula_potential("(x1-0.1)^2+sin(t)", 1), {}});
+  EXPECT_EQ(answer(well), "found");
+
+  // A force that pushes outwards, and a track that is a hoop by its equation.
+  System hoop = make_hoop(5.0, {0.0, 0.0, -1.0});
+  hoop.forces.push_back(
+      FormulaForce{"out", {0}, formula_force({"0.1*x/(x^2+y^2+1)^1.5", "0.1*y/(x^2+y^2+1)^1.5", "0"})});
+  hoop.constraints = {Spheres{"ball", {0}, Vector3{}, 1.0},
+                      UserConstraints{"plane", {{0}}, formula_constraint("x1*sin(5*t)-y1*cos(5*t)", 1)}};
+  const EquilibriumResult bottom =
+      find_equilibrium(hoop, {.method = EquilibriumMethod::Newton, .accept = AcceptedEquilibria::Any});
+  ASSERT_TRUE(bottom.outcome.ok()) << bottom.outcome.what;
+  EXPECT_NEAR(bottom.stability.lowest_omega2, -15.0 - 0.1 / 1.7, 1e-9);
+
+  // sin(5 t) and cos(5 t) by half the angle, and a power that is multiplied by 0
+  System twice = make_hoop(5.0, {0.0, 0.0, -1.0});
+  std::get<Circles>(twice.constraints[0]).normal = {ScalarFunction::formula("-2*sin(2.5*t)*cos(2.5*t)"),
+                                                    ScalarFunction::formula("1-2*sin(2.5*t)^2"),
+                                                    ScalarFunction::formula("0*t^9")};
+  EXPECT_EQ(answer(twice), "found");
+
+  System lift = make_pendulum();
+  lift.supports[0].displacement = {0.0, 0.0, ScalarFunction::formula("2*(t-1)*(t+1)-t^2")};
+  EXPECT_EQ(answer(lift), "found");
+}
+
 /// These functions of time are constant.
 TEST(UnsteadyTime, IsNotSeenWhereNothingMoves) {
   System system = make_pendulum();
   system.supports[0].displacement = {ScalarFunction::formula("0.2+0*t"), 0.0, 0.0};
   system.forces.push_back(ConstantForce{"push", {1}, {ScalarFunction::formula("3+0*t"), 0.0, 0.0}});
   system.forces.push_back(FormulaForce{"wind", {1}, formula_force({"-x", "0", "0"})});
+  system.forces.push_back(
+      ConstantForce{"pull", {1}, {ScalarFunction::table({0, 0.1, 0.3, 0.7}, {0.3, 0.3, 0.3, 0.3}), 0.0, 0.0}});
 
   EXPECT_EQ(answer(system), "found");
 }

@@ -50,17 +50,10 @@ struct Motion {
     return {component(x, 0, true), component(x, 1, true), component(x, 2, true)};
   }
   VectorFunction displacement(const Vector3d& x) const {
-    VectorFunction result = place(x);
-    for (int i = 0; i < 3; ++i) {
-      const ScalarFunction moved = result.components[static_cast<std::size_t>(i)];
-      result.components[static_cast<std::size_t>(i)] =
-          ScalarFunction::custom(std::function<Jet<2>(const Jet<2>&)>([moved, x0 = x[i]](const Jet<2>& t) {
-            Jet<2> value = moved(t.value());
-            value.c[0] -= x0;
-            return value;
-          }));
-    }
-    return result;
+    const auto moved = [&](int i) {
+      return ScalarFunction::custom([=, x0 = x[i], terms = terms_of(x)](const auto& t) { return terms(i, t) - x0; });
+    };
+    return {moved(0), moved(1), moved(2)};
   }
 };
 

@@ -1,0 +1,135 @@
+#include "statics/exponential_polynomial.hpp"
+
+#include <cmath>
+
+#include "system/operations.hpp"
+
+namespace tanor {
+
+namespace {
+
+/// A sum that is so small beside its terms is 0. The velocities of a frame are known to fewer digits than constants.
+constexpr double cancelled_terms = 1e-9, cancelled_constants = 1e-13;
+/// Frequencies nearer to each other than this part of the fastest one are equal.
+constexpr double equal_frequencies = 1e-9;
+/// A sum of more terms is given up.
+constexpr std::size_t most_terms_of_a_sum = 1000;
+
+}  // namespace
+
+ExponentialPolynomial ExponentialPolynomial::time() {
+  ExponentialPolynomial result;
+  result.terms_.push_back({1, 0.0, 1.0, 1.0});
+  return result;
+}
+
+ExponentialPolynomial ExponentialPolynomial::unknown() {
+  ExponentialPolynomial result;
+  result.is_known_ = false;
+  return result;
+}
+
+void ExponentialPolynomial::add(const Term& term) {
+  const double near = equal_frequencies * fastest_;
+  Term added = term;
+  is_known_ = is_known_ && std::isfinite(added.size);
+  if (added.frequency <= near) added.frequency = 0.0, added.amplitude = added.amplitude.real();
+  if (added.power == 0 && added.frequency == 0.0) {
+    constant_ += added.amplitude.real();
+    constant_size_ += added.size;
+    if (std::abs(constant_) <= cancelled_constants * constant_size_) constant_ = 0.0;
+    return;
+  }
+  const auto known = std::ranges::find_if(terms_, [&](const Term& each) {
+    return each.power == added.power && std::abs(each.frequency - added.frequency) <= near;
+  });
+  if (known == terms_.end()) {
+    if (std::abs(added.amplitude) > cancelled_terms * added.size) terms_.push_back(added);
+    is_known_ = is_known_ && terms_.size() <= most_terms_of_a_sum;
+    return;
+  }
+  known->amplitude += added.amplitude;
+  known->size += added.size;
+  if (std::abs(known->amplitude) <= cancelled_terms * known->size) terms_.erase(known);
+}
+
+std::vector<ExponentialPolynomial::Term> ExponentialPolynomial::all_terms() const {
+  std::vector<Term> result = terms_;
+  result.push_back({0, 0.0, constant_, constant_size_});
+  return result;
+}
+
+ExponentialPolynomial operator+(const ExponentialPolynomial& a, const ExponentialPolynomial& b) {
+  ExponentialPolynomial result = a;
+  result.is_known_ = a.is_known_ && b.is_known_;
+  result.fastest_ = std::max(a.fastest_, b.fastest_);
+  for (const auto& term : b.all_terms()) result.add(term);
+  return result;
+}
+
+ExponentialPolynomial operator*(const ExponentialPolynomial& a, const ExponentialPolynomial& b) {
+  ExponentialPolynomial result;
+  result.is_known_ = a.is_known_ && b.is_known_;
+  if (!result.is_known_) return result;
+  result.fastest_ = a.fastest_ + b.fastest_;
+  const auto factors = b.all_terms();
+  for (const auto& one : a.all_terms()) {
+    for (const auto& other : factors) {
+      const int power = one.power + other.power;
+      const double size = one.size * other.size;
+      if (one.frequency == 0.0 || other.frequency == 0.0) {
+        result.add({power, one.frequency + other.frequency, one.amplitude * other.amplitude, size});
+        continue;
+      }
+      // Re(x) Re(y) = Re(x y + x conj(y))/2, and Re(z) = Re(conj(z))
+      const std::complex<double> apart = one.amplitude * std::conj(other.amplitude);
+      result.add({power, one.frequency + other.frequency, 0.5 * one.amplitude * other.amplitude, 0.5 * size});
+      result.add({power, std::abs(one.frequency - other.frequency),
+                  0.5 * (one.frequency < other.frequency ? std::conj(apart) : apart), 0.5 * size});
+    }
+  }
+  return result;
+}
+
+ExponentialPolynomial operator/(const ExponentialPolynomial& a, const ExponentialPolynomial& b) {
+  if (!b.is_constant() || b.constant_ == 0.0) return ExponentialPolynomial::unknown();
+  return a * ExponentialPolynomial(1.0 / b.constant_);
+}
+
+ExponentialPolynomial sqrt(const ExponentialPolynomial& a) {
+  return a.is_constant() && a.constant_ > 0.0 ? ExponentialPolynomial(std::sqrt(a.constant_)) : a.some_number(0);
+}
+
+/// Returns the real part of factor e^(i a) for a linear function a of the time.
+ExponentialPolynomial ExponentialPolynomial::turn(std::complex<double> factor) const {
+  const std::complex<double> start = factor * std::polar(1.0, constant_);
+  if (is_constant()) return start.real();
+  if (!is_known_ || terms_.size() > 1 || terms_[0].power != 1 || terms_[0].frequency != 0.0) return unknown();
+  const double frequency = terms_[0].amplitude.real();
+  ExponentialPolynomial result;
+  result.fastest_ = std::abs(frequency);
+  result.add({0, std::abs(frequency), frequency < 0.0 ? std::conj(start) : start, 1.0});
+  return result;
+}
+
+/// Returns a number that depends smoothly on the two constants and is not 0.
+ExponentialPolynomial ExponentialPolynomial::some_number(int function, const ExponentialPolynomial& b) const {
+  if (!is_constant() || !b.is_constant()) return unknown();
+  const auto bounded = [](double x) { return x / (1.0 + std::abs(x)); };
+  return 1.0 + 0.1 * function + 0.5 * bounded(constant_) + 0.3 * bounded(b.constant_);
+}
+
+std::vector<ExponentialPolynomial> evaluate(const Expression& expression,
+                                            std::span<const ExponentialPolynomial> variables) {
+  std::vector<ExponentialPolynomial> values(expression.instructions.size()), results;
+  for (std::size_t i = 0; i < variables.size(); ++i)
+    values[static_cast<std::size_t>(expression.variables[i])] = variables[i];
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    if (expression.instructions[k].operation != Expression::Operation::Variable)
+      values[k] = perform(expression.instructions[k], values);
+  }
+  for (const int result : expression.results) results.push_back(values[static_cast<std::size_t>(result)]);
+  return results;
+}
+
+}  // namespace tanor
