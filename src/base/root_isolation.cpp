@@ -9,7 +9,7 @@ namespace tanor {
 
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double nan = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();
 
 /// Returns the coefficients in Bernstein's basis of the quintic with these values at 0, 1/5, …, 1.
 std::array<double, 6> to_bernstein(const std::array<double, 6>& f) {
@@ -93,7 +93,8 @@ double RootIsolation::predict(std::size_t first, std::size_t without, double s) 
   return sum;
 }
 
-/// Returns how well sample j, inside, is predicted by the six around it.
+/// Returns how well sample j is predicted by the six around it. At the ends that is an extrapolation, by which a kink
+/// right beside them is seen.
 double RootIsolation::error_at(std::size_t j) {
   double& error = errors_[j];
   if (!std::isnan(error)) return error;
@@ -104,9 +105,9 @@ double RootIsolation::error_at(std::size_t j) {
 /// Returns four times the largest error of the samples around the stretch behind sample i. A smooth function misses
 /// the quintic between samples by a tenth of that error, one with a kink by more.
 double RootIsolation::error_around(std::size_t i, std::size_t reach) {
-  const std::size_t end = std::min(i + 2 + reach, samples_.size() - 1);
+  const std::size_t end = std::min(i + 2 + reach, samples_.size());
   double largest = 0.0;
-  for (std::size_t j = i <= reach ? 1 : i - reach; j < end; ++j) largest = std::max(largest, error_at(j));
+  for (std::size_t j = i <= reach ? 0 : i - reach; j < end; ++j) largest = std::max(largest, error_at(j));
   return 4.0 * largest;
 }
 
@@ -116,6 +117,26 @@ double RootIsolation::size_around(std::size_t i) const {
   double largest = 0.0;
   for (std::size_t j = i < 2 ? 0 : i - 2; j < end; ++j) largest = std::max(largest, std::abs(samples_[j].value));
   return largest;
+}
+
+double RootIsolation::size_between(std::size_t i) const {
+  return std::max(std::abs(samples_[i].value), std::abs(samples_[std::min(i + 1, samples_.size() - 1)].value));
+}
+
+/// Returns the rounding of values in the stretch behind sample i. It is a part of their size near by, and no more than
+/// that of the largest values if these are larger by many orders of magnitude, so that a function is known where it is
+/// small.
+double RootIsolation::rounding_around(std::size_t i) const {
+  constexpr double roundings = 16.0 * std::numeric_limits<double>::epsilon(), orders = 1e6;
+  const double size = std::max(samples_[i].size, size_between(i));
+  const double part = orders * size < largest_ ? orders * size / largest_ : 1.0;
+  return part * accuracy_.rounding + roundings * size;
+}
+
+/// Returns true if the quintic of the stretch behind sample i agrees with the samples around it.
+bool RootIsolation::is_known(std::size_t i) {
+  constexpr double most = 0.25;
+  return error_around(i, 4) <= most * size_around(i) + rounding_around(i);
 }
 
 /// Returns the values at 0, 1/5, …, 1 of the stretch behind sample i by the quintic through the samples around it.
@@ -131,13 +152,16 @@ RootIsolation::Coefficients RootIsolation::values_between(std::size_t i) const {
 
 /// Returns where to divide the stretch behind sample i; NaN if it is settled.
 double RootIsolation::find_division(std::size_t i) {
-  constexpr double most = 0.25, well_known = 0.1, nearest = 0.05;
+  constexpr double well_known = 0.1, nearest = 0.05, near_by = 0.01;
   const double a = samples_[i].s, length = samples_[i + 1].s - a;
   if (length <= 2.0 * accuracy_.s) return nan;
+  if (length > near_by) samples_[i].size = size_between(i);
   const Coefficients f = values_between(i), b = to_bernstein(f);
-  const double error = error_around(i, 2);
-  const bool is_known = error_around(i, 4) <= most * size_around(i) + accuracy_.rounding;
-  if (is_known && changes_sign_at_most_once(b, error + accuracy_.rounding, accuracy_.rounding)) return nan;
+  const double error = error_around(i, 2), rounding = rounding_around(i);
+  // No sample on the other side of an end shows a kink beside it.
+  const double at_end = i == 0 ? f.front() : i + 2 == samples_.size() ? f.back() : infinity;
+  const bool may_hide = error > 2.0 * rounding && std::abs(at_end) > rounding && std::abs(at_end) <= error;
+  if (is_known(i) && !may_hide && changes_sign_at_most_once(b, error + rounding, rounding)) return nan;
   double largest = 0.0;
   for (const double value : f) largest = std::max(largest, std::abs(value));
   const double sign = f.front() + f.back() > 0.0 ? 1.0 : -1.0;
@@ -155,7 +179,7 @@ bool RootIsolation::divide(const Function& g) {
     if (samples_[i].is_settled || i + 1 == samples_.size()) continue;
     const double s = find_division(i);
     next_.back().is_settled = std::isnan(s);
-    if (!std::isnan(s)) next_.push_back({s, g(s)});
+    if (!std::isnan(s)) next_.push_back({s, g(s), false, samples_[i].size});
   }
   const bool has_divided = next_.size() > samples_.size();
   samples_.swap(next_);
@@ -166,8 +190,9 @@ bool RootIsolation::divide(const Function& g) {
 void RootIsolation::find_doubts() {
   int before = 0;
   double place = nan;
-  for (const Sample& sample : samples_) {
-    if (std::abs(sample.value) <= accuracy_.rounding) {
+  for (std::size_t i = 0; i < samples_.size(); ++i) {
+    const Sample& sample = samples_[i];
+    if (std::abs(sample.value) <= rounding_around(i)) {
       place = sample.s;
       continue;
     }
@@ -178,18 +203,32 @@ void RootIsolation::find_doubts() {
   }
 }
 
+/// Looks whether the values at the probes are what the first samples tell. Those that are not become samples.
+void RootIsolation::verify(std::span<const double> values) {
+  next_ = samples_;
+  errors_.assign(samples_.size(), nan);
+  for (const std::size_t k : probes) {
+    const auto after = std::ranges::upper_bound(samples_, places[k], {}, &Sample::s);
+    const std::size_t i = static_cast<std::size_t>(after - samples_.begin()) - 1, n = samples_.size();
+    const double told = predict(std::min(i < 2 ? 0 : i - 2, n - num_nodes), n, places[k]);
+    if (std::abs(told - values[k]) <= error_around(i, 2) + 2.0 * rounding_around(i)) continue;
+    if (is_known(i)) doubtful_place_ = places[k];
+    next_.insert(std::ranges::upper_bound(next_, places[k], {}, &Sample::s), {places[k], values[k]});
+  }
+  samples_.swap(next_);
+}
+
 void RootIsolation::isolate(std::span<const double> values, const Function& g, const Accuracy& accuracy) {
-  constexpr double roundings = 16.0 * std::numeric_limits<double>::epsilon();
   accuracy_ = accuracy;
   doubtful_place_ = nan;
   samples_.clear();
   largest_ = 0.0;
   for (std::size_t i = 0; i < places.size(); ++i) {
-    samples_.push_back({places[i], values[i]});
+    if (std::ranges::find(probes, i) == probes.end()) samples_.push_back({places[i], values[i]});
     largest_ = std::max(largest_, std::abs(values[i]));
   }
-  accuracy_.rounding += roundings * largest_;
   const auto is_finite = [](const Sample& sample) { return std::isfinite(sample.value); };
+  verify(values);
   while (std::all_of(samples_.begin(), samples_.end(), is_finite) && divide(g)) {
     if (samples_.size() <= most_samples) continue;
     const auto open = std::find_if(samples_.begin(), samples_.end(), [](const Sample& one) { return !one.is_settled; });

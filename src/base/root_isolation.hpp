@@ -17,25 +17,30 @@ namespace tanor {
 /// Any other is divided, where the quintic comes nearest to 0 if it is known well, or else in the middle. So smooth
 /// functions far from 0 cost no more than the first samples, and an extreme near 0 some more around it.
 ///
-/// A function that oscillates between samples disagrees with quintics, unless it is 0 or constant at all of them. A
-/// bump that is so narrow that none of the first samples sees it is missed.
+/// A function that oscillates between samples disagrees with quintics, unless it is 0 or constant at all of them. A few
+/// probes verify the first quintics. One that is farther from its quintic than the error tells becomes a sample as
+/// well, and is doubtful, since more of that kind may lie between others. A bump that is so narrow that neither samples
+/// nor probes see it is missed.
 ///
 /// Allocates nothing unless the number of samples grows.
 class RootIsolation {
  public:
-  /// The first samples. Their distances have no common part, so that no oscillation looks slow at all of them.
-  static constexpr std::array<double, 9> places{0.0,       0.0413729, 0.1517342, 0.3171573, 0.5081947,
-                                                0.6843061, 0.8527391, 0.9622718, 1.0};
+  /// The first samples, and among them the probes. Their distances have no common part, so that no oscillation looks
+  /// slow at all of them.
+  static constexpr std::array<double, 12> places{0.0,       0.0413729, 0.1517342, 0.2291336, 0.3171573, 0.4203178,
+                                                 0.5081947, 0.6843061, 0.7631427, 0.8527391, 0.9622718, 1.0};
+  static constexpr std::array<std::size_t, 3> probes{3, 5, 8};
   static constexpr std::size_t most_samples = 20000;
 
   using Function = std::function<double(double s)>;
   struct Accuracy {
-    double rounding = 0.0;  ///< absolute error of values of g; they have at least 16 roundings of the largest one
+    double rounding = 0.0;  ///< absolute error of values of g; they have at least 16 roundings of those around them
     double s = 0.0;         ///< two places that are nearer to each other count as one
   };
   struct Sample {
     double s, value;
     bool is_settled = false;  ///< true if g changes its sign at most once before the next sample
+    double size = 0.0;        ///< magnitude of g around it, of which its values are rounded
   };
 
   /// Samples g until it changes its sign at most once between neighbouring samples. `values` are those at `places`. A
@@ -61,9 +66,13 @@ class RootIsolation {
   double error_at(std::size_t j);
   double error_around(std::size_t i, std::size_t reach);
   double size_around(std::size_t i) const;
+  double size_between(std::size_t i) const;
+  double rounding_around(std::size_t i) const;
+  bool is_known(std::size_t i);
   Coefficients values_between(std::size_t i) const;
   double find_division(std::size_t i);
   bool divide(const Function& g);
+  void verify(std::span<const double> values);
   void find_doubts();
 
   Accuracy accuracy_;

@@ -76,7 +76,8 @@ Outcome Watch::sample(const Step& step) {
 }
 
 /// Measures what rounding of the state makes of the values: a function that should be 0 is the difference of large
-/// ones. Each number is moved by some roundings of the largest of three, as of the coordinates of a point.
+/// ones. Each number is moved by some roundings of the largest of three, as of the coordinates of a point, and so is
+/// the time.
 void Watch::measure_rounding(const Step& step) {
   constexpr double roundings = 4.0 * std::numeric_limits<double>::epsilon();
   const auto shake = [](const std::vector<double>& given, std::vector<double>* to) {
@@ -92,7 +93,8 @@ void Watch::measure_rounding(const Step& step) {
   shake(step.to.v, &v_);
   mechanics_.prescribe(step.to.t, x_.data(), v_.data());
   for (std::size_t k = 0; k < functions_.size(); ++k) {
-    const double moved = std::abs(functions_[k].value(step.to.t, x_.data(), v_.data()) - samples_[k].back());
+    const double t = step.to.t + roundings * std::max(std::abs(step.to.t), step.h());
+    const double moved = std::abs(functions_[k].value(t, x_.data(), v_.data()) - samples_[k].back());
     rounding_[k] = std::isfinite(moved) ? 4.0 * moved : 0.0;
   }
 }

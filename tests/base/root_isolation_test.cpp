@@ -103,11 +103,42 @@ TEST(RootIsolation, FindsKinksAndJumps) {
   }
 }
 
+/// No sample beyond the end shows the other side of the kink.
+TEST(RootIsolation, FindsKinksRightBesideTheEnds) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> part(0.0, 1.0);
+  for (int draw = 0; draw < 500; ++draw) {
+    const double from_end = std::pow(10.0, -3.0 - 5.0 * part(random)), depth = from_end * (0.1 + 0.8 * part(random));
+    const double place = draw % 2 == 0 ? from_end : 1.0 - from_end;
+    expect_roots([=](double s) { return std::abs(s - place) - depth; }, {place - depth, place + depth}, 1e-12);
+  }
+}
+
+/// Near its roots the function is smaller than the rounding of its largest values.
+TEST(RootIsolation, FindsTheRootsOfFunctionsThatGrowByManyOrders) {
+  for (int k = 0; k < 100; ++k) {
+    const double c = 0.05 + 0.009 * k, apart = std::pow(10.0, -2.0 - 0.02 * k);
+    expect_roots([=](double s) { return std::expm1(200.0 * (s - c)) * (s - c - apart); }, {c, c + apart});
+  }
+}
+
+/// The first samples see nothing of a bump between two of them, but a probe does, and more may lie between others.
+TEST(RootIsolation, IsInDoubtWhereOnlyAProbeSeesABump) {
+  for (const std::size_t k : RootIsolation::probes) {
+    const double place = RootIsolation::places[k];
+    for (const double width : {1e-2, 1e-3}) {
+      const auto box = [=](double s) { return std::abs(s - place) < width ? -1.0 : 1.0; };
+      expect_roots(box, {place - width, place + width});
+      EXPECT_FALSE(find_roots(box).is_certain);
+    }
+  }
+}
+
 TEST(RootIsolation, TakesTheFirstSamplesAloneWhereTheFunctionIsSmoothAndFarFrom0) {
   for (const double slope : {0.0, 0.5, 2.0}) {
     const Found found = find_roots([=](double s) { return 1.5 + std::sin(slope * s); });
 
-    EXPECT_EQ(found.samples, RootIsolation::places.size());
+    EXPECT_EQ(found.samples, RootIsolation::places.size() - RootIsolation::probes.size());
     EXPECT_TRUE(found.is_certain);
   }
 }

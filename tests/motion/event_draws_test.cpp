@@ -339,6 +339,10 @@ TEST_P(EventDraws, NarrowDipsAndFastSinesOfAFreeBeadHaveTheirPassages) {
     EXPECT_EQ(count([c](double x) { return std::cos(x - c) - std::cos(0.05); }), roots) << c;
   }
   EXPECT_EQ(count([](double x) { return std::sin(200.0 * pi * x + 0.5); }), 2000u);
+  // A kink within a thousandth of the end, and a function that grows by sixty orders behind its roots.
+  for (const double apart : {5e-3, 1e-4, 1e-6})
+    EXPECT_EQ(count([&](double x) { return std::abs(x - 10.0 + apart) - 0.6 * apart; }), 2u) << apart;
+  EXPECT_EQ(count([](double x) { return std::expm1(20.0 * (x - 3.0137)) * (x - 3.0147); }), 2u);
 }
 
 TEST_P(EventDraws, APoleIsNoPassageAndAJumpIs) {
