@@ -155,12 +155,15 @@ Outcome GuideCorners::find_edges(const Kinematics& before, const Kinematics& aft
       held->push_back(std::move(edge));
       continue;
     }
-    const bool is_known = std::ranges::any_of(*edges, [&](const Edge& other) {
+    const auto known = std::ranges::find_if(*edges, [&](const Edge& other) {
       const double both = scalar_product(other.g, edge.before.data()),
                    own = scalar_product(other.g, other.before.data());
       return both * both >= (1.0 - same) * from * own;
     });
-    if (!is_known) edges->push_back(std::move(edge));
+    if (known == edges->end())
+      edges->push_back(std::move(edge));
+    else if (Outcome passes = check_order(before, after, *known, edge); !passes.ok())
+      return passes;
   }
   return check_apart(before.t, *edges);
 }
@@ -193,6 +196,39 @@ Outcome GuideCorners::check_apart(double t, const std::vector<Edge>& edges) cons
         }
       }
     }
+  }
+  return {};
+}
+
+/// On a way without branches, as on a wire, edges may be met at once if the motion that has passed one of them,
+/// whichever it is, passes the other one, too. The branches between are looked at beside the corner.
+Outcome GuideCorners::check_order(const Kinematics& before, const Kinematics& after, const Edge& one,
+                                  const Edge& other) {
+  constexpr double parallel = 1e-10, beside = 1e-9;
+  const double a = scalar_product(one.g, one.g.data()), b = scalar_product(one.g, other.g.data()),
+               c = scalar_product(other.g, other.g.data()), det = a * c - b * b;
+  if (det <= parallel * a * c) return {};  // the same edge twice
+  const Outcome refused =
+      refuse(other.term, before.t,
+             "that of " + name_term(one.term) + " is met at once, and where the motion goes on depends on their order");
+  const double goes = scalar_product(other.g, one.before.data());
+  const double distance = beside * (largest_magnitude({after.x, size()}) + model_.smallest_length);
+  std::vector<double> from(num_terms_), to(num_terms_), here(num_terms_), x(size());
+  evaluate_terms(before, from.data());
+  evaluate_terms(after, to.data());
+  for (const bool passes_one : {true, false}) {
+    const std::vector<double>&first = passes_one ? to : from, &second = passes_one ? from : to;
+    // u of both at the place x + p g + q h
+    const double u = std::copysign(distance * std::sqrt(a), first[one.term]),
+                 w = std::copysign(distance * std::sqrt(c), second[other.term]);
+    const double p = (c * u - b * w) / det, q = (a * w - b * u) / det;
+    for (std::size_t i = 0; i < x.size(); ++i) x[i] = after.x[i] + p * one.g[i] + q * other.g[i];
+    const Kinematics at{after.t, x.data(), after.v};
+    evaluate_terms(at, here.data());
+    if ((here[one.term] < 0.0) != (u < 0.0) || (here[other.term] < 0.0) != (w < 0.0)) return refused;
+    std::vector<Edge> between{one};
+    if (Outcome found = respond(at, between, &Edge::before); !found.ok()) return found;
+    if (!(goes * scalar_product(other.g, between[0].before.data()) > 0.0)) return refused;
   }
   return {};
 }

@@ -95,6 +95,7 @@ class GuideCorners : public CornerFunctions {
                      std::vector<Edge>* edges, std::vector<Edge>* held);
   Outcome check_rates(double t) const;
   Outcome check_apart(double t, const std::vector<Edge>& edges) const;
+  Outcome check_order(const Kinematics& before, const Kinematics& after, const Edge& one, const Edge& other);
   Outcome turn(const Edge& edge, double t, const double* v_before, double* v) const;
   Outcome check_others(double t, const std::vector<Edge>& edges, std::span<const double> turned, const double* v) const;
   Outcome check_held(double t, const std::vector<Edge>& held, const double* v_before, const double* v) const;

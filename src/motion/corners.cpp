@@ -20,6 +20,11 @@ constexpr double nearest = 1e-7;
 constexpr std::size_t samples_on_path = 8;
 constexpr std::size_t most_crossings = 1000;  // in the time of one step
 
+/// Returns true if a term has its other branch. An argument that is NaN belongs to both.
+bool is_on_other_side(double one, double other) {
+  return (one < 0.0 && other >= 0.0) || (one >= 0.0 && other < 0.0);
+}
+
 /// Returns the time in which a corner is right ahead. Implicit schemes divide rounding of positions by the length of a
 /// step, so that none is made which is much shorter than the resolution of time allows.
 double right_ahead(double t, double h) {
@@ -39,7 +44,7 @@ Corners::Corners(const IntegrationOptions& options, Mechanics& mechanics)
 
 bool Corners::differ(const std::vector<double>& one, const std::vector<double>& other) const {
   for (std::size_t k = 0; k < one.size(); ++k) {
-    if ((one[k] < 0.0) != (other[k] < 0.0)) return true;
+    if (is_on_other_side(one[k], other[k])) return true;
   }
   return false;
 }
@@ -125,7 +130,7 @@ Corners::Corner Corners::check_speed(const State& from, double length, Corner co
   evaluate_along(from, {s + step, from.t + s + step}, &ahead);
   evaluate_along(from, {s - step, from.t + s - step}, &here_);
   for (std::size_t k = 0; k < at.size(); ++k) {
-    if ((at[k] < 0.0) == (other_[k] < 0.0)) continue;
+    if (!is_on_other_side(at[k], other_[k])) continue;
     const double c = (ahead[k] - here_[k]) / (2.0 * step), q = (ahead[k] - 2.0 * at[k] + here_[k]) / (step * step);
     if (c * q < 0.0 && c * c <= 2.0 * std::abs(q) * tolerances_[k]) return {true, corner.before, corner.before, k};
   }
@@ -204,7 +209,7 @@ double Corners::reach_by_rate(const State& from, const Corner& corner) {
   double reach = whole;
   for (std::size_t k = 0; k < start_.size(); ++k) {
     const double falls = (start_[k] - here_[k]) / start_[k];
-    const bool is_met = k == corner.touched || (start_[k] < 0.0) != (after[k] < 0.0);
+    const bool is_met = k == corner.touched || is_on_other_side(start_[k], after[k]);
     if (is_met && falls > 0.0) reach = std::min(reach, step / falls);
   }
   return reach;
@@ -252,15 +257,15 @@ bool Corners::have_passed(Scheme& scheme, const State& from, const State& to) {
 }
 
 /// Refuses a motion that comes back to corners without end, as where it comes to rest in one.
-Outcome Corners::check_progress(double t, double h, const std::vector<std::size_t>& which) {
+Outcome Corners::check_progress(double t, double h) {
   if (!(t - series_begin_ <= h)) {
     series_begin_ = t;
     repeated_ = 0;
   }
   if (++repeated_ <= most_crossings) return {};
   repeated_ = 0;
-  const std::string name = which.empty() ? "a function of time" : functions_->name_term(which.front());
-  return {Status::NotConverged, "the motion comes back to the corner of " + name + " without end at t = " + text(t)};
+  return {Status::NotConverged,
+          "the motion comes back to the corner of " + name_passed() + " without end at t = " + text(t)};
 }
 
 /// Crosses between two places, and projects what is found onto the constraints of the other side.
@@ -272,20 +277,115 @@ StepResult Corners::cross_at(const State& from, const Corner& corner, double t_e
   evaluate_along(from, corner.after, &other_);
   std::vector<std::size_t> which;
   for (std::size_t k = 0; k < start_.size(); ++k)
-    if ((start_[k] < 0.0) != (other_[k] < 0.0)) which.push_back(k);
-  if (step.outcome = check_progress(corner.after.t, t_end - from.t, which); !step.outcome.ok()) return step;
+    if (is_on_other_side(start_[k], other_[k])) which.push_back(k);
   Power work;
   *to = from;
   const bool is_at_end = t_end - corner.after.t <= 4.0 * time_resolution(from.t, t_end - from.t);
   to->t = is_at_end ? t_end : corner.after.t;  // no step of rounding is left over
-  to->x = x_;
+  put_on_guides(corner);
   step.outcome = functions_->cross({corner.before.t, x.data(), v.data()}, {corner.after.t, x_.data(), v_.data()}, which,
                                    to->v.data(), &work);
   if (!step.outcome.ok()) return step;
   to->work.add(1.0, work);
+  // Half of the way lies beyond the corner. Straight on, no place of the other side may be near.
+  const double half = 0.5 * (corner.after.s - corner.before.s);
+  for (std::size_t i = 0; i < x.size(); ++i) to->x[i] = x[i] + half * (v[i] + to->v[i]);
+  x_ = to->x;
+  v_ = to->v;
   step = stabilize(mechanics_, options_, to, MovedVelocity::IsNoError);
   step.is_interpolated = false;
+  // A projection that stalls, or leads elsewhere, is tried again farther from the corner.
+  if (step.outcome.status == Status::NotConverged || (step.outcome.ok() && have_moved(*to, half)))
+    step.error = std::numeric_limits<double>::infinity();
+  if (!(step.error <= 1.0)) step.outcome = {};
   return step;
+}
+
+/// Moves the place beyond the corner onto the guides, whose gradients may be others beside them, as of z/|x| = 1. It
+/// stays where it is if that leads back across the corner, or far away.
+void Corners::put_on_guides(const Corner& corner) {
+  constexpr double far = 8.0;  // times the way from one side to the other
+  const std::vector<double> straight = x_;
+  double fastest = 0.0, moved = 0.0;
+  const ProjectionReport found = mechanics_.project_positions(corner.after.t, x_.data(), Turn::Small);
+  for (std::size_t i = 0; i < x_.size(); ++i) {
+    fastest = std::max(fastest, std::abs(v_[i]));
+    moved = std::max(moved, std::abs(x_[i] - straight[i]));
+  }
+  functions_->evaluate_terms({corner.after.t, x_.data(), v_.data()}, here_.data());
+  const bool is_near = moved <= far * (corner.after.s - corner.before.s) * fastest;
+  if (!found.outcome.ok() || !is_near || differ(other_, here_)) x_ = straight;
+}
+
+/// Returns true if the projection has moved the state from where it was put so far that it is another one.
+bool Corners::have_moved(const State& to, double travelled) const {
+  constexpr double visible = 1e-6, roundings = 1e3 * std::numeric_limits<double>::epsilon();
+  double fastest = 0.0, farthest = 0.0, moved_v = 0.0, moved_x = 0.0;
+  for (std::size_t i = 0; i < x_.size(); ++i) {
+    fastest = std::max(fastest, std::abs(v_[i]));
+    farthest = std::max(farthest, std::abs(x_[i]));
+    moved_v = std::max(moved_v, std::abs(to.v[i] - v_[i]));
+    moved_x = std::max(moved_x, std::abs(to.x[i] - x_[i]));
+  }
+  const double tolerance = options_.atol > 0.0 ? options_.atol : options_.rtol;
+  return !(moved_v <= visible * fastest && moved_x <= travelled * fastest + roundings * farthest + tolerance);
+}
+
+/// Names a term that has different branches on the two sides.
+std::string Corners::name_passed() const {
+  std::string name = "a function of time";
+  for (std::size_t k = 0; k < start_.size(); ++k)
+    if (is_on_other_side(start_[k], other_[k])) name = functions_->name_term(k);
+  return name;
+}
+
+Outcome Corners::refuse(const Corner& corner, const std::string& why) const {
+  return {Status::Singular, "the corner of " + name_passed() + " at t = " + text(corner.before.t) + ": " + why};
+}
+
+/// Refuses a corner beside which rounding decides on the gradients, as of z/|x| = 1: farther away, the motion goes on
+/// with another velocity.
+Outcome Corners::check_settled(const State& from, const Corner& corner, double t_end, const State& to) {
+  constexpr double farther = 1e6, visible = 1e-3;  // resolutions; of the speed
+  const double away = farther * time_resolution(to.t, t_end - from.t);
+  const double low = corner.before.s - away, high = corner.after.s + away;
+  State other;
+  const Corner wide{true, {low, from.t + low}, {high, from.t + high}, no_term};
+  const StepResult found = cross_at(from, wide, t_end, &other);
+  if (!found.outcome.ok() || !(found.error <= 1.0)) return {};
+  double fastest = 0.0, differs = 0.0;
+  for (std::size_t i = 0; i < to.v.size(); ++i) {
+    fastest = std::max(fastest, std::abs(to.v[i]));
+    differs = std::max(differs, std::abs(to.v[i] - other.v[i]));
+  }
+  return differs <= visible * fastest ? Outcome{} : refuse(corner, "beside it rounding decides on the gradient");
+}
+
+/// Refuses a corner towards which accelerations grow without bound, as on z = |x|^1.5. No step from there is short
+/// enough.
+Outcome Corners::check_bend(const Corner& corner, double h, State* to) {
+  constexpr double farther = 1e6, grows = 8.0;  // resolutions; of accelerations
+  constexpr double roundings = 1e3 * std::numeric_limits<double>::epsilon();
+  const double s = farther * time_resolution(to->t, h);
+  std::vector<double> a(to->a.size());
+  for (std::size_t i = 0; i < x_.size(); ++i) x_[i] = to->x[i] + s * to->v[i];
+  v_ = to->v;
+  mechanics_.prescribe(to->t + s, x_.data(), v_.data());
+  Outcome found = mechanics_.linearise(to->t + s, x_.data());
+  if (found.ok()) found = mechanics_.accelerations({to->t + s, x_.data(), v_.data()}, {}, a.data());
+  mechanics_.prescribe(to->t, to->x.data(), to->v.data());
+  if (Outcome back = mechanics_.linearise(to->t, to->x.data()); !back.ok()) return back;
+  if (Outcome back = mechanics_.accelerations(to->at(), options_.request(Gradients::Keep), to->output()); !back.ok())
+    return back;
+  double fastest = 0.0, near = 0.0, far = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    fastest = std::max(fastest, std::abs(to->v[i]));
+    near = std::max(near, std::abs(to->a[i]));
+    far = std::max(far, std::abs(a[i]));
+  }
+  const double noise = roundings * fastest / (corner.after.s - corner.before.s);
+  if (!found.ok() || !(near > grows * far + noise)) return {};
+  return refuse(corner, "accelerations grow without bound towards it");
 }
 
 /// Goes to the end of the step where the corner is met there, and not crossed yet.
@@ -300,6 +400,16 @@ StepResult Corners::arrive(const State& from, const Corner& corner, double t_end
   return step;
 }
 
+/// Takes both places so far from the corner of a term that rounding does not tell which of several is met first.
+void Corners::widen(const State& from, double h, Corner* corner) {
+  const double away = 4.0 * time_resolution(from.t, h);
+  evaluate_along(from, corner->before, &start_);
+  evaluate_along(from, corner->after, &other_);
+  if (!differ(start_, other_)) return;
+  if (corner->before.s > away) corner->before = {corner->before.s - away, from.t + (corner->before.s - away)};
+  corner->after = {corner->after.s + away, from.t + (corner->after.s + away)};
+}
+
 StepResult Corners::cross(const State& from, double t_end, State* to) {
   constexpr int most_tries = 12, most_failures = 3;
   const double h = t_end - from.t;
@@ -309,11 +419,13 @@ StepResult Corners::cross(const State& from, double t_end, State* to) {
     return {.outcome = {Status::Singular, "the corner of " + functions_->name_term(corner.touched) +
                                               " at t = " + text(corner.before.t) +
                                               " is touched without speed across it, as a cusp"}};
+  widen(from, h, &corner);
+  if (Outcome goes_on = check_progress(corner.after.t, h); !goes_on.ok()) return {.outcome = goes_on};
   // Projections may bring a state that is only just beyond the corner back to this side of it, and exactly at it
   // derivatives may be missing.
   StepResult first;
-  const double nearest_s = corner.before.s;
-  double beyond = corner.after.s - corner.before.s;
+  const double nearest_s = 0.5 * (corner.before.s + corner.after.s);
+  double beyond = 0.5 * (corner.after.s - corner.before.s);
   for (int k = 0; k < most_tries; ++k, beyond *= 8.0) {
     if (k > 0) corner.after = {nearest_s + beyond, from.t + (nearest_s + beyond)};
     if (k > 0 && nearest_s > beyond) corner.before = {nearest_s - beyond, from.t + (nearest_s - beyond)};
@@ -321,20 +433,28 @@ StepResult Corners::cross(const State& from, double t_end, State* to) {
     if (first.outcome.ok()) first = step;
     if (!step.outcome.ok() && k + 1 < most_failures) continue;
     if (!step.outcome.ok()) return first;
+    if (!(step.error <= 1.0)) continue;
     functions_->evaluate_terms(to->at(), here_.data());
-    if (!differ(here_, other_)) return step;
+    if (differ(here_, other_)) continue;
+    if (!follow_motion()) return step;
+    const Outcome settled = check_settled(from, corner, t_end, *to);
+    step.outcome = check_bend(corner, h, to);
+    if (!settled.ok()) step.outcome = settled;
+    return step;
   }
   if (corner.after.t > t_end) return arrive(from, corner, t_end, to);
-  return {.outcome = {Status::NotConverged, "no state beyond the corner at t = " + text(from.t) + " is found"}};
+  return {.outcome = refuse(corner, "no state beyond it is found")};
 }
 
-/// The argument of a term that falls or rises to 0 in that time, as it now does, counts as well.
+/// The argument of a term that falls or rises to 0 in that time, as it now does, counts as well. Roots lose half of
+/// their digits before they are 0, so that a longer time is looked at where nothing is so near.
 std::string Corners::name_next(const State& from, double within) {
   if (empty()) return {};
-  constexpr double little = 1e-2;
-  if (follow_motion()) {
+  constexpr double little = 1e-2, longer = 1e3;
+  for (const double time : {within, longer * within}) {
+    if (!follow_motion()) break;
     evaluate_along(from, {0.0, from.t}, &start_);
-    evaluate_along(from, {little * within, from.t + little * within}, &here_);
+    evaluate_along(from, {little * time, from.t + little * time}, &here_);
     mechanics_.prescribe(from.t, x_.data(), v_.data());
     for (std::size_t k = 0; k < start_.size(); ++k)
       if (std::abs(start_[k]) * little <= std::abs(here_[k] - start_[k])) return functions_->name_term(k);

@@ -62,8 +62,15 @@ class Corners {
   void measure_tolerance(const State& from);
   bool may_hide() const;
   double reach_by_rate(const State& from, const Corner& corner);
-  Outcome check_progress(double t, double h, const std::vector<std::size_t>& which);
+  Outcome check_progress(double t, double h);
   StepResult cross_at(const State& from, const Corner& corner, double t_end, State* to);
+  void widen(const State& from, double h, Corner* corner);
+  void put_on_guides(const Corner& corner);
+  bool have_moved(const State& to, double travelled) const;
+  std::string name_passed() const;
+  Outcome refuse(const Corner& corner, const std::string& why) const;
+  Outcome check_settled(const State& from, const Corner& corner, double t_end, const State& to);
+  Outcome check_bend(const Corner& corner, double h, State* to);
   StepResult arrive(const State& from, const Corner& corner, double t_end, State* to);
   bool differ(const std::vector<double>& one, const std::vector<double>& other) const;
 

@@ -119,9 +119,10 @@ enum class MovedVelocity { IsNoError, IsError };
 /// Ends any step: projects positions, then velocities onto the constraints, then finds the acceleration at the new
 /// state. The factor there serves the velocities, this acceleration and the next step.
 ///
-/// The result's error is how far the projection moves the velocity, over the tolerance of `options`, if that is asked
-/// for and K may lose rank. A step that follows the motion ends nearly tangent to the constraints. A step that ends on
-/// another branch of them, or where K is too near to losing rank to determine the tangents, does not.
+/// The result's error is how far the projection moves the velocity, over the tolerance of `options`, and the position,
+/// over a thousand of these, if that is asked for and K may lose rank. A step that follows the motion ends near the
+/// constraints and nearly tangent to them. A step that ends on another branch of them, or where K is too near to losing
+/// rank to determine the tangents, does not.
 StepResult stabilize(Mechanics& mechanics, const IntegrationOptions& options, State* state,
                      MovedVelocity moved_velocity, Turn turn = Turn::Small);
 

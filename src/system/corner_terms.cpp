@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <tanor/jet.hpp>
 
@@ -49,6 +50,7 @@ CornerTerms::CornerTerms(const Expression& expression) : expression_(expression)
     if (operation == Expression::Operation::Abs) terms_.push_back({operation, a, -1});
     if (operation == Expression::Operation::Min) terms_.push_back({operation, b, a});
     if (operation == Expression::Operation::Max) terms_.push_back({operation, a, b});
+    if (operation == Expression::Operation::Atan2) append_angle({operation, a, b, c, constant});
     const int base = operation == Expression::Operation::Sqrt  ? a
                      : operation == Expression::Operation::Exp ? find_base(expression_.instructions, a)
                                                                : -1;
@@ -56,11 +58,24 @@ CornerTerms::CornerTerms(const Expression& expression) : expression_(expression)
     const int root = find_root_of_square(expression_.instructions, base);
     terms_.push_back(root >= 0 ? Term{operation, root, -1} : Term{operation, base, Term::only_touches_0});
   }
-  const auto is_same = [](const Term& one, const Term& other) { return one.a == other.a && one.b == other.b; };
+  const auto is_same = [](const Term& one, const Term& other) {
+    return one.a == other.a && one.b == other.b && one.has_cut() == other.has_cut();
+  };
   for (std::size_t k = terms_.size(); k-- > 0;) {
     const auto end = terms_.begin() + static_cast<std::ptrdiff_t>(k);
     if (std::any_of(terms_.begin(), end, [&](const Term& other) { return is_same(terms_[k], other); }))
       terms_.erase(end);
+  }
+}
+
+/// Adds the cut of atan2(y, x), and its origin if x varies.
+void CornerTerms::append_angle(const Instruction& angle) {
+  const Instruction& x = expression_.instructions[static_cast<std::size_t>(angle.b)];
+  if (x.operation != Expression::Operation::Constant) {
+    terms_.push_back({angle.operation, angle.a, angle.b});
+    terms_.push_back({angle.operation, angle.c, Term::only_touches_0});
+  } else if (x.constant <= 0.0) {
+    terms_.push_back({angle.operation, angle.a, -1});
   }
 }
 
@@ -81,7 +96,8 @@ void CornerTerms::evaluate(const double* variables, double* arguments) const {
   const std::vector<double> values = run<double>([&](std::size_t i) { return variables[i]; });
   for (const Term& term : terms_) {
     const double a = values[static_cast<std::size_t>(term.a)];
-    *arguments++ = term.b < 0 ? a : a - values[static_cast<std::size_t>(term.b)];
+    const double b = term.b < 0 ? 0.0 : values[static_cast<std::size_t>(term.b)];
+    *arguments++ = !term.has_cut() ? a - b : b > 0.0 ? std::numeric_limits<double>::quiet_NaN() : a;
   }
 }
 
@@ -91,7 +107,7 @@ void CornerTerms::differentiate(std::size_t k, const double* variables, double* 
     const std::vector<Jet<1>> values =
         run<Jet<1>>([&](std::size_t i) { return i == j ? Jet<1>::variable(variables[i]) : Jet<1>(variables[i]); });
     gradient[j] = values[static_cast<std::size_t>(term.a)].c[1];
-    if (term.b >= 0) gradient[j] -= values[static_cast<std::size_t>(term.b)].c[1];
+    if (term.b >= 0 && !term.has_cut()) gradient[j] -= values[static_cast<std::size_t>(term.b)].c[1];
   }
 }
 
@@ -125,11 +141,12 @@ bool CornerTerms::is_bent(std::size_t k, const double* variables, double distanc
 
 std::string CornerTerms::name(std::size_t k, std::span<const std::string> variables) const {
   const Term& term = terms_[k];
-  const std::string name = term.operation == Expression::Operation::Abs    ? "abs"
-                           : term.operation == Expression::Operation::Sqrt ? "sqrt"
-                           : term.operation == Expression::Operation::Exp  ? "a power"
-                           : term.operation == Expression::Operation::Min  ? "min"
-                                                                           : "max";
+  const std::string name = term.operation == Expression::Operation::Abs     ? "abs"
+                           : term.operation == Expression::Operation::Sqrt  ? "sqrt"
+                           : term.operation == Expression::Operation::Exp   ? "a power"
+                           : term.operation == Expression::Operation::Atan2 ? "atan2"
+                           : term.operation == Expression::Operation::Min   ? "min"
+                                                                            : "max";
   const auto place = std::ranges::find(expression_.variables, term.a);
   if (term.b >= 0 || place == expression_.variables.end()) return name;
   const auto& variable = variables[static_cast<std::size_t>(place - expression_.variables.begin())];

@@ -67,7 +67,7 @@ class Drawer {
 
   /// Writes |u| in one of its ways.
   std::string absolute(const std::string& u) {
-    switch (whole(7)) {
+    switch (whole(9)) {
       case 0:
         return "abs(" + u + ")";
       case 1:
@@ -80,6 +80,10 @@ class Drawer {
         return "(4*(" + u + ")^2)^0.5/2";
       case 5:
         return "sqrt(sqrt((" + u + ")^4))";
+      case 6:
+        return "(" + u + ")*sin(atan2(" + u + ",0))";
+      case 7:
+        return "exp(0.5*log((" + u + ")^2))";
       default:
         return "sqrt((" + u + ")^2)";
     }

@@ -58,7 +58,8 @@ TEST(Corners, TurnTheVelocityOfABeadIntoTheOtherBranch) {
   EXPECT_NEAR(x_of_bead(1.5), -0.861833, 1e-6);
   for (const std::string equation :
        {"z1-abs(x1)", "z1-max(x1,-x1)", "z1+min(x1,-x1)", "z1-sqrt(x1^2)", "z1-sqrt(x1*x1)", "z1-0.5*abs(2*x1)",
-        "abs(x1)-z1", "z1-(x1^2)^0.5", "z1-(x1*(-x1)*-1)^0.5", "z1-sqrt(sqrt(x1^4))", "z1-(9*x1^4)^0.25/sqrt(3)"}) {
+        "abs(x1)-z1", "z1-(x1^2)^0.5", "z1-(x1*(-x1)*-1)^0.5", "z1-sqrt(sqrt(x1^4))", "z1-(9*x1^4)^0.25/sqrt(3)",
+        "z1-x1*sin(atan2(x1,0))", "z1-x1*2/pi*atan2(x1,0)", "z1-exp(0.5*log(x1^2))"}) {
     for (const Method method : list_all_methods()) {
       Simulation simulation(make_bead_on_v(equation), corner_options(method));
 
@@ -406,6 +407,90 @@ TEST(Corners, WhereTwoEdgesMeetAreRefusedByName) {
     system.positions = {1.0, 1.0, 2.0};
     const std::string refusal = refusal_of(system, method);
     EXPECT_NE(refusal.find("corner of abs"), std::string::npos) << name_of(method) << ": " << refusal;
+  }
+}
+
+/// |x| = |z| is two lines that cross. Rounded, they go over into each other or not, as the one root is rounded more
+/// than the other.
+TEST(Corners, WhereTwoWiresCrossAreRefusedByName) {
+  for (const Method method : list_all_methods()) {
+    const std::string refusal = refusal_of(make_bead_on_v("abs(x1)-abs(z1)"), method);
+    EXPECT_NE(refusal.find("depends on their order"), std::string::npos) << name_of(method) << ": " << refusal;
+  }
+}
+
+/// In the plane y = x both edges are the same place of one wire, which goes on in any order.
+TEST(Corners, OfTwoEdgesThatAWireMeetsAtOnceAreTurned) {
+  for (const Method method : with_auto(list_adaptive_methods())) {
+    System system = make_bead_on_v("z1-abs(x1)-abs(y1)");
+    system.constraints[0] = Planes{.name = "sheet", .points = {0}, .normal = Vector3{1.0, -1.0, 0.0}, .offset = 0.0};
+    system.positions = {1.0, 1.0, 2.0};
+    Simulation simulation(system, corner_options(method));
+    // Along x = y the wire rises by 2, so that a_x = -10 2/(1 + 1 + 4), and x returns to rest at -1.
+    const double quarter = std::sqrt(2.0 / (20.0 / 6.0));
+
+    ASSERT_TRUE(simulation.advance_to(2.0 * quarter).ok()) << name_of(method) << ": " << simulation.outcome().what;
+
+    EXPECT_NEAR(simulation.positions()[0], -1.0, 1e-9) << name_of(method);
+    EXPECT_NEAR(simulation.velocities()[0], 0.0, 1e-9) << name_of(method);
+  }
+}
+
+/// An angle jumps at its cut alone, and a formula that does not jump there has no corner.
+TEST(Corners, OfAnglesAreAtTheirCutsAlone) {
+  for (const Method method : with_auto(list_adaptive_methods())) {
+    for (const double y : {1.0, -1.0}) {  // a swing on a circle whose lowest point is beside the cut or opposite to it
+      System system;
+      system.positions = {0.0, y, 0.0};
+      system.velocities = {1.0, 0.0, 0.0};
+      system.masses = {1.0};
+      system.constraints = {
+          Planes{.name = "sheet", .points = {0}, .normal = Vector3{0.0, 0.0, 1.0}, .offset = 0.0},
+          UserConstraints{.name = "ring",
+                          .tuples = {{0}},
+                          .kernel = formula_constraint("x1*cos(atan2(y1,x1))+y1*sin(atan2(y1,x1))-1", 1)}};
+      Simulation simulation(system, corner_options(method));
+      ASSERT_TRUE(simulation.advance_to(7.0).ok()) << name_of(method) << ": " << simulation.outcome().what;
+      EXPECT_NEAR(simulation.positions()[0], std::sin(7.0), 1e-8) << name_of(method);
+    }
+    System jumps = make_bead_on_v("z1-0.1*atan2(y1,x1)");
+    jumps.constraints[0] =
+        UserConstraints{.name = "ring", .tuples = {{0}}, .kernel = formula_constraint("x1^2+y1^2-1", 1)};
+    jumps.positions = {-0.8, 0.6, 0.1 * std::atan2(0.6, -0.8)};
+    jumps.velocities = {-1.2, -1.6, 0.2};
+    const std::string refusal = refusal_of(jumps, method);
+    EXPECT_NE(refusal.find("the corner of atan2 in wire"), std::string::npos) << name_of(method) << ": " << refusal;
+  }
+}
+
+/// The normal force grows without bound towards x = 0, so that no step is short enough.
+TEST(Corners, WithCurvaturesWithoutBoundAreRefusedByName) {
+  for (const Method method : list_all_methods()) {
+    for (const char* equation : {"z1-abs(x1)^1.5", "z1-abs(x1)^1.2"}) {
+      const std::string refusal = refusal_of(make_bead_on_v(equation), method);
+      EXPECT_NE(refusal.find("corner of abs(x1) in wire"), std::string::npos)
+          << equation << ", " << name_of(method) << ": " << refusal;
+    }
+  }
+}
+
+/// Where only a comparison or a number without end tells of a corner, no scheme may go through it.
+TEST(Corners, OfComparisonsAreNotPassedByAnyAdaptiveMethod) {
+  for (const Method method : with_auto(list_adaptive_methods())) {
+    System system = make_bead_on_v();
+    system.constraints[1] = UserConstraints{
+        .name = "wire", .tuples = {{0}}, .kernel = make_constraint_kernel<1>([](const auto& r, const auto&) {
+                                           return r[2] - (r[0] < 0.0 ? -r[0] : r[0]);
+                                         })};
+    MotionOptions options = corner_options(method);
+    options.start = StartMode::Project;
+    try {
+      Simulation simulation(system, options);
+      if (!simulation.advance_to(1.5).ok()) continue;
+      EXPECT_NEAR(simulation.positions()[0], x_of_bead(1.5), 1e-6) << name_of(method);
+    } catch (const InputError& error) {  // no series without an expression
+      EXPECT_EQ(method, Method::Taylor) << error.what();
+    }
   }
 }
 
