@@ -141,7 +141,8 @@ struct EventReport {
   std::size_t events = 0;   ///< instants at which the equations changed because a contact began or ceased to slip
   double last_event = 0.0;  ///< time of the last of them, s
   /// Which event of `Simulation::add_event` may have a passage that was not seen, and when first: it touches 0 to
-  /// rounding there, or has more turns in one step than can be followed. Empty if there is none.
+  /// rounding there, has more turns in one step than can be followed, or a bump that few places have seen. Empty if
+  /// there is none.
   std::string events_may_be_missed{};
 };
 
@@ -246,10 +247,10 @@ class TANOR_API Simulation {
     return advance_to(t_end, observer);
   }
 
-  /// Searches for the event from now on; returns its number. Each step evaluates the function at nine places, and at
+  /// Searches for the event from now on; returns its number. Each step evaluates the function at twelve places, and at
   /// more of them until it is followed between them, so that all crossings are found, each once. Where that cannot be
   /// known, `MotionReport::events_may_be_missed` says so. A bump that is narrow beside the step and seen at none of the
-  /// nine places is missed; a `max_step` finds it. A jump through 0 is a crossing. A function that begins at 0 does not
+  /// twelve places is missed; a `max_step` finds it. A jump through 0 is a crossing. A function that begins at 0 does not
   /// cross there; one that vanishes at t_end, to rounding, crosses there. If a step is extrapolated past a singular
   /// configuration, a stopping event ends the advance at the end of that step, and its crossing is reported at its own
   /// time. A value that is not finite ends the advance with an outcome that names the event. Events are no part of a
