@@ -113,6 +113,23 @@ class Run {
   Turns turns_;
 };
 
+/// Returns name -> (first equation, members, equations a member) of each group of constraints.
+py::dict list_groups(const Run& self) {
+  py::dict groups;
+  const System& system = self.now().system();
+  std::size_t row = 0;
+  for (std::size_t k = 0; k < system.constraints.size(); ++k) {
+    const auto [members, rows] = std::visit(
+        []<class Group>(const Group& group) {
+          return std::pair((group.*KindOf<Group>::members).size(), static_cast<std::size_t>(KindOf<Group>::rows));
+        },
+        system.constraints[k]);
+    groups[py::str(constraint_name(system, k))] = py::make_tuple(row, members, rows);
+    row += members * rows;
+  }
+  return groups;
+}
+
 std::size_t add_observable(Run& self, const std::string& what, const std::string& name, bool every_step) {
   return self.run(
       [&](Simulation& s) { return s.add_observable({.name = name, .text = what, .every_step = every_step}); });
@@ -159,6 +176,7 @@ what was given and the present state, no events and no passages: copy and origin
 system   a System or a Scene
 motion   MotionOptions; None: those of the scene, or the defaults
 solver   SolverOptions; likewise
+options  fields of MotionOptions and SolverOptions by name: Simulation(system, rtol=1e-10)
 t_start  s
 Raises InputError, naming the place.
 )doc";
@@ -187,8 +205,18 @@ void bind_simulation(py::module_& module) {
   using py::arg;
   const py::none none;
   py::class_<Run> type(module, "Simulation", simulation_doc);
-  type.def(py::init<py::object, const py::object&, const py::object&, double>(), arg("system"), arg("motion") = none,
-           arg("solver") = none, arg("t_start") = 0.0)
+  type.def(py::init([](const py::object& system, py::object motion, py::object solver, double t_start,
+                       const py::kwargs& options) {
+             if (!options.empty()) {
+               const py::tuple both = py::module_::import("tanor.description")
+                                          .attr("split_options")(system, motion, solver, options)
+                                          .cast<py::tuple>();
+               motion = both[0];
+               solver = both[1];
+             }
+             return std::make_unique<Run>(system, motion, solver, t_start);
+           }),
+           arg("system"), arg("motion") = none, arg("solver") = none, arg("t_start") = 0.0)
       .def(py::pickle([](Run& self) { return self.state(); }, &Run::from_state))
       .def("advance_to", &Run::advance_to, arg("t_end"), arg("progress") = none, R"doc(
 Steps to exactly t_end, s, or to an event that stops; after a failure the state is that of the last good step.
@@ -214,6 +242,9 @@ stops      ends the advance there
 when       a condition in place of a function: "any tension(links) > 20", "t > 2" (docs/observables.md)
 do         "report", "stop", "break" (a rod, rope, spring or bond is taken out), "release" (a support or guide lets go)
 of         what is taken out; "": the member of which the condition speaks)doc")
+      .def_property_readonly("groups", &list_groups,
+                             "(dict[str, tuple]) first equation, members and equations a member of each group of "
+                             "constraints, by name")
       .def_property_readonly(
           "passages",
           [](Run& self) {

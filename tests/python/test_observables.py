@@ -46,6 +46,42 @@ class Observables(unittest.TestCase):
         expected = math.sqrt(1.0 - sine**2) - math.sqrt(2.0 * 9.81 * sine) * sine * flight
         self.assertAlmostEqual(simulation.positions[1, 0], expected, 9)
 
+    def test_options_by_name_scalars_and_groups(self):
+        simulation = tanor.Simulation(make_cable(4), rtol=1e-10, method="dop853", threads=1)
+        run = tanor.run(simulation, 0.2, 0.1)
+        self.assertEqual(run.report.method, "dop853")
+        numpy.testing.assert_allclose(run["links"].tension[-1], 0.5 * 9.81 * numpy.array([4, 3, 2, 1]), rtol=1e-9)
+        self.assertEqual(run["load(hook)"].shape, (3, 3))
+        self.assertLess(len(repr(run)), 300)
+        self.assertIn("<svg", run._repr_html_())
+        with self.assertRaisesRegex(TypeError, r"no option 'rtl' \(did you mean rtol\?\)"):
+            tanor.Simulation(make_cable(4), rtl=1e-10)
+        with self.assertRaisesRegex(KeyError, "load"):
+            run["lod(hook)"]
+
+    def test_reprs_stay_short(self):
+        self.assertLess(len(repr(make_cable(30000))), 400)
+
+    def test_a_run_that_the_numbers_end_raises(self):
+        system = tanor.System([[0, 0, 0], [1, 0, 0]], supports=[tanor.Support([0])],
+                              constraints=[tanor.Rods([[0, 1]], length="1 - t", name="rod")])
+        with self.assertRaises(tanor.Failed) as raised:
+            tanor.run(tanor.Simulation(system), 2.0, 0.5)
+        self.assertIn("rod", str(raised.exception))
+        self.assertGreater(len(raised.exception.trajectory.times), 1)
+        self.assertFalse(tanor.run(tanor.Simulation(system), 2.0, check=False).outcome.ok)
+
+    def test_plots(self):
+        try:
+            import matplotlib
+        except ImportError:
+            self.skipTest("no matplotlib")
+        matplotlib.use("Agg")
+        import tanor.plot
+        run = tanor.run(tanor.Simulation(make_cable(4)), 0.2, 0.1)
+        self.assertEqual(len(tanor.plot.histories(run).lines), 5)
+        self.assertEqual(tanor.plot.tensions(run, "links").get_ylabel(), "members")
+
     def test_unknown_names_are_input_errors(self):
         simulation = tanor.Simulation(make_cable(2))
         with self.assertRaisesRegex(tanor.InputError, r"did you mean links\?"):

@@ -9,7 +9,7 @@ from ._core import *  # noqa: F403
 from ._core import InputError, __version__  # noqa: F401
 from .description import KINDS as _KINDS
 from .description import Definition, Formula, System, Table  # noqa: F401
-from .runs import Trajectory, run, run_scene  # noqa: F401
+from .runs import Failed, Group, Trajectory, run, run_scene  # noqa: F401
 
 globals().update(_KINDS)
 __all__ = sorted(name for name in globals() if name[0].isupper()) + [

@@ -4,6 +4,7 @@ The classes of the kinds are made of the library's own tables, so a kind that th
 """
 
 import dataclasses
+import difflib
 from typing import Any
 
 from . import _core
@@ -51,6 +52,36 @@ class Table:
     values: Any
 
 
+def _short(value: Any) -> str:
+    """A repr that stays short: arrays and long lists by their shapes."""
+    shape = getattr(value, "shape", None)
+    if shape is None and isinstance(value, (list, tuple)) and len(value) > 8:
+        shape = (len(value),)
+    if shape is not None and (len(shape) != 1 or shape[0] > 8):
+        return "<" + " x ".join(str(size) for size in shape) + ">"
+    return repr(value)
+
+
+def _short_repr(self: Any) -> str:
+    fields = [(field.name, getattr(self, field.name)) for field in dataclasses.fields(self)]
+    said = [f"{name}={_short(value)}" for name, value in fields if value is not None and not (isinstance(value, (str, list)) and not value)]
+    return f"{type(self).__name__}({', '.join(said)})"
+
+
+def split_options(system: Any, motion: Any, solver: Any, options: dict) -> tuple:
+    """MotionOptions and SolverOptions from their fields by name; what was given whole is kept and changed in a copy."""
+    if isinstance(system, _core.Scene):
+        raise TypeError("options of a scene are given to Scene(file, ...)")
+    parts = [motion or KINDS["MotionOptions"](), solver or KINDS["SolverOptions"]()]
+    names = [{field.name for field in dataclasses.fields(part)} for part in parts]
+    for name in options:
+        if name not in names[0] | names[1]:
+            near = difflib.get_close_matches(name, names[0] | names[1], 1)
+            raise TypeError(f"Simulation has no option {name!r}" + (f" (did you mean {near[0]}?)" if near else ""))
+    return tuple(dataclasses.replace(part, **{name: value for name, value in options.items() if name in known})
+                 for part, known in zip(parts, names))
+
+
 def _make_class(table: dict) -> type:
     """The class of a kind or of options; its members stand first, all other fields are keywords."""
     lines = [table["doc"], ""] if table["doc"] else []
@@ -66,7 +97,7 @@ def _make_class(table: dict) -> type:
     for name, annotation, text in _EXTRA.get(table["name"], ()):
         fields.append((name, annotation, dataclasses.field(kw_only=True)))
         lines.append(f"{name}: {text}")
-    namespace = {"__doc__": "\n".join(lines), "__module__": "tanor"}
+    namespace = {"__doc__": "\n".join(lines), "__module__": "tanor", "__repr__": _short_repr}
     if table["kind"]:
         namespace["kind"] = table["kind"]
     return dataclasses.make_dataclass(table["name"], fields, namespace=namespace, eq=False)
@@ -112,3 +143,6 @@ class System:
     name: str = dataclasses.field(default="system", kw_only=True)
     cell: Any = dataclasses.field(default=None, kw_only=True)
     units: str = dataclasses.field(default="none", kw_only=True)
+
+    def __repr__(self) -> str:
+        return f"System({self.name!r}, {len(self.positions)} points, constraints={self.constraints!r}, forces={self.forces!r})"
