@@ -84,6 +84,10 @@ Drawn draw(const Picture& picture) {
 
   const report::MotionExtent& extent = picture.extent;
   Key key{.tensions = scale.tensions};
+  key.has_less = key.tensions.least < 0.0 &&
+                 std::ranges::any_of(picture.frame.tensions, [&](double t) { return t < key.tensions.least; });
+  key.has_more = key.tensions.most > 0.0 &&
+                 std::ranges::any_of(picture.frame.tensions, [&](double t) { return t > key.tensions.most; });
   if (scale.arrow > 0.0) {
     key.has_normal = picture.style.shows_normal;
     key.has_tangent = picture.style.shows_tangent && extent.has_friction;

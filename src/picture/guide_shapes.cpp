@@ -75,6 +75,34 @@ void add_circle(Vec3 center, Vec3 normal, double radius, const GuideSpace& space
   add_curve(places, space, shapes);
 }
 
+void add_cord(Vec3 a, Vec3 b, double radius, const GuideSpace& space, Shapes* shapes) {
+  const Vec3 p = turned(space, a), q = turned(space, b);
+  const double thick = std::max(radius, 0.7 * space.camera.pixel(p.z));
+  shapes->cones.push_back({p, q, thick, thick, support_colour});
+}
+
+/// Adds a rope or the line of a formula. Each sheave is a wheel in the plane of the rope there.
+void add_tie(const report::Guide& tie, const GuideSpace& space, Shapes* shapes) {
+  constexpr int arcs = 32;
+  const std::vector<Vector3> course = report::find_course(tie, space.positions);
+  const double cord = 0.28 * space.bead, wheel = 2.0 * space.bead * space.size;
+  const auto at = [&](std::size_t k) { return make_vec3(course[k]); };
+  for (std::size_t k = 0; k + 1 < course.size(); ++k) add_cord(at(k), at(k + 1), cord, space, shapes);
+  if (course.empty()) return;
+  const auto sheaves = static_cast<std::size_t>(tie.numbers[0]);
+  for (std::size_t k = 1; k <= sheaves; ++k) {
+    const Vec3 middle = at(k), along = at(k - 1) - middle,
+               other = (k == 1 ? at(course.size() - 2) : at(course.size() - 1)) - middle;
+    if (!(squared(along) > 0.0)) continue;
+    const Vec3 u = unit(along), across = other - dot(other, u) * u;
+    const Vec3 v = squared(across) > 1e-12 * squared(along) ? unit(across) : frame_around(u)[0];
+    const auto rim = [&](int arc) {
+      return middle + wheel * std::cos(turn * arc / arcs) * u + wheel * std::sin(turn * arc / arcs) * v;
+    };
+    for (int arc = 0; arc < arcs; ++arc) add_cord(rim(arc), rim(arc + 1), cord, space, shapes);
+  }
+}
+
 void add_formula(std::span<const double> n, const GuideSpace& space, Shapes* shapes) {
   const std::optional<ImplicitFunction> xi = ImplicitFunction::read(n);
   if (!xi) return;
@@ -110,7 +138,15 @@ void add_guide(const report::Guide& guide, const GuideSpace& space, Shapes* shap
     add_helix(n, space, shapes);
   } else if (guide.kind == "formula") {
     add_formula(n, space, shapes);
+  } else if (guide.kind == "tie") {
+    add_tie(guide, space, shapes);
   }
+}
+
+void add_path(const std::vector<Vector3>& path, const GuideSpace& space, Shapes* shapes) {
+  std::vector<Vec3> places;
+  for (const Vector3& place : path) places.push_back(make_vec3(place));
+  add_curve(places, space, shapes);
 }
 
 }  // namespace tanor::picture

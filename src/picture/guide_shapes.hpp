@@ -1,5 +1,8 @@
 #pragma once
 
+#include <span>
+#include <vector>
+
 #include "picture/shapes.hpp"
 
 namespace tanor::picture {
@@ -9,10 +12,16 @@ struct GuideSpace {
   Vec3 middle;
   double size;  ///< m
   const Camera& camera;
-  double most_parts;  ///< straight parts of a curve
+  double most_parts;                  ///< straight parts of a curve
+  std::span<const double> positions;  ///< m, of the frame
+  double bead;                        ///< radius, relative to the size
 };
 
-/// Adds the picture of a plane, sphere, ellipsoid, line, circle, helix or surface of a formula; other kinds have none.
+/// Adds the picture of a plane, sphere, ellipsoid, line, circle, helix, surface of a formula or tie; other kinds have
+/// none.
 void add_guide(const report::Guide& guide, const GuideSpace& space, Shapes* shapes);
+
+/// Adds the path of a support that moves.
+void add_path(const std::vector<Vector3>& path, const GuideSpace& space, Shapes* shapes);
 
 }  // namespace tanor::picture

@@ -73,7 +73,8 @@ void draw_bar(cairo_t* c, const Layout& layout, const Key& key) {
     cairo_move_to(c, x + width, y);
     cairo_line_to(c, x + width + 0.25 * font, y);
     cairo_stroke(c);
-    write(c, x + width + 0.45 * font, y + 0.35 * font, words(tick));
+    const char* const beyond = key.has_less && tick == least ? "< " : key.has_more && tick == most ? "> " : "";
+    write(c, x + width + 0.45 * font, y + 0.35 * font, beyond + words(tick));
   }
 }
 

@@ -20,6 +20,7 @@ Layout arrange(const Picture& picture, bool has_colours);
 struct Key {
   report::TensionScale tensions;                 ///< N, from one end of the bar to the other
   double arrow = 0.0, arrow_pixels = 0.0;        ///< N, and the length of its arrow; 0 if there are no arrows
+  bool has_less = false, has_more = false;       ///< tensions beyond the ends of the bar
   bool has_normal = false, has_tangent = false;  ///< arrows of guides and supports, and of friction
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "picture/guide_shapes.hpp"
 
@@ -58,6 +59,44 @@ void add_points(const Picture& picture, const Scale& scale, const Camera& camera
   }
 }
 
+constexpr std::array<Vec3, 3> axes{Vec3{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+
+/// Returns the axis along which nothing moves, the last one if there are several.
+std::optional<std::size_t> find_thin_axis(const Picture& picture) {
+  constexpr double flat = 0.02;
+  const Vec3 extent = make_vec3(picture.extent.most) - make_vec3(picture.extent.least);
+  const std::array<double, 3> sides{extent.x, extent.y, extent.z};
+  for (std::size_t k = 3; k-- > 0;)
+    if (sides[k] < flat * norm(extent)) return k;
+  return std::nullopt;
+}
+
+/// Returns the direction against gravity. Without gravity it is z, or y if the motion is in the plane of x and y.
+Vec3 find_up(const Picture& picture) {
+  const Vec3 gravity = make_vec3(picture.frame.gravity);
+  if (squared(gravity) > 0.0) return (-1.0 / norm(gravity)) * gravity;
+  return find_thin_axis(picture) == 2u ? axes[1] : axes[2];
+}
+
+constexpr double height_of_ground = 2.8, width_of_ground = 2.1;  // in radii of a bead
+
+/// Calls take(place, foot) for every support that stands on the ground beneath it.
+template <class Take>
+void visit_ground(const Picture& picture, const Scale& scale, const Take& take) {
+  if (!picture.style.shows_points) return;
+  const Vec3 down = (-height_of_ground * scale.bead) * find_up(picture);
+  for (const std::vector<Vector3>& path : picture.extent.supports) {
+    const Vec3 place = scaled(scale, make_vec3(path[0]));
+    if (path.size() == 1) take(place, place + down);
+  }
+}
+
+void add_ground(const Picture& picture, const Scale& scale, const Camera& camera, Shapes* shapes) {
+  visit_ground(picture, scale, [&](Vec3 place, Vec3 foot) {
+    shapes->cones.push_back({camera.turn(place), camera.turn(foot), 0.0, width_of_ground * scale.bead, earth_colour});
+  });
+}
+
 /// Adds an arrow that begins beside a point, so that the ball there hides none of it. It has a shaft and a head, which
 /// takes almost half of a short arrow.
 void add_arrow(Vec3 place, double radius, Vec3 arrow, double thickness, Rgb colour, Shapes* shapes) {
@@ -100,7 +139,11 @@ void add_guides(const Picture& picture, const Scale& scale, const Camera& camera
   constexpr double most_covers = 16.0, weight_of_surface = 4.0;
   const std::vector<report::Guide>& guides = picture.frame.guides;
   const double share = std::floor(parts_of_all / std::max(1.0, static_cast<double>(guides.size())));
-  const GuideSpace space{scale.middle, scale.size, camera, std::clamp(share, least_parts, most_parts)};
+  const GuideSpace space{
+      scale.middle, scale.size, camera, std::clamp(share, least_parts, most_parts), picture.frame.positions,
+      scale.bead};
+  for (const std::vector<Vector3>& path : picture.extent.supports)
+    if (path.size() > 1) add_path(path, space, shapes);
   constexpr std::size_t most_numbers = 8'000;  // of formulas, each of which is evaluated thousands of times
   double covers = 0.0;
   std::size_t numbers = 0;
@@ -150,22 +193,18 @@ Scale choose_scale(const Picture& picture) {
   scale.bead =
       std::min(largest_bead, extent.rod_length > 0.0 ? 0.3 * extent.rod_length / scale.size : 0.12 / std::sqrt(points));
   scale.rod = 0.6 * scale.bead;
+  // The motion stays in the middle where it would be without the ground.
+  visit_ground(picture, scale, [&](Vec3 place, Vec3 foot) {
+    for (const Vec3 end : {foot, 2.0 * place - foot}) scale.outline.push_back(end);
+  });
   if (scale.arrow > 0.0) take_arrows(picture, &scale);
   return scale;
 }
 
 Eye choose_eye(const Picture& picture) {
-  constexpr double flat = 0.02;
   const Style& style = picture.style;
-  const Vec3 extent = make_vec3(picture.extent.most) - make_vec3(picture.extent.least);
-  const std::array<double, 3> sides{extent.x, extent.y, extent.z};
-  const std::array<Vec3, 3> axes{Vec3{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-  std::optional<std::size_t> thin;
-  for (std::size_t k = 3; k-- > 0;)
-    if (sides[k] < flat * norm(extent) && !thin) thin = k;
-  // Up is against gravity. Without gravity it is z, or y if the motion is in the plane of x and y.
-  const Vec3 gravity = make_vec3(picture.frame.gravity);
-  Vec3 up = squared(gravity) > 0.0 ? (-1.0 / norm(gravity)) * gravity : thin == 2u ? axes[1] : axes[2];
+  const std::optional<std::size_t> thin = find_thin_axis(picture);
+  Vec3 up = find_up(picture);
   const Vec3 sideways = std::abs(up.x) < 0.7 ? axes[0] : axes[1];
   Vec3 right = sideways - dot(sideways, up) * up;
   right = (1.0 / norm(right)) * right;
@@ -199,6 +238,7 @@ Shapes build_shapes(const Picture& picture, const Scale& scale, const Camera& ca
   Shapes shapes;
   if (style.shows_rods) add_rods(picture, scale, camera, &shapes);
   if (style.shows_points) add_points(picture, scale, camera, &shapes);
+  add_ground(picture, scale, camera, &shapes);
   if (style.shows_normal) add_forces(picture, picture.frame.guide_forces, normal_colour, scale, camera, &shapes);
   if (style.shows_tangent) add_forces(picture, picture.frame.friction_forces, tangent_colour, scale, camera, &shapes);
   if (style.shows_guides) add_guides(picture, scale, camera, &shapes);

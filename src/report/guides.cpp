@@ -11,9 +11,12 @@
 #include <optional>
 #include <ranges>
 #include <type_traits>
+#include <utility>
 #include <variant>
 
 #include <tanor/kinds/line_frame.hpp>
+
+#include "report/shown_parts.hpp"
 
 namespace tanor::report {
 
@@ -143,17 +146,58 @@ bool are_close(const std::vector<double>& a, const std::vector<double>& b) {
   return std::ranges::equal(a, b, [](double x, double y) { return std::abs(x - y) <= rounding * (1.0 + std::abs(x)); });
 }
 
+/// Guides, and the points that each holds; none if a group has several guides.
+struct Placed {
+  std::vector<Guide> guides;
+  std::vector<std::vector<Index>> points;
+
+  void erase(std::size_t k) {
+    guides.erase(guides.begin() + static_cast<std::ptrdiff_t>(k));
+    points.erase(points.begin() + static_cast<std::ptrdiff_t>(k));
+  }
+};
+
+/// Returns the center, normal and radius of the circle in which a plane meets a sphere; the radius is 0 if it does not.
+std::vector<double> cut_sphere(const std::vector<double>& sphere, const std::vector<double>& plane) {
+  const Vector3 center{sphere[0], sphere[1], sphere[2]}, normal{plane[0], plane[1], plane[2]};
+  const double square = dot(normal, normal), shift = (plane[3] - dot(normal, center)) / square;
+  std::vector<double> circle(7);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    circle[axis] = center[axis] + shift * normal[axis];
+    circle[3 + axis] = normal[axis];
+  }
+  circle[6] = std::sqrt(std::max(0.0, sphere[3] * sphere[3] - shift * shift * square));
+  return circle;
+}
+
+/// Replaces a sphere and a plane that hold the same points.
+void merge_rings(Placed* placed) {
+  for (std::size_t s = 0; s < placed->guides.size(); ++s) {
+    for (std::size_t p = 0; p < placed->guides.size() && placed->guides[s].kind == "sphere"; ++p) {
+      if (placed->guides[p].kind != "plane" || placed->points[p].empty() || placed->points[p] != placed->points[s])
+        continue;
+      Guide& ring = placed->guides[s];
+      ring = {"circle", ring.name, cut_sphere(ring.numbers, placed->guides[p].numbers)};
+      placed->erase(p);
+      if (p < s) --s;
+    }
+  }
+}
+
 /// Adds one guide for all points, or one for each if their numbers differ at the start.
 template <class Group>
-void add_guides(const Group& group, const Now& now, const Now& start, std::size_t most, std::vector<Guide>* guides) {
+void add_guides(const Group& group, const Now& now, const Now& start, std::size_t most, Placed* placed) {
   if constexpr (is_drawn<Group>) {
+    const std::size_t first = placed->guides.size();
     std::vector<double> before;
-    for (std::size_t k = 0; k < group.points.size() && guides->size() < most; ++k) {
+    for (std::size_t k = 0; k < group.points.size() && placed->guides.size() < most; ++k) {
       std::vector<double> numbers = place(group, start, start, k);
       if (are_close(numbers, before)) continue;
       before = std::move(numbers);
-      guides->push_back({std::string(KindOf<Group>::name), group.name, place(group, now, start, k)});
+      placed->guides.push_back({std::string(KindOf<Group>::name), group.name, place(group, now, start, k)});
     }
+    placed->points.resize(placed->guides.size());
+    if (placed->guides.size() == first + 1) placed->points.back() = group.points;
   }
 }
 
@@ -165,6 +209,15 @@ bool has_surface(const UserConstraints& group) {
 }
 template <class Group>
 bool has_surface(const Group&) {
+  return false;
+}
+
+/// Returns true if a formula has several points, between which a line is drawn.
+bool is_tie(const UserConstraints& group) {
+  return group.kernel.num_points > 1;
+}
+template <class Group>
+bool is_tie(const Group&) {
   return false;
 }
 
@@ -201,15 +254,29 @@ void mark(const Points& points, std::vector<bool>* marks) {
 }  // namespace
 
 std::vector<Guide> place_guides(const System& system, double t_start, double t, std::size_t most) {
-  std::vector<Guide> guides;
+  Placed placed;
   const Now then{t_start, system.positions}, now{t, {}};
   visit_groups(system, [&]<class Group>(const Group& group) {
     if constexpr (std::is_same_v<Group, UserConstraints>) {
-      if (has_surface(group) && guides.size() < most) guides.push_back(place_surface(group, t));
+      if (!has_surface(group) || placed.guides.size() >= most) return;
+      placed.guides.push_back(place_surface(group, t));
+      placed.points.emplace_back();
     } else {
-      add_guides(group, now, then, most, &guides);
+      add_guides(group, now, then, most, &placed);
     }
   });
+  merge_rings(&placed);
+  return std::move(placed.guides);
+}
+
+std::vector<Guide> list_ties(const ShownParts& shown) {
+  std::vector<Guide> guides;
+  for (const ShownParts::Tie& tie : shown.ties) {
+    Guide guide{"tie", tie.name, {static_cast<double>(tie.sheaves.size())}};
+    for (const Vector3& sheave : tie.sheaves) guide.numbers.insert(guide.numbers.end(), sheave.begin(), sheave.end());
+    guide.numbers.insert(guide.numbers.end(), tie.points.begin(), tie.points.end());
+    guides.push_back(std::move(guide));
+  }
   return guides;
 }
 
@@ -218,8 +285,10 @@ std::vector<Guide> list_guides_without_picture(const System& system) {
   for (const Constraint& each : system.constraints) {
     std::visit(
         [&]<class Group>(const Group& group) {
-          if constexpr (!is_drawn<Group> && !std::is_same_v<Group, Rods>)
-            if (!has_surface(group)) guides.push_back({std::string(KindOf<Group>::name), group.name, {0.0}});
+          constexpr bool has_line = std::is_same_v<Group, Rods> || std::is_same_v<Group, Pulleys>;
+          if constexpr (!is_drawn<Group> && !has_line)
+            if (!has_surface(group) && !is_tie(group))
+              guides.push_back({std::string(KindOf<Group>::name), group.name, {0.0}});
         },
         each);
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -8,14 +9,16 @@
 
 namespace tanor::report {
 
+struct ShownParts;
+
 /// A surface or curve that points are held on, as a view draws it.
 struct Guide {
   std::string kind, name;
   /// Geometry at one time, in m except directions, and the turns and the phase (rad) of a helix:
   /// plane n, offset | sphere c, R | line o, d | circle c, n, R | ellipsoid c, radii, axis, second axis |
   /// helix o, axis, radius, pitch, phase | formula t, index of the step that is xi, then each step of an Expression:
-  /// operation, a, b, constant (of a variable: 0 to 3 for x, y, z, t). A single number means that the guide has no
-  /// picture.
+  /// operation, a, b, constant (of a variable: 0 to 3 for x, y, z, t) | tie number of its sheaves, these, then the rows
+  /// of its points among those of the frame. A single number means that the guide has no picture.
   std::vector<double> numbers;
 };
 
@@ -25,10 +28,29 @@ inline bool has_picture(const Guide& guide) {
 
 /// Returns the guides of constraints and coordinates at time t, in their order and at most `most` of them, the same
 /// ones at every time. Radii, offsets and phases that the system leaves to the start come from its positions at
-/// t_start. Points with individual numbers have a guide each.
+/// t_start. Points with individual numbers have a guide each; a sphere and a plane that hold the same points are the
+/// circle in which they meet.
 std::vector<Guide> place_guides(const System& system, double t_start, double t, std::size_t most = 64);
 
-/// Returns the groups whose guides have no picture: formulas of several points, angles, pulleys and the like.
+/// Returns the ties as guides.
+std::vector<Guide> list_ties(const ShownParts& shown);
+/// Returns the places that a tie passes, from its first point to its last one; none if its numbers are no tie's.
+inline std::vector<Vector3> find_course(const Guide& tie, std::span<const double> positions) {
+  const std::vector<double>& n = tie.numbers;
+  const auto num_points = static_cast<double>(positions.size() / 3), size = static_cast<double>(n.size());
+  if (n.empty() || !(n[0] >= 0.0 && 1.0 + 3.0 * n[0] < size)) return {};
+  const auto first = static_cast<std::size_t>(1.0 + 3.0 * n[0]);
+  std::vector<Vector3> course;
+  for (std::size_t k = first; k < n.size(); ++k) {
+    if (!(n[k] >= 0.0 && n[k] < num_points)) return {};
+    const double* r = &positions[3 * static_cast<std::size_t>(n[k])];
+    course.push_back({r[0], r[1], r[2]});
+    for (std::size_t at = 1; k == first && at < first; at += 3) course.push_back({n[at], n[at + 1], n[at + 2]});
+  }
+  return course;
+}
+
+/// Returns the groups whose guides have no picture: angles, linear equations, and formulas that are no expressions.
 std::vector<Guide> list_guides_without_picture(const System& system);
 
 /// Returns "saddle (formula)".

@@ -11,8 +11,9 @@ namespace tanor::report {
 
 namespace {
 
-constexpr double typical = 0.97;   // part of the numbers for which colours and arrows are scaled
-constexpr double rounding = 1e-6;  // of a force or tension, relative to the typical largest one
+constexpr double typical = 0.97;          // part of the forces for which arrows are scaled
+constexpr double typical_tension = 0.99;  // of those that pull, and of those that push, for colours
+constexpr double rounding = 1e-6;         // of a force or tension, relative to the typical largest one
 constexpr std::size_t most_arrows = 20'000;
 
 /// Returns the number below which a part of them is, and puts it there.
@@ -70,9 +71,16 @@ class Outline {
   std::vector<double> heights_;
 };
 
-/// Adds round guides as a whole, unless the motion covers only a small part of them.
-void take_guides(const std::vector<Guide>& guides, double size, MotionExtent* extent, Outline* outline) {
-  for (const auto& [kind, name, n] : guides) {
+/// Adds the sheaves of ropes, and round guides as a whole, unless the motion covers only a small part of them.
+void take_guides(const StoredFrame& frame, double size, MotionExtent* extent, Outline* outline) {
+  for (const Guide& guide : frame.guides) {
+    const auto& [kind, name, n] = guide;
+    if (kind == "tie") {
+      for (const Vector3& place : find_course(guide, frame.positions)) {
+        take(place, 0.0, extent);
+        outline->take(place);
+      }
+    }
     const double radius = kind == "sphere"      ? n[3]
                           : kind == "circle"    ? n[6]
                           : kind == "ellipsoid" ? std::max({n[3], n[4], n[5]})
@@ -80,6 +88,22 @@ void take_guides(const std::vector<Guide>& guides, double size, MotionExtent* ex
     if (!(radius > 0.0) || radius > 2.0 * size) continue;
     take({n[0], n[1], n[2]}, radius, extent);
     outline->take({n[0], n[1], n[2]}, radius);
+  }
+}
+
+/// Collects where supports are, which have the same rows in all frames.
+void collect_supports(const std::vector<StoredFrame>& frames, double size, MotionExtent* extent) {
+  constexpr std::size_t most = 500;
+  constexpr double rest = 1e-6;
+  for (std::size_t k = 0; k < frames[0].num_points() && extent->supports.size() < most; ++k) {
+    if (!frames[0].is_support[k]) continue;
+    std::vector<Vector3> path;
+    for (const StoredFrame& frame : frames) {
+      if (k >= frame.num_points()) continue;
+      const Vector3 place = row(frame.positions, k);
+      if (path.empty() || distance(place, path.back()) > rest * size) path.push_back(place);
+    }
+    extent->supports.push_back(std::move(path));
   }
 }
 
@@ -113,7 +137,7 @@ void visit_forces(const std::vector<StoredFrame>& frames, const Take& take) {
 
 /// Collects the forces, without the rounding errors of points at which no force acts.
 void collect_forces(const std::vector<StoredFrame>& frames, MotionExtent* extent) {
-  double largest = 0.0;
+  double largest = extent->tensions.end();
   visit_forces(frames,
                [&](const Vector3&, const Vector3& force, bool) { largest = std::max(largest, distance(force, {})); });
   std::vector<double> normal, friction;
@@ -135,8 +159,8 @@ TensionScale choose_tension_scale(std::vector<double> tensions) {
   std::erase_if(tensions, [](double tension) { return !std::isfinite(tension); });
   const auto middle = std::partition(tensions.begin(), tensions.end(), [](double tension) { return tension < 0.0; });
   for (double& tension : tensions) tension = std::abs(tension);
-  const double least = quantile({tensions.begin(), middle}, typical),
-               most = quantile({middle, tensions.end()}, typical);
+  const double least = quantile({tensions.begin(), middle}, typical_tension),
+               most = quantile({middle, tensions.end()}, typical_tension);
   const double end = round_up(std::max(least, most));
   // Tensions within rounding are no pushes or pulls.
   return {.least = least > rounding * most ? -end : 0.0, .most = most > rounding * least ? end : 0.0};
@@ -153,8 +177,9 @@ MotionExtent measure_motion(const std::vector<StoredFrame>& frames) {
     }
   }
   const double size = distance(extent.least, extent.most);
-  for (const StoredFrame& frame : frames) take_guides(frame.guides, size, &extent, &outline);
+  for (const StoredFrame& frame : frames) take_guides(frame, size, &extent, &outline);
   extent.outline = outline.places();
+  collect_supports(frames, size, &extent);
   measure_rods(frames, &extent);
   collect_forces(frames, &extent);
   return extent;

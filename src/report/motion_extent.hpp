@@ -20,7 +20,7 @@ struct TensionScale {
 inline constexpr const char* tension_colours_key = "tension_colours";
 
 /// Chooses the scale for the tensions of all rods at many instants, N; those that are not finite do not count. At most
-/// 3 % of those that pull, and of those that push, are beyond its end, so that a few large ones do not grey the others.
+/// 1 % of those that pull, and of those that push, are beyond its end, so that a few large ones do not grey the others.
 /// The end is rounded up to two digits.
 TensionScale choose_tension_scale(std::vector<double> tensions);
 
@@ -34,6 +34,8 @@ struct MotionExtent {
   double rod_length = 0.0;         ///< median, m; 0 without rods
   std::vector<Vector3> held{};     ///< m, points of attack of the forces
   std::vector<Vector3> forces{};   ///< N, at these points
+  /// Places of the first 500 supports at the frames, m; one place of a support that stands.
+  std::vector<std::vector<Vector3>> supports{};
 };
 
 /// Measures the frames of a motion; there must be at least one.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 #include <numeric>
+#include <type_traits>
+#include <utility>
 #include <variant>
 
 namespace tanor::report {
@@ -14,6 +16,22 @@ std::size_t count_rows(const Constraint& constraint) {
   return std::visit(
       []<class Group>(const Group& group) { return KindOf<Group>::rows * (group.*KindOf<Group>::members).size(); },
       constraint);
+}
+
+/// Adds the members of a constraint that a line from point to point shows, those whose points are all shown.
+template <class Group>
+void add_ties(const Group& group, std::size_t row, const std::vector<std::int32_t>& slots, ShownParts* shown) {
+  constexpr std::size_t most = 64;
+  if constexpr (std::is_same_v<Group, Pulleys> || std::is_same_v<Group, UserConstraints>) {
+    const auto& members = group.*KindOf<Group>::members;
+    for (std::size_t k = 0; k < members.size() && shown->ties.size() < most; ++k) {
+      ShownParts::Tie tie{std::string(KindOf<Group>::name), group.name, {}, {}, row + k};
+      for (const Index point : members[k]) tie.points.push_back(slots[point]);
+      if constexpr (std::is_same_v<Group, Pulleys>) tie.sheaves = {group.a, group.b};
+      if (tie.points.size() > 1 && std::ranges::all_of(tie.points, [](std::int32_t slot) { return slot >= 0; }))
+        shown->ties.push_back(std::move(tie));
+    }
+  }
 }
 
 /// Adds the image of a point and returns its position behind the points.
@@ -56,6 +74,7 @@ ShownParts choose_parts(const System& system, std::span<const Index> chosen) {
         is_touched[i] = is_touched[j] = true;
       }
     }
+    std::visit([&](const auto& group) { add_ties(group, row, slots, &shown); }, constraint);
     row += count_rows(constraint);
   }
   for (std::size_t k = 0; k < shown.num_points; ++k) {
@@ -70,11 +89,24 @@ void gather_points(const ShownParts& shown, std::span<const double> all, std::ve
   for (const Index point : shown.points) row = std::copy_n(&all[3 * static_cast<std::size_t>(point)], 3, row);
 }
 
+namespace {
+
+double find_tension(std::size_t row, std::span<const double> multipliers) {
+  return row < multipliers.size() ? -multipliers[row] : std::numeric_limits<double>::quiet_NaN();
+}
+
+}  // namespace
+
 std::vector<double> find_tensions(const ShownParts& shown, std::span<const double> multipliers) {
   std::vector<double> tensions;
   tensions.reserve(shown.rod_rows.size());
-  for (const std::size_t row : shown.rod_rows)
-    tensions.push_back(row < multipliers.size() ? -multipliers[row] : std::numeric_limits<double>::quiet_NaN());
+  for (const std::size_t row : shown.rod_rows) tensions.push_back(find_tension(row, multipliers));
+  return tensions;
+}
+
+std::vector<double> find_tie_tensions(const ShownParts& shown, std::span<const double> multipliers) {
+  std::vector<double> tensions;
+  for (const ShownParts::Tie& tie : shown.ties) tensions.push_back(find_tension(tie.row, multipliers));
   return tensions;
 }
 

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <tanor/system.hpp>
@@ -26,6 +27,15 @@ struct ShownParts {
     Vector3 offset;      ///< m
   };
   std::vector<Image> images;
+
+  /// A rope over sheaves, or a formula of several points, which is drawn from point to point.
+  struct Tie {
+    std::string kind, name;            ///< of its constraint
+    std::vector<std::int32_t> points;  ///< positions in `points`
+    std::vector<Vector3> sheaves;      ///< m, which it passes after its first point
+    std::size_t row;                   ///< among the multipliers
+  };
+  std::vector<Tie> ties;  ///< the first 64
 };
 
 /// Chooses what is shown. `chosen` names the points in their order; if it is empty, all points are shown.
@@ -37,6 +47,9 @@ void gather_points(const ShownParts& shown, std::span<const double> all, std::ve
 /// Returns the tensions of the shown rods, N: -lambda. `multipliers` are those of all constraints (d); a rod beyond
 /// their end has NaN.
 std::vector<double> find_tensions(const ShownParts& shown, std::span<const double> multipliers);
+
+/// Returns the tensions of the ties, N, likewise: -lambda, which a pulley has at its first point.
+std::vector<double> find_tie_tensions(const ShownParts& shown, std::span<const double> multipliers);
 
 /// Returns the rows of the images from those of the shown points (3m).
 std::vector<double> gather_images(const ShownParts& shown, std::span<const double> rows);

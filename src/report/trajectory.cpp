@@ -226,6 +226,7 @@ void Trajectory::write_frame(Simulation& simulation, std::span<const double> fri
   if (!friction.empty()) gather_points(*shown_, friction, &friction_);
   const MotionReport& report = simulation.report();
   std::vector<Guide> guides = place_guides(simulation.system(), t_start_, simulation.time());
+  for (Guide& each : list_ties(*shown_)) guides.push_back(std::move(each));
   for (Guide& each : list_guides_without_picture(simulation.system())) guides.push_back(std::move(each));
   const Frame frame{.number = frames_,
                     .steps = report.steps,

@@ -86,12 +86,13 @@ TEST(PictureCommandTest, ANewRunTakesThePictureOfTheOldOneAway) {
   EXPECT_FALSE(std::filesystem::exists(folder / "o/picture.png"));
 }
 
-/// A surface of one point is drawn. A guide that holds two points has no picture, and the program says so.
+/// A surface of one point is drawn. A linear equation of two points has no picture, and the program says so.
 TEST(PictureCommandTest, SaysWhichGuidesItDoesNotDraw) {
   const Folder folder;
   const std::string saddle = R"json({"kind": "formula", "name": "saddle", "points": [[0]],
     "equation": "z1-0.2*((x1-5)^2-y1^2)"})json";
-  const std::string wire = R"({"kind": "formula", "name": "wire", "points": [[0, 1]], "equation": "x1-2*x2"})";
+  const std::string wire =
+      R"({"kind": "linear", "name": "wire", "tuples": [[0, 1]], "coefficients": [[1, 0, 0], [-2, 0, 0]]})";
   const auto draw = [&](const std::string& constraints) {
     write_text(folder / "s.json", R"({"tanor_scene": 1, "name": "guides",
       "points": {"positions": [[6, 1, 0], [3, 0, 0]]}, "constraints": [)" +
@@ -107,8 +108,7 @@ TEST(PictureCommandTest, SaysWhichGuidesItDoesNotDraw) {
   EXPECT_FALSE(contains(saddle_said, "not drawn")) << saddle_said;
   EXPECT_EQ(saddle_left_out, 0);
   const auto [both_said, both_left_out] = draw(saddle + "," + wire);
-  EXPECT_TRUE(contains(both_said, "tanor: not drawn, since no picture of them is known: wire (formula)\n"))
-      << both_said;
+  EXPECT_TRUE(contains(both_said, "tanor: not drawn, since no picture of them is known: wire (linear)\n")) << both_said;
   EXPECT_EQ(both_left_out, 1);
 }
 

@@ -113,10 +113,14 @@ TEST(PictureTest, APlaneMotionIsSeenStraightAndFillsThePicture) {
   EXPECT_GE(all.left, 1);
   EXPECT_LE(all.right, 398);
   EXPECT_GE(all.right - all.left, 370);
-  EXPECT_NEAR(all.top + all.bottom, 299, 2) << "in the middle";
-  // The left end is the support and larger, the right one the bead.
-  const Bounds dark = bound_colour(picture, support, 12), light = bound_colour(picture, bead, 12);
-  EXPECT_LT(dark.right, 30);
+  // The left end is the support and larger, with the ground beneath it, the right one the bead.
+  const Bounds dark = bound_colour(picture, support, 12), light = bound_colour(picture, bead, 12),
+               earth = bound_colour(picture, {173, 158, 135}, 30);
+  EXPECT_NEAR(light.top + light.bottom, 299, 2) << "in the middle";
+  EXPECT_GT(earth.count, 20);
+  EXPECT_GT(earth.bottom, light.bottom);
+  EXPECT_LT(earth.bottom, 299);
+  EXPECT_LT(dark.right, 40);
   EXPECT_GT(light.left, 370);
   EXPECT_GT(dark.count, light.count);
 }
@@ -209,7 +213,8 @@ TEST(PictureTest, EveryKindOfGuideIsDrawn) {
                                           {"circle", "", {0.5, 0, 0, 0, 0, 1, 0.4}},
                                           {"ellipsoid", "", {0.5, 0, 0, 0.4, 0.3, 0.2, 1, 0, 0, 0, 1, 0}},
                                           {"helix", "", {0.5, 0, 0, 1, 0, 0, 0.2, 0.3, 0}},
-                                          formula_guide("z1-0.2*((x1-0.5)^2-y1^2)")};
+                                          formula_guide("z1-0.2*((x1-0.5)^2-y1^2)"),
+                                          {"tie", "", {2, 0, 0.5, 0, 1, 0.5, 0, 0, 1}}};
   Picture picture = make_rod(5.0);
   picture.style.from = {{0.3, 0.2, 1}};
   for (const report::Guide& guide : guides) {
