@@ -27,6 +27,7 @@ report::RunFacts collect_facts(const RunPlan& plan, const scene::Scene& scene, c
   facts.source = scene.source;
   facts.scene_checksum = plan.scene_checksum;
   facts.left_out = scene.left_out;
+  facts.cell = scene.cell;
   facts.threads = scene.solver.threads > 0 ? scene.solver.threads : count_threads();
   facts.t_start = scene.t_start;
   facts.t_end = scene.t_end;

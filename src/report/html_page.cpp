@@ -43,16 +43,16 @@ std::string describe(Rgb colour) {
 }
 
 /// Returns the colours of the motion, which are those of its pictures.
-Json describe_colours(const RunFacts& facts) {
+Json describe_colours(const TensionScale& tensions) {
   Json stops_of_pulled = Json::array(), stops_of_pushed = Json::array();
   for (const Rgb stop : pulled) stops_of_pulled.push_back(describe(stop));
   for (const Rgb stop : pushed) stops_of_pushed.push_back(describe(stop));
-  const TensionScale tensions = facts.tensions.value_or(TensionScale());
   return {{"tensions", {tensions.least, tensions.most}},
           {"pulled", stops_of_pulled},
           {"pushed", stops_of_pushed},
           {"bead", describe(bead_colour)},
           {"support", describe(support_colour)},
+          {"earth", describe(earth_colour)},
           {"normal", describe(normal_colour)},
           {"tangent", describe(tangent_colour)},
           {"guide", describe(guide_colour)},
@@ -130,18 +130,27 @@ Json describe_guides(const std::vector<Guide>& guides, const std::vector<Recorde
   return list;
 }
 
-/// Returns the direction against gravity, or z if there is no gravity.
-Vector3 find_up(const System& system) {
-  const Vector3 g = find_gravity(system);
-  return g == Vector3{} ? Vector3{0.0, 0.0, 1.0} : Vector3{-g[0], -g[1], -g[2]};
+Json describe_ties(const ShownParts& shown) {
+  Json ties = Json::array();
+  for (const auto& [kind, name, points, sheaves, row] : shown.ties)
+    ties.push_back({{"kind", kind}, {"name", name}, {"points", points}, {"sheaves", sheaves}});
+  return ties;
 }
 
-Json describe_motion(const Simulation& simulation, const Recording& recording, PackedBytes* bytes) {
+/// Returns the edges of a cell that is periodic in all directions, whose origin is not known, or null.
+Json describe_cell(const std::optional<scene::Cell>& cell) {
+  if (!cell || !(cell->xx > 0.0 && cell->yy > 0.0 && cell->zz > 0.0)) return {};
+  return {{"edges", {{cell->xx, 0.0, 0.0}, {cell->xy, cell->yy, 0.0}, {cell->xz, cell->yz, cell->zz}}},
+          {"origin", nullptr}};
+}
+
+Json describe_motion(const System& system, const Recording& recording, const std::optional<scene::Cell>& cell,
+                     PackedBytes* bytes) {
   const std::vector<RecordedFrame> frames = recording.frames();
   const ShownParts& shown = recording.shown();
+  const Vector3 gravity = find_gravity(system);
   Json times = Json::array(), supports = Json::array(), without_picture = Json::array();
-  for (const Guide& each : list_guides_without_picture(simulation.system()))
-    without_picture.push_back(name_guide(each));
+  for (const Guide& each : list_guides_without_picture(system)) without_picture.push_back(name_guide(each));
   for (const RecordedFrame& frame : frames) times.push_back(frame.time);
   for (std::size_t k = 0; k < shown.num_points; ++k) {
     if (shown.is_support[k]) supports.push_back(k);
@@ -155,11 +164,14 @@ Json describe_motion(const Simulation& simulation, const Recording& recording, P
               {"supports", supports},
               {"images", describe_images(shown)},
               {"guides", describe_guides(recording.guides(), frames)},
+              {"ties", describe_ties(shown)},
+              {"cell", describe_cell(cell)},
               {"without_picture", without_picture},
-              {"up", find_up(simulation.system())},
-              {"has_friction", !simulation.system().friction.empty()}};
+              {"up", {-gravity[0], -gravity[1], -gravity[2]}},
+              {"has_friction", !system.friction.empty()}};
   motion["ranges"] = {{"positions", pack_positions(frames, bytes)},
                       {"tensions", pack_forces("tensions", frames, &RecordedFrame::tensions, bytes)},
+                      {"ties", pack_forces("ties", frames, &RecordedFrame::tie_tensions, bytes)},
                       {"normal", pack_forces("normal", frames, &RecordedFrame::normal_reactions, bytes)},
                       {"tangent", pack_forces("tangent", frames, &RecordedFrame::tangent_reactions, bytes)}};
   motion["arrays"] = bytes->list();
@@ -265,16 +277,44 @@ Json describe_run(const RunFacts& facts, const Simulation& simulation, const std
           {"text", text}};
 }
 
-void write(const std::filesystem::path& directory, const RunFacts& facts, const Simulation& simulation,
-           const Recording& recording, const std::string& text) {
-  PackedBytes bytes;
-  const Json data{{"run", describe_run(facts, simulation, text)},
-                  {"motion", describe_motion(simulation, recording, &bytes)},
-                  {"colours", describe_colours(facts)},
-                  {"history", describe_history(recording)},
-                  {"events", describe_events(simulation.report(), recording)},
-                  {"events_seen", count_events(simulation.report(), recording)},
-                  {"error_time", read_error_time(directory, facts.scene_checksum)}};
+/// Returns what stands in the place of the facts of a run.
+Json describe_rest(const System& system, const Rest& rest) {
+  return {{"scene", rest.scene},
+          {"version", TANOR_VERSION},
+          {"method", rest.said},
+          {"points", system.num_points()},
+          {"equations", num_equations(system)},
+          {"has_started", true},
+          {"is_at_rest", true},
+          {"t_start", rest.state.time},
+          {"t_resumed", Json()},
+          {"t_end", rest.state.time},
+          {"t_reached", rest.state.time},
+          {"certificate", {{"checks", Json::array()}}},
+          {"certificate_line", ""},
+          {"wants_certificate", false},
+          {"warnings", rest.warnings},
+          {"left_out", rest.left_out},
+          {"wall", {{"total", 0.0}}},
+          {"is_running", false},
+          {"text", ""}};
+}
+
+/// Packs the shapes of modes, a row each, and returns their ranges.
+Json pack_shapes(const Modes& modes, PackedBytes* bytes) {
+  Json ranges = Json::array();
+  std::vector<std::uint16_t> numbers;
+  for (std::size_t k = 0; k < modes.count(); ++k) {
+    Range range;
+    for (const double number : modes.shape(k)) range.take(number);
+    for (const double number : modes.shape(k)) numbers.push_back(to_16_bits(number, range.least, range.most));
+    ranges.push_back(range.json());
+  }
+  bytes->add_rows("shapes", numbers, modes.count() > 0 ? modes.shape(0).size() : 1);
+  return ranges;
+}
+
+void write_page(const std::filesystem::path& directory, const Json& data, const PackedBytes& bytes) {
   const std::string_view page = html_page_template();
   const std::size_t place = page.find(place_of_data);
   replace_file(directory / html_page_name, [&](OutputFile* file) {
@@ -288,6 +328,19 @@ void write(const std::filesystem::path& directory, const RunFacts& facts, const 
   });
 }
 
+void write(const std::filesystem::path& directory, const RunFacts& facts, const Simulation& simulation,
+           const Recording& recording, const std::string& text) {
+  PackedBytes bytes;
+  const Json data{{"run", describe_run(facts, simulation, text)},
+                  {"motion", describe_motion(simulation.system(), recording, facts.cell, &bytes)},
+                  {"colours", describe_colours(facts.tensions.value_or(TensionScale()))},
+                  {"history", describe_history(recording)},
+                  {"events", describe_events(simulation.report(), recording)},
+                  {"events_seen", count_events(simulation.report(), recording)},
+                  {"error_time", read_error_time(directory, facts.scene_checksum)}};
+  write_page(directory, data, bytes);
+}
+
 }  // namespace
 
 void write_html_page(const std::filesystem::path& directory, const RunFacts& facts, Simulation& simulation,
@@ -298,6 +351,26 @@ void write_html_page(const std::filesystem::path& directory, const RunFacts& fac
 void write_running_page(const std::filesystem::path& directory, const RunFacts& facts, const Simulation& simulation,
                         const Recording& recording) {
   write(directory, facts, simulation, recording, "");
+}
+
+void write_rest_page(const std::filesystem::path& directory, const System& system, const Rest& rest) {
+  if (!has_html_page()) return;
+  Recording recording(system, {});
+  recording.take_frame(system, rest.state);
+  PackedBytes bytes;
+  Json data{{"run", describe_rest(system, rest)},
+            {"motion", describe_motion(system, recording, rest.cell, &bytes)},
+            {"colours", describe_colours(choose_tension_scale(recording.tensions()))},
+            {"history", Json::object()},
+            {"events", Json::array()},
+            {"events_seen", Json::object()},
+            {"error_time", Json::array()}};
+  if (rest.modes != nullptr) {
+    data["modes"] = {{"omega", rest.modes->omega}, {"decay", rest.modes->decay}};
+    data["motion"]["ranges"]["shapes"] = pack_shapes(*rest.modes, &bytes);
+    data["motion"]["arrays"] = bytes.list();
+  }
+  write_page(directory, data, bytes);
 }
 
 }  // namespace tanor::report

@@ -1,7 +1,12 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
+#include <string>
 #include <string_view>
+#include <vector>
+
+#include <tanor/modes.hpp>
 
 #include "report/recording.hpp"
 #include "report/summary.hpp"
@@ -25,5 +30,17 @@ void write_html_page(const std::filesystem::path& directory, const RunFacts& fac
 /// Writes the page of a run that goes on. It requests nothing from the simulation that is not known yet.
 void write_running_page(const std::filesystem::path& directory, const RunFacts& facts, const Simulation& simulation,
                         const Recording& recording);
+
+/// A scene at rest, for its page and its picture.
+struct Rest {
+  std::string scene, said;  ///< its name; what was found, in a line
+  std::vector<std::string> warnings, left_out;
+  std::optional<scene::Cell> cell;
+  tanor::Solution state;         ///< positions and forces
+  const Modes* modes = nullptr;  ///< small vibrations about it; null: none
+};
+
+/// Writes `directory/report.html` of a scene at rest: loads and tensions, and modes that swing.
+void write_rest_page(const std::filesystem::path& directory, const System& system, const Rest& rest);
 
 }  // namespace tanor::report

@@ -26,8 +26,9 @@ std::string to_base64(std::span<const std::uint8_t> bytes) {
 }  // namespace
 
 std::uint16_t to_16_bits(double number, double least, double most) {
-  if (!(most > least) || !std::isfinite(number)) return 0;
-  return static_cast<std::uint16_t>(std::lround(65535.0 * std::clamp((number - least) / (most - least), 0.0, 1.0)));
+  if (!std::isfinite(number)) return 65535;
+  if (!(most > least)) return 0;
+  return static_cast<std::uint16_t>(std::lround(65534.0 * std::clamp((number - least) / (most - least), 0.0, 1.0)));
 }
 
 void PackedBytes::begin(std::string_view name, std::string_view type, std::size_t count, std::size_t columns) {

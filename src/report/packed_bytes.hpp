@@ -30,7 +30,7 @@ class PackedBytes {
   std::vector<std::uint8_t> bytes_;
 };
 
-/// Maps a number between `least` and `most` to 65536 equal steps.
+/// Maps a number between `least` and `most` to 0 … 65534, and one that is not known to 65535.
 std::uint16_t to_16_bits(double number, double least, double most);
 
 }  // namespace tanor::report

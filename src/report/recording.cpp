@@ -79,10 +79,10 @@ RecordedFrame Recording::record(const System& system, const Instant& instant) {
   std::vector<double> rows;
   gather_points(shown_, instant.state.positions, &rows);
   frame.positions.assign(rows.begin(), rows.end());
-  const std::span<const double> multipliers = instant.multipliers;
-  // tension = -lambda
-  for (const std::size_t row : shown_.rod_rows)
-    frame.tensions.push_back(row < multipliers.size() ? static_cast<float>(-multipliers[row]) : std::nanf(""));
+  const std::vector<double> tensions = find_tensions(shown_, instant.multipliers),
+                            tie_tensions = find_tie_tensions(shown_, instant.multipliers);
+  frame.tensions.assign(tensions.begin(), tensions.end());
+  frame.tie_tensions.assign(tie_tensions.begin(), tie_tensions.end());
   if (!held_.empty()) add_reactions(instant, &frame);
   std::vector<Guide> guides = place_guides(system, t_start_, frame.time);
   for (Guide& guide : guides) frame.guides.push_back(guide.numbers);
@@ -114,7 +114,7 @@ std::vector<double> Recording::tensions() const {
 bool Recording::fits(const RecordedFrame& frame) const {
   const std::size_t held = 3 * held_.size();
   return frame.positions.size() == 3 * shown_.num_points && frame.tensions.size() == shown_.rods.size() &&
-         frame.normal_reactions.size() == held &&
+         frame.tie_tensions.size() == shown_.ties.size() && frame.normal_reactions.size() == held &&
          (frame.tangent_reactions.empty() || frame.tangent_reactions.size() == held) &&
          std::ranges::equal(frame.guides, guides_, {}, &std::vector<double>::size,
                             [](const Guide& guide) { return guide.numbers.size(); });

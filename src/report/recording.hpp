@@ -21,6 +21,7 @@ struct RecordedFrame {
   double time = 0.0;
   std::vector<float> positions;             ///< 3m, m, of the shown points
   std::vector<float> tensions;              ///< N, of the shown rods
+  std::vector<float> tie_tensions;          ///< N, of the shown ties
   std::vector<float> normal_reactions;      ///< 3h, N: forces of guides and supports on the held points
   std::vector<float> tangent_reactions;     ///< 3h, N: friction there; empty if the system has none
   std::vector<std::vector<double>> guides;  ///< numbers of each Guide
@@ -29,7 +30,8 @@ struct RecordedFrame {
 /// Visits all parts, to write and to read them (base/archive.hpp).
 template <class Frame, class Visit>
 void visit_parts(Frame& frame, Visit& visit) requires std::is_same_v<std::remove_const_t<Frame>, RecordedFrame> {
-  visit(frame.time, frame.positions, frame.tensions, frame.normal_reactions, frame.tangent_reactions, frame.guides);
+  visit(frame.time, frame.positions, frame.tensions, frame.tie_tensions, frame.normal_reactions,
+        frame.tangent_reactions, frame.guides);
 }
 
 /// The report of one step. Violations and the condition number are the worst ones until the next recorded step.

@@ -14,7 +14,7 @@ namespace tanor::report {
 
 namespace {
 
-constexpr std::string_view first_line_of_recording = "tanor recording 4\n";
+constexpr std::string_view first_line_of_recording = "tanor recording 5\n";
 
 /// Accepts any number, because a page draws what there is.
 struct CheckNothing {

@@ -267,5 +267,44 @@ TEST(RecordingTest, AGuideThatTheStartSizesKeepsItsSize) {
   EXPECT_EQ(later[0].numbers, (std::vector<double>{2, 0, 0, 3}));
 }
 
+// A ball of radius 5 and the plane z = 4 leave a circle of radius 3, and the plane beside it leaves nothing of itself.
+TEST(GuidesTest, ASphereAndAPlaneOfTheSamePointsAreACircle) {
+  System system;
+  system.positions = {4, 2, 5, 0, 0, 4};
+  system.masses = {1.0, 1.0};
+  const auto place = [&](std::vector<Index> of_plane) {
+    system.constraints = {Planes{"cut", std::move(of_plane), Vector3{0, 0, 2}, 10.0},
+                          Spheres{"ball", {0}, Vector3{1, 2, 1}, 5.0}};
+    return place_guides(system, 0.0, 0.0);
+  };
+  const std::vector<Guide> ring = place({0});
+  ASSERT_EQ(ring.size(), 1u);
+  EXPECT_EQ(ring[0].kind, "circle");
+  EXPECT_EQ(ring[0].name, "ball");
+  EXPECT_EQ(ring[0].numbers, (std::vector<double>{1, 2, 5, 0, 0, 2, 3}));
+  EXPECT_EQ(place({0, 1}).size(), 2u) << "of other points";
+}
+
+// Atwood's machine: both masses hang on a rope with the tension 2 m1 m2/(m1 + m2) g.
+TEST(RecordingTest, ARopeHasItsCourseAndItsTension) {
+  System system;
+  system.positions = {-1, 0, -2, 1, 0, -1};
+  system.masses = {1.0, 3.0};
+  system.constraints = {Pulleys{"winch", {{0, 1}}, Vector3{-1, 0, 0}, Vector3{1, 0, 0}}};
+  system.forces = {Gravity{"", {0, 0, -10}}};
+  const Simulation simulation(system, {.method = Method::Rk4, .step = 0.01});
+  Recording recording(system, {});
+
+  recording.take_frame(simulation);
+
+  EXPECT_FLOAT_EQ(recording.frames().at(0).tie_tensions.at(0), 15.0f);
+  const std::vector<Guide> ties = list_ties(recording.shown());
+  ASSERT_EQ(ties.size(), 1u);
+  EXPECT_EQ(find_course(ties[0], system.positions),
+            (std::vector<Vector3>{{-1, 0, -2}, {-1, 0, 0}, {1, 0, 0}, {1, 0, -1}}));
+  for (const std::vector<double>& odd : {std::vector<double>{}, {NAN, 1}, {1e300, 0, 1}, {1, 0, 0}, {0, 2}, {0, -1}})
+    EXPECT_TRUE(find_course({"tie", "", odd}, system.positions).empty());
+}
+
 }  // namespace
 }  // namespace tanor::report

@@ -1,5 +1,11 @@
 /** A number; null if it was not computed or is not finite. */
-type Figure = number | null;
+export type Figure = number | null;
+
+/** The letters behind numbers; empty where a scene has none. */
+export const units = { length: "m", force: "N", time: "s", energy: "J" };
+
+/** Returns "t, s" or "t". */
+export const measure = (name: string, unit: string) => (unit ? `${name}, ${unit}` : name);
 
 /** The facts of a run that the page shows, out of those that src/report/html_page.cpp writes. Times are in s. */
 export interface Run {
@@ -30,6 +36,7 @@ export interface Run {
   wall: { total: number } & Record<string, number>; // by phase
   is_running: boolean;
   text: string; // empty while the run goes on
+  is_at_rest?: boolean; // an equilibrium, or modes about one: many of these facts are missing
 }
 
 /** A run of `tanor error-time`. */
@@ -39,9 +46,26 @@ export interface ErrorTimeRow {
   error_m: number | null; // null if t_end was not reached
 }
 
+interface Extreme { value: Figure; t: Figure; member: string }
+
+/** A named number over time, or the parts of a vector, of one thing or of several members. */
+export interface Observable {
+  name: string;
+  unit: string;
+  parts: string[]; // empty for a number
+  members: string[]; // empty for one thing alone
+  least: Extreme[]; // of each part, or one
+  largest: Extreme[];
+  t: number[];
+  rows: Figure[][]; // one for each time: the parts of each member, member by member
+}
+
 /** The data that src/report/html_page.cpp puts into the page. */
 export interface PageData {
   run: Run;
+  units?: Partial<typeof units>;
+  observables?: Observable[];
+  modes?: { omega: number[]; decay: number[] }; // rad/s, 1/s; of small vibrations about the one frame
   motion: Motion;
   colours: Colours;
   history: Record<string, Figure[]>;
@@ -57,6 +81,7 @@ export interface Colours {
   pushed: string[];
   bead: string;
   support: string;
+  earth: string;
   normal: string;
   tangent: string;
   guide: string;
@@ -70,6 +95,14 @@ export interface Guide {
   rows: number[][]; // one, or one for each frame
 }
 
+/** A rope or formula between points, and the places of the sheaves that it passes on its way from the first point. */
+export interface Tie {
+  kind: string;
+  name: string;
+  points: number[];
+  sheaves: number[][];
+}
+
 export interface Motion {
   points: number;
   rods: number;
@@ -78,10 +111,12 @@ export interface Motion {
   supports: number[];
   images: number[][]; // point, offset
   guides: Guide[];
+  ties: Tie[];
+  cell: { edges: number[][]; origin: number[] | null } | null; // of a periodic sample; around the middle if no origin is known
   without_picture: string[];
   has_friction: boolean;
-  up: number[];
-  ranges: Record<"positions" | "tensions" | "normal" | "tangent", [number, number][]>; // one, or one for each frame
+  up: number[]; // 0 without gravity
+  ranges: Record<NameOfRows, [number, number][]>; // one, or one for each row
   arrays: { name: string; type: string; at: number; count: number; columns: number }[];
 }
 
@@ -99,20 +134,32 @@ export function weighRows(times: number[], frame: number, part: number): number[
   return [-a * first, 1 - end + (a - b) * first - c * second, end + b * first + (c - d) * second, d * second];
 }
 
-/** Rows of numbers in 65536 steps between two ends, which are those of all rows or of each row. */
-export class Rows {
+/** Numbers for each frame. */
+export interface Frames {
+  columns: number;
+  get(frame: number, column: number): number;
+  step(frame: number): number; // the smallest difference of two numbers
+  read(frame: number, weights: number[], into: Float32Array): void;
+}
+
+const unknown = 65535;
+
+/** Rows of numbers in 65535 steps between two ends, which are those of all rows or of each row. */
+export class Rows implements Frames {
   constructor(private steps: Uint16Array, readonly columns: number, private ranges: [number, number][]) {}
 
   private least = (frame: number) => this.ranges[Math.min(frame, this.ranges.length - 1)][0];
 
-  /** Returns the smallest difference of two numbers. */
   step(frame: number): number {
     const [least, most] = this.ranges[Math.min(frame, this.ranges.length - 1)];
-    return (most - least) / 65535;
+    return (most - least) / (unknown - 1);
   }
 
+  /** A row that lasts stands for all later ones. */
   get(frame: number, column: number): number {
-    return this.least(frame) + this.step(frame) * this.steps[frame * this.columns + column];
+    const row = Math.min(frame, this.steps.length / this.columns - 1);
+    const step = this.steps[row * this.columns + column];
+    return step === unknown ? NaN : this.least(row) + this.step(row) * step;
   }
 
   /** Reads row `frame` plus `part` of the way to the next one, with the weights of four rows (weighRows). */
@@ -124,17 +171,51 @@ export class Rows {
     const [wa, wb, wc, wd] = rows.map((row, k) => weights[k] * this.step(row));
     const [a, b, c, d] = rows.map((row) => row * this.columns);
     for (let k = 0; k < this.columns; ++k)
-      into[k] = least + (wa * s[a + k] + wb * s[b + k] + wc * s[c + k] + wd * s[d + k]);
+      into[k] = s[b + k] === unknown || s[c + k] === unknown ? NaN : least + (wa * s[a + k] + wb * s[b + k] + wc * s[c + k] + wd * s[d + k]);
   }
 }
 
-export interface Arrays {
+/** Number of pictures of a period of a mode. */
+export const frames_of_period = 48;
+
+/** Places of points that swing in a mode: r + a q cos(2 pi k / frames_of_period) at frame k. */
+export class Swing implements Frames {
+  readonly columns: number;
+  private moves: Float32Array;
+
+  /** The largest move is a sixteenth of the size of all that there is. */
+  constructor(private rest: Rows, shapes: Rows, mode: number) {
+    this.columns = rest.columns;
+    this.moves = new Float32Array(this.columns);
+    const least = [Infinity, Infinity, Infinity], most = [-Infinity, -Infinity, -Infinity];
+    let square = 0;
+    for (let k = 0; k < this.columns; k += 3) {
+      for (let axis = 0; axis < 3; ++axis) {
+        this.moves[k + axis] = shapes.get(mode, k + axis);
+        least[axis] = Math.min(least[axis], rest.get(0, k + axis));
+        most[axis] = Math.max(most[axis], rest.get(0, k + axis));
+      }
+      square = Math.max(square, this.moves[k] ** 2 + this.moves[k + 1] ** 2 + this.moves[k + 2] ** 2);
+    }
+    const size = Math.hypot(...most.map((x, axis) => x - least[axis])) || 1;
+    if (square > 0) for (let k = 0; k < this.columns; ++k) this.moves[k] *= size / 16 / Math.sqrt(square);
+  }
+  step = () => this.rest.step(0);
+  private phase = (frame: number) => Math.cos((2 * Math.PI * frame) / frames_of_period);
+  get(frame: number, column: number): number { return this.rest.get(0, column) + this.phase(frame) * this.moves[column]; }
+  read(frame: number, weights: number[], into: Float32Array): void {
+    const part = weights.reduce((sum, weight, k) => sum + weight * this.phase(frame - 1 + k), 0);
+    for (let k = 0; k < this.columns; ++k) into[k] = this.rest.get(0, k) + part * this.moves[k];
+  }
+}
+
+const names_of_rows = ["positions", "tensions", "normal", "tangent", "ties", "shapes"] as const;
+type NameOfRows = (typeof names_of_rows)[number];
+
+export interface Arrays extends Record<Exclude<NameOfRows, "positions">, Rows> {
   rods: Int32Array;
   held: Int32Array;
-  positions: Rows;
-  tensions: Rows;
-  normal: Rows;
-  tangent: Rows;
+  positions: Frames;
 }
 
 export function readPage(page: Document): { data: PageData; packed: string } {
@@ -153,15 +234,14 @@ export async function unpack(motion: Motion, packed: string): Promise<Arrays> {
     const { at, count } = find(name);
     return new Int32Array(bytes.slice(at, at + 4 * count).buffer);
   };
-  const rows = (name: "positions" | "tensions" | "normal" | "tangent") => {
-    const { at, count, columns } = find(name);
+  const rows = (name: NameOfRows) => {
+    const { at, count, columns } = find(name) ?? { at: 0, count: 0, columns: 1 };
     const steps = new Uint16Array(count);
     for (let k = 0; k < count; ++k)
       steps[k] = (k >= columns ? steps[k - columns] : 0) + bytes[at + k] + (bytes[at + count + k] << 8);
     return new Rows(steps, count > 0 ? columns : 0, motion.ranges[name]);
   };
-  return { rods: whole("rods"), held: whole("held"), positions: rows("positions"), tensions: rows("tensions"),
-    normal: rows("normal"), tangent: rows("tangent") };
+  return { rods: whole("rods"), held: whole("held"), ...(Object.fromEntries(names_of_rows.map((name) => [name, rows(name)])) as Record<NameOfRows, Rows>) };
 }
 
 /** Returns "1.23e-7 N" and the like, rounded to `digits` digits. */

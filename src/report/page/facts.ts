@@ -1,4 +1,4 @@
-import { wait, words, type PageData, type Run } from "./data";
+import { units, wait, words, type PageData, type Run } from "./data";
 import { fillList, find, make } from "./dom";
 
 const count = (number: number, what: string) => `${number} ${what}${number === 1 ? "" : "s"}`;
@@ -15,29 +15,37 @@ function describeCertificate(run: Run): string {
 /** Returns where the error of the motion is shown. A certificate of the equations says nothing about it. */
 const describeError = (data: PageData) => data.error_time.length ? "see error against time" : "not measured";
 
+/** Returns what one wants to know of a computation before anything else of it. */
+function listFacts(data: PageData): string[][] {
+  const { run } = data, certified = ["equations certified", describeCertificate(run)], ran = ["run time", wait(run.wall.total)], threads = ["threads", String(run.threads)];
+  if (run.is_at_rest) return [];
+  if (!run.has_started) return [certified, ran, ["motion", "no start was found"], threads];
+  const { position_violation: position, velocity_violation: velocity } = run;
+  return [certified, ran, ["error of the motion", describeError(data)],
+    ["steps", `${run.steps}` + (run.rejected ? ` (+${run.rejected})` : "")],
+    ["simulated", words(run.t_reached - run.t_start, units.time)],
+    ["violation", words(position === null || velocity === null ? null : Math.max(position, velocity), "", 2)],
+    ["energy drift", words(run.drift, "", 2)], threads];
+}
+
 /** Fills in the warnings, then what ran, how well and how fast, and what was left out. */
 export function fillHeadline(data: PageData): void {
   const { run, motion } = data;
   const done = run.t_end > run.t_start ? (run.t_reached - run.t_start) / (run.t_end - run.t_start) : 1;
   document.title = `${run.is_running ? `${Math.round(100 * done)} % · ` : ""}${run.scene} – tanor`;
   find("scene").textContent = run.scene;
-  find("what").textContent = `${count(run.points, "point")}, ${count(motion.rods, "rod")}, ${count(run.equations, "equation")}, ${count(run.islands, "island")} · ${run.method} · tanor ${run.version}`;
+  const facts = listFacts(data), span = run.is_at_rest || !run.has_started ? "" : ` · ${words(run.t_reached - run.t_start, units.time)} simulated`;
+  find("what").textContent = `${count(run.points, "point")}, ${count(motion.rods, "rod")}, ${count(run.equations, "equation")}${span} · ${run.method} · tanor ${run.version}`;
   find("running").hidden = !run.is_running;
   find("done").style.width = `${100 * done}%`;
-  find("done-words").textContent = `The run goes on: t = ${words(run.t_reached)} of ${words(run.t_end, "s")} after ${wait(run.wall.total)}. This is its state when the page was written.`;
-  const ofMotion = run.has_started ? [
-    ["error of the motion", describeError(data)],
-    ["steps", `${run.steps}` + (run.rejected ? ` (+${run.rejected})` : "")],
-    ["simulated", words(run.t_reached - run.t_start, "s")],
-    ["violation", words(run.position_violation === null || run.velocity_violation === null ? null : Math.max(run.position_violation, run.velocity_violation), "", 2)],
-    ["energy drift", words(run.drift, "", 2)],
-  ] : [["motion", "no start was found"]];
-  const facts = [["equations certified", describeCertificate(run)], ["run time", wait(run.wall.total)], ...ofMotion, ["threads", String(run.threads)]];
+  find("done-words").textContent = `The run goes on: t = ${words(run.t_reached)} of ${words(run.t_end, units.time)} after ${wait(run.wall.total)}. This is its state when the page was written.`;
   find("headline").replaceChildren(...facts.map(([name, text]) => {
     const pair = make("div");
     pair.append(make("dt", name), make("dd", text));
     return pair;
   }));
+  find("verdict").textContent = facts.slice(0, 2).map(([name, text]) => `${name}: ${text}`).join(" · ");
+  find("computed").hidden = !facts.length && !run.left_out.length;
   find("warnings").hidden = run.warnings.length === 0;
   find("warnings").replaceChildren(...run.warnings.map((warning) => make("p", warning)));
   find("left-out-line").textContent = run.left_out.length ? `Left out, since the scene does not need it: ${run.left_out.map((what) => what.split(":")[0]).join(", ")}.` : "";
@@ -46,6 +54,7 @@ export function fillHeadline(data: PageData): void {
 
 function fillPhases(run: Run): void {
   const phases = Object.entries(run.wall).filter(([name, time]) => name !== "total" && time > 0);
+  find("phases").parentElement!.hidden = phases.length === 0;
   const most = Math.max(...phases.map(([, time]) => time));
   find("phases").replaceChildren(...phases.map(([name, time]) => {
     const row = make("div", "", "phase"), bar = make("i");
@@ -68,6 +77,7 @@ function tellLeftOut({ events, events_seen }: PageData): string {
 export function fillDetails(data: PageData, seek: (time: number) => void): void {
   const { run, events } = data;
   fillPhases(run);
+  find("certificate").parentElement!.hidden = !!run.is_at_rest;
   find("certificate").textContent = run.certificate_line
     || (run.is_running ? "It is made at the end." : run.wants_certificate ? `None was made: ${run.has_started ? "the motion did not arrive" : "there is no start"}.` : "No certificate was asked for.");
   find("checks").replaceChildren(...run.certificate.checks.map((check) => {
@@ -79,7 +89,7 @@ export function fillDetails(data: PageData, seek: (time: number) => void): void 
   find("events-card").hidden = events.length === 0;
   fillList("events", events.map((event) => {
     const row = make("li");
-    row.append(make("i", "", `mark ${event.kind}`), make("span", event.what), make("span", words(event.t, "s")));
+    row.append(make("i", "", `mark ${event.kind}`), make("span", event.what), make("span", words(event.t, units.time)));
     row.onclick = () => seek(event.t);
     return row;
   }));

@@ -1,24 +1,35 @@
 import {
   BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, GLSL3, Group, InstancedBufferAttribute,
   InstancedBufferGeometry, LineBasicMaterial, LineSegments, Line, Matrix4, Mesh, MeshBasicMaterial, NormalBlending,
-  PlaneGeometry, Points, ShaderMaterial, SphereGeometry, Vector2, Vector3,
+  PlaneGeometry, Points, ShaderMaterial, SphereGeometry, Vector2, Vector3, Vector4,
 } from "three";
 import type { Guide } from "./data";
 import { polygonise, readFormula } from "./implicit";
 
-/** Makes the haze, which gives distant parts the colour of the ground to show depth. All materials of a view share it. */
+/**
+ * Makes the haze, which gives distant parts the colour of the ground to show depth, and the slab outside of which nothing
+ * is drawn. All materials of a view share them.
+ */
 export const makeHaze = (ground: number[], most: number) => ({
   ground: { value: new Vector3(...ground) },
   haze: { value: new Vector3(0, 1, most) }, // distances at which it begins and is full, and its largest strength
+  slab: { value: new Vector4(0, 0, 0, 0) }, // normal, middle along it
+  halfSlab: { value: 1 }, // thickness
 });
 export type Haze = ReturnType<typeof makeHaze>;
 const hazeVertex = `
-uniform vec3 haze; out float far;
-void veil(float distance) { far = haze.z * clamp((distance - haze.x) / (haze.y - haze.x), 0.0, 1.0); }`;
+uniform vec3 haze; uniform vec4 slab; out float far; out float aside;
+void veil(float distance, vec3 place) {
+  far = haze.z * clamp((distance - haze.x) / (haze.y - haze.x), 0.0, 1.0);
+  aside = dot(place, slab.xyz) - slab.w;
+}`;
 const hazeFragment = `
 precision highp float;
-uniform vec3 ground; in float far; out vec4 colour;
-void paint(vec3 lit) { colour = vec4(mix(lit, ground, far), 1.0); }`;
+uniform vec3 ground; uniform float halfSlab; in float far; in float aside; out vec4 colour;
+void paint(vec3 lit) {
+  if (abs(aside) > halfSlab) discard;
+  colour = vec4(mix(lit, ground, far), 1.0);
+}`;
 
 const ribbonVertex = `${hazeVertex}
 in vec3 corner;  // part of the way from a to b, side, pixels back from b for heads
@@ -34,7 +45,7 @@ void main() {
   float pixels = max(least, width * projectionMatrix[1][1] * screen.y / c.w);
   vec2 shift = side * corner.y * pixels * (corner.z > 0.0 ? 2.6 : 1.0) - along * min(head * max(corner.z, -corner.z), size);
   c.xy += shift / screen * c.w;
-  veil(c.w);
+  veil(c.w, mix(a, b, corner.x));
   gl_Position = c; shade = tint; across = corner.z > 0.0 ? 0.0 : corner.y * 2.0;
 }`;
 const ribbonFragment = `${hazeFragment}
@@ -86,7 +97,7 @@ void main() {
   gl_Position = projectionMatrix * p;
   gl_PointSize = max(least, radius * projectionMatrix[1][1] * height / gl_Position.w);
   shade = tint;
-  veil(gl_Position.w);
+  veil(gl_Position.w, position);
 }`;
 const beadFragment = `${hazeFragment}
 in vec3 shade;
@@ -97,7 +108,7 @@ void main() {
   paint(shade * light);
 }`;
 
-/** Draws points as small lit balls. */
+/** Draws points as small lit balls, or as discs behind other balls if `isBehind`. */
 export class Beads {
   readonly mesh: Points;
   readonly positions: Float32Array;
@@ -105,7 +116,7 @@ export class Beads {
   private geometry = new BufferGeometry();
   private material: ShaderMaterial;
 
-  constructor(count: number, radius: number, least: number, haze: Haze) {
+  constructor(count: number, radius: number, least: number, haze: Haze, { isBehind = false } = {}) {
     const add = (name: string) => {
       const attribute = new BufferAttribute(new Float32Array(3 * count), 3);
       attribute.setUsage(DynamicDrawUsage);
@@ -116,6 +127,8 @@ export class Beads {
     this.material = new ShaderMaterial({ glslVersion: GLSL3, vertexShader: beadVertex, fragmentShader: beadFragment,
       uniforms: { height: { value: 1 }, radius: { value: radius }, least: { value: least }, ...haze } });
     this.mesh = new Points(this.geometry, this.material);
+    this.mesh.renderOrder = isBehind ? -1 : 0;
+    this.material.depthWrite = !isBehind;
     this.mesh.frustumCulled = false;
   }
   resize(height: number): void { this.material.uniforms.height.value = height; }

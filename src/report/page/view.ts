@@ -1,7 +1,8 @@
-import { Group, Line, Mesh, Object3D, PerspectiveCamera, Points, Scene, Vector3, WebGLRenderer } from "three";
-import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
-import { weighRows, type Arrays, type Colours, type Motion } from "./data";
+import { Box3, Group, Line, Matrix3, Mesh, Object3D, Points, Scene, Vector3 } from "three";
+import { units, weighRows, words, type Arrays, type Colours, type Frames, type Motion } from "./data";
+import { Ropes, courseOf, drawCell, drawSupports } from "./fixtures";
 import { Beads, Ribbons, drawGuide, makeHaze, type Haze } from "./shapes";
+import type { Look, Stage } from "./stage";
 
 type Rgb = [number, number, number]; // sRGB, 0 … 1
 
@@ -10,46 +11,20 @@ const readColour = (text: string) => [1, 3, 5].map((at) => parseInt(text.slice(a
 /** Returns the largest size below the top 3 %, so that outliers do not grey the others. */
 function typicalLargest(read: (k: number) => number, count: number): number {
   const sizes: number[] = [], stride = Math.max(1, Math.floor(count / 20000));
-  for (let k = 0; k < count; k += stride) sizes.push(Math.abs(read(k)));
+  for (let k = 0; k < count; k += stride) if (Number.isFinite(read(k))) sizes.push(Math.abs(read(k)));
   sizes.sort((x, y) => x - y);
   return sizes.length ? sizes[Math.floor(0.97 * (sizes.length - 1))] : 0;
 }
 
-/** The canvas, the camera and its controls, which outlive the views of one run. */
-export class Stage {
-  readonly renderer: WebGLRenderer;
-  readonly camera = new PerspectiveCamera(35, 1, 0.01, 1000);
-  controls: OrbitControls;
-  resized: (width: number, height: number) => void = () => {};
-
-  constructor(readonly host: HTMLElement, private changed: () => void) {
-    this.renderer = new WebGLRenderer({ antialias: true, alpha: true });
-    this.renderer.setPixelRatio(Math.min(2, window.devicePixelRatio));
-    host.appendChild(this.renderer.domElement);
-    this.controls = this.makeControls();
-    new ResizeObserver(() => { this.resize(); changed(); }).observe(host);
+/** Returns the box around places, which Box3.setFromArray takes three times as long to find. */
+function boxOf(places: Float32Array): Box3 {
+  const least = [Infinity, Infinity, Infinity], most = [-Infinity, -Infinity, -Infinity];
+  for (let axis = 0; axis < 3; ++axis) {
+    let low = Infinity, high = -Infinity;
+    for (let k = axis; k < places.length; k += 3) { const x = places[k]; if (x < low) low = x; if (x > high) high = x; }
+    [least[axis], most[axis]] = [low, high];
   }
-
-  /** Sets the direction around which a hand turns the picture. OrbitControls read it only when they are made. */
-  setUp(up: Vector3): void {
-    this.camera.up.copy(up);
-    this.controls.dispose();
-    this.controls = this.makeControls();
-  }
-
-  private makeControls(): OrbitControls {
-    const controls = new OrbitControls(this.camera, this.renderer.domElement);
-    controls.addEventListener("change", this.changed);
-    return controls;
-  }
-
-  resize(): void {
-    const width = this.host.clientWidth, height = this.host.clientHeight, ratio = this.renderer.getPixelRatio();
-    this.renderer.setSize(width, height);
-    this.camera.aspect = width / height;
-    this.camera.updateProjectionMatrix();
-    this.resized(width * ratio, height * ratio);
-  }
+  return new Box3(new Vector3(...least), new Vector3(...most));
 }
 
 /** Releases the graphics memory of everything drawn in an object. */
@@ -61,63 +36,71 @@ function release(drawn: Object3D): void {
   });
 }
 
+const rounding = 1e-6; // of forces, relative to the tensions
+
 const most_shades = 256; // from no tension to the end of the scale
+
+/** What a click chooses. */
+export interface Chosen { kind: "rod" | "point" | "tie"; number: number }
+/** What a reader switches on. */
+export const parts = ["points", "rods", "guides", "normal", "tangent", "cell", "wrapped"] as const;
 
 /** The motion in 3-D. */
 export class View {
   readonly scale: number; // N, the end of the colours
   readonly newtonsPerSize: number; // N, force of an arrow as long as a sixth of the picture
   readonly tensions: Float32Array; // now
-  tensionStep = 0; // N, resolution of the packed tensions
-  chosen = 0;
-  shows = { points: true, rods: true, guides: true, normal: true, tangent: true };
-  private shades: Float32Array; // of tensions from -scale to scale
   readonly scene = new Scene(); // tests find rods, arrows and guides in it by their names
-  private places: Float32Array;
-  private normal: Float32Array;
-  private tangent: Float32Array;
+  tensionStep = 0; // N, resolution of the packed tensions
+  chosen: Chosen = { kind: "rod", number: 0 };
+  shows = Object.fromEntries(parts.map((part) => [part, true])) as Record<(typeof parts)[number], boolean>;
+  size = 1; // m, size of all that is shown
+  private shades: Float32Array; // of tensions from -scale to scale
+  private now: Record<"places" | "shown" | "normal" | "tangent", Float32Array>; // positions as they are, and as they are drawn
   private haze: Haze;
   private beads: Beads;
   private beadRadius: number; // m
   private rods: Ribbons;
-  private mark: Ribbons; // around the chosen rod, which keeps its colour
-  private normalArrows: Ribbons;
-  private tangentArrows: Ribbons;
-  private guides = new Group();
+  private ropes: Ropes;
+  private marks: { rod: Ribbons; point: Beads }; // around what is chosen, which keeps its colour
+  private arrows: { normal: Ribbons; tangent: Ribbons };
+  private fixed = { guides: new Group(), supports: new Group(), cell: new Group() };
   private guideFrame = -1;
   private middle = new Vector3();
-  size = 1; // m, size of all that is shown
   private frame = 0;
 
-  constructor(private stage: Stage, private motion: Motion, private arrays: Arrays, private colours: Colours, looksAnew: boolean) {
-    this.places = new Float32Array(arrays.positions.columns);
-    this.tensions = new Float32Array(arrays.tensions.columns);
-    this.normal = new Float32Array(arrays.normal.columns);
-    this.tangent = new Float32Array(arrays.tangent.columns);
+  constructor(private stage: Stage, private motion: Motion, private arrays: Arrays, private colours: Colours) {
+    const room = (rows: Frames) => new Float32Array(rows.columns);
+    this.now = { places: room(arrays.positions), shown: room(arrays.positions), normal: room(arrays.normal), tangent: room(arrays.tangent) };
+    this.tensions = room(arrays.tensions);
     const frames = motion.times.length;
-    const over = (rows: Arrays["tensions"]) => typicalLargest((k) => rows.get(Math.floor(k / rows.columns), k % rows.columns), frames * rows.columns);
+    const over = (rows: Frames) => typicalLargest((k) => rows.get(Math.floor(k / rows.columns), k % rows.columns), frames * rows.columns);
     this.scale = Math.max(colours.tensions[1], -colours.tensions[0]);
     this.shades = this.mixShades();
-    this.measure();
-    const held = arrays.held.length, many = motion.points > 3000;
-    const bead = many ? 0.0017 * this.size : Math.min(0.016, 0.06 / Math.sqrt(motion.points)) * this.size;
+    const up = this.measure(), held = arrays.held.length, many = motion.points > 3000;
+    const bead = many ? 0.0017 * this.size : Math.min(0.016, 0.06 / Math.sqrt(motion.points)) * this.typicalSize;
     this.haze = makeHaze(readColour(colours.ground), many ? 0.85 : 0.35);
     this.beadRadius = bead * (many ? 1.3 : 1);
     this.beads = new Beads(motion.points, this.beadRadius, many ? 1.5 : 4, this.haze);
     this.rods = new Ribbons(motion.rods, bead * (many ? 1.0 : 0.7), many ? 1 : 2, this.haze);
-    this.mark = new Ribbons(1, bead * (many ? 2.5 : 1.4), many ? 5 : 7, this.haze, { isBehind: true });
-    this.normalArrows = new Ribbons(held, 0, 3, this.haze, { hasHeads: true });
-    this.tangentArrows = new Ribbons(held, 0, 3, this.haze, { hasHeads: true });
+    this.ropes = new Ropes(motion.ties, bead, this.haze, readColour(colours.support));
+    this.marks = { rod: new Ribbons(1, bead * (many ? 2.5 : 1.4), many ? 5 : 7, this.haze, { isBehind: true }), point: new Beads(1, 1.7 * this.beadRadius, 12, this.haze, { isBehind: true }) };
+    this.arrows = { normal: new Ribbons(held, 0, 3, this.haze, { hasHeads: true }), tangent: new Ribbons(held, 0, 3, this.haze, { hasHeads: true }) };
     this.newtonsPerSize = Math.max(over(arrays.normal), arrays.tangent.columns ? over(arrays.tangent) : 0);
-    this.scene.add(this.guides, this.rods.mesh, this.mark.mesh, this.beads.mesh, this.normalArrows.mesh, this.tangentArrows.mesh);
-    [this.rods.mesh.name, this.normalArrows.mesh.name, this.tangentArrows.mesh.name, this.guides.name] = ["rods", "normal", "tangent", "guides"];
+    if (!(this.newtonsPerSize > rounding * this.scale)) this.newtonsPerSize = 0;
+    this.fixed.supports.add(drawSupports(motion, arrays, up, this.beadRadius, this.size, colours));
+    if (motion.cell) this.fixed.cell.add(drawCell(motion.cell.edges, this.middleOfCell));
+    this.scene.add(...Object.values(this.fixed), this.ropes.ribbons.mesh, this.rods.mesh, this.marks.rod.mesh, this.marks.point.mesh, this.beads.mesh, this.arrows.normal.mesh, this.arrows.tangent.mesh);
+    [this.rods.mesh.name, this.arrows.normal.mesh.name, this.arrows.tangent.mesh.name, this.fixed.guides.name] = ["rods", "normal", "tangent", "guides"];
     this.paint();
+    stage.setUp(up);
+    stage.camera.near = 0.002 * this.size;
+    stage.camera.far = 40 * this.size;
     stage.resized = (width, height) => {
-      for (const each of [this.rods, this.mark, this.normalArrows, this.tangentArrows]) each.resize(width, height);
-      this.beads.resize(height);
+      for (const each of [this.rods, this.ropes.ribbons, this.marks.rod, this.arrows.normal, this.arrows.tangent]) each.resize(width, height);
+      for (const each of [this.beads, this.marks.point]) each.resize(height);
     };
     stage.resize();
-    if (looksAnew) this.lookFrom();
   }
 
   dispose(): void {
@@ -130,74 +113,72 @@ export class View {
     return this.tensions.reduce((best, tension, rod) => (Math.abs(tension) > Math.abs(this.tensions[best]) ? rod : best), 0);
   }
 
-  /** Measures the middle and the size of all that is shown over the whole motion, including round guides that are not much larger. */
-  private measure(): void {
-    const least = new Vector3(Infinity, Infinity, Infinity), most = new Vector3(-Infinity, -Infinity, -Infinity), p = new Vector3();
-    const frames = this.motion.times.length, each = Math.max(1, Math.floor(frames / 12));
-    for (let f = 0; f < frames; f += each)
-      for (let k = 0; k < this.motion.points; ++k) {
-        p.set(this.arrays.positions.get(f, 3 * k), this.arrays.positions.get(f, 3 * k + 1), this.arrays.positions.get(f, 3 * k + 2));
-        least.min(p); most.max(p);
-      }
-    const size = most.distanceTo(least);
+  /** Adds round guides that are not much larger than a box around points. */
+  private takeGuides(box: Box3): void {
+    const size = box.getSize(new Vector3()).length();
     for (const { kind, rows: [row] } of this.motion.guides) {
       const radius = kind === "sphere" ? row[3] : kind === "circle" ? row[6] : kind === "ellipsoid" ? Math.max(row[3], row[4], row[5]) : 0;
-      if (!(radius > 0) || radius > 2 * size) continue;
-      least.min(p.set(row[0] - radius, row[1] - radius, row[2] - radius));
-      most.max(p.set(row[0] + radius, row[1] + radius, row[2] + radius));
+      if (radius > 0 && radius <= 2 * size) box.union(new Box3().setFromCenterAndSize(new Vector3(...row), new Vector3(2, 2, 2).multiplyScalar(radius)));
     }
-    this.middle.addVectors(least, most).multiplyScalar(0.5);
-    this.size = Math.max(1e-12, most.clone().sub(least).length());
-    this.extent = most.sub(least);
-  }
-  private extent = new Vector3();
-
-  /** Looks from a corner, or straight at a motion in a plane. */
-  lookFrom(): void {
-    const up = new Vector3(...(this.motion.up as [number, number, number])).normalize();
-    const flat = [0, 1, 2].find((axis) => this.extent.getComponent(axis) < 0.02 * this.size);
-    const sideways = Math.abs(up.x) < 0.7 ? new Vector3(1, 0, 0) : new Vector3(0, 1, 0);
-    const right = sideways.addScaledVector(up, -sideways.dot(up)).normalize(), front = right.clone().cross(up);
-    const from = flat === undefined || Math.abs(up.getComponent(flat)) > 0.7
-      ? front.clone().multiplyScalar(1).addScaledVector(right, 0.55).addScaledVector(up, 0.4)
-      : new Vector3().setComponent(flat, flat === 1 ? -1 : 1);
-    this.stage.setUp(up);
-    const { camera, controls } = this.stage;
-    camera.position.copy(this.middle).addScaledVector(from.normalize(), this.size);
-    camera.position.copy(this.middle).addScaledVector(from, this.findDistance(from));
-    camera.near = 0.002 * this.size;
-    camera.far = 40 * this.size;
-    camera.updateProjectionMatrix();
-    controls.target.copy(this.middle);
-    controls.update();
+    for (const { sheaves } of this.motion.ties) for (const [x, y, z] of sheaves) box.expandByPoint(new Vector3(x, y, z));
   }
 
-  /** Returns the distance at which the box around all that is shown fills the picture without being cut off. */
-  private findDistance(from: Vector3): number {
-    const { camera } = this.stage, margin = 1.12, corner = new Vector3();
-    camera.lookAt(this.middle);
-    camera.updateMatrixWorld();
-    const [right, up] = [new Vector3(), new Vector3()];
-    camera.matrixWorld.extractBasis(right, up, new Vector3());
-    const high = Math.tan((camera.fov * Math.PI) / 360), wide = high * camera.aspect;
-    let distance = 0;
-    for (let k = 0; k < 8; ++k) {
-      corner.set(k & 1 ? 0.5 : -0.5, k & 2 ? 0.5 : -0.5, k & 4 ? 0.5 : -0.5).multiply(this.extent);
-      const needed = Math.max(Math.abs(corner.dot(right)) / wide, Math.abs(corner.dot(up)) / high);
-      distance = Math.max(distance, corner.dot(from) + margin * needed);
+  /** Measures all that is shown over the whole motion, and returns the direction up. */
+  private measure(): Vector3 {
+    const { motion: { times, points, up }, arrays: { positions } } = this, box = new Box3(), p = new Vector3(), sizes: number[] = [];
+    for (let f = 0; f < times.length; f += Math.max(1, Math.floor(times.length / 12))) {
+      const now = new Box3();
+      for (let k = 0; k < points; ++k) now.expandByPoint(p.set(positions.get(f, 3 * k), positions.get(f, 3 * k + 1), positions.get(f, 3 * k + 2)));
+      sizes.push(now.getSize(p).length());
+      box.union(now);
     }
-    return Math.max(distance, 0.1 * this.size);
+    this.typicalSize = Math.max(1e-12, sizes.sort((x, y) => x - y)[sizes.length >> 1]);
+    this.takeGuides(box);
+    box.getCenter(this.middle);
+    const extent = box.getSize(new Vector3());
+    this.size = Math.max(1e-12, extent.length());
+    this.flat = [0, 1, 2].find((axis) => extent.getComponent(axis) < 0.02 * this.size);
+    // Without gravity up is z, or y of a motion in the plane of x and y.
+    return p.set(up[0], up[1], up[2]).lengthSq() > 0 ? p.normalize() : p.set(0, this.flat === 2 ? 1 : 0, this.flat === 2 ? 0 : 1);
+  }
+  private typicalSize = 1; // m, of an instant
+  private flat: number | undefined; // the axis along which nothing moves
+
+  /** Returns the box around all that is shown now. */
+  private measureNow(): Box3 {
+    const box = boxOf(this.now.shown);
+    this.takeGuides(box);
+    for (const part of ["normal", "tangent"] as const) if (this.shows[part] && this.newtonsPerSize > 0) box.union(boxOf(this.arrows[part].b));
+    if (this.motion.cell && this.shows.cell) box.expandByObject(this.fixed.cell);
+    return box;
+  }
+
+  /** Fits the picture to what is there now, seen from a side; "best": from a corner, or straight at a motion in a plane. */
+  look(from?: Look | "best"): void {
+    const { up } = this.stage.camera, flat = this.flat;
+    const isPlane = flat !== undefined && Math.abs(up.getComponent(flat)) <= 0.7, right = Math.abs(up.x) < 0.7 ? 0 : 1;
+    this.stage.fit(this.measureNow(), from !== "best" ? from : !isPlane ? "corner" : flat === right ? "side" : "front");
+  }
+
+  /** Shows a slab across an axis alone: its middle and thickness as parts of all that there is. */
+  slice(axis: number | null, middle = 0.5, thickness = 1): void {
+    const { slab, halfSlab } = this.haze, box = this.measureNow(), normal = new Vector3();
+    if (axis !== null) normal.setComponent(axis, 1);
+    const low = box.min.dot(normal), high = box.max.dot(normal);
+    slab.value.set(normal.x, normal.y, normal.z, low + middle * (high - low));
+    halfSlab.value = axis === null ? 1 : 0.5 * thickness * (high - low);
   }
 
   private paint(): void {
     const count = this.motion.points, tint = this.beads.tint;
     const [bead, support, normal, tangent, ink] = [this.colours.bead, this.colours.support, this.colours.normal, this.colours.tangent, this.colours.ink].map(readColour);
     for (let k = 0; k < count; ++k) tint.set(bead, 3 * k);
-    this.mark.tint.set(ink);
+    this.marks.rod.tint.set(ink);
+    this.marks.point.tint.set(readColour("#2a7fc9"));
     for (const k of this.motion.supports) tint.set(support, 3 * k);
     for (let k = 0; k < this.arrays.held.length; ++k) {
-      this.normalArrows.tint.set(normal, 3 * k);
-      this.tangentArrows.tint.set(tangent, 3 * k);
+      this.arrows.normal.tint.set(normal, 3 * k);
+      this.arrows.tangent.tint.set(tangent, 3 * k);
     }
   }
 
@@ -210,17 +191,51 @@ export class View {
     const part = span > 0 ? Math.min(1, Math.max(0, (time - times[low]) / span)) : 0;
     this.frame = part < 0.5 ? low : high;
     const straight = [0, 1 - part, part, 0];
-    this.arrays.positions.read(low, weighRows(times, low, part), this.places);
+    this.arrays.positions.read(low, weighRows(times, low, part), this.now.places);
     this.arrays.tensions.read(low, straight, this.tensions);
-    this.arrays.normal.read(low, straight, this.normal);
-    this.arrays.tangent.read(low, straight, this.tangent);
+    this.arrays.normal.read(low, straight, this.now.normal);
+    this.arrays.tangent.read(low, straight, this.now.tangent);
     this.tensionStep = this.tensions.length ? Math.max(this.arrays.tensions.step(low), this.arrays.tensions.step(high)) : 0;
-    this.beads.positions.set(this.places);
+    this.wrap();
+    this.beads.positions.set(this.now.shown);
     this.beads.update();
     this.placeRods();
-    this.placeArrows(this.normalArrows, this.normal);
-    this.placeArrows(this.tangentArrows, this.tangent);
+    this.ropes.stand(this.place);
+    this.placeArrows(this.arrows.normal, this.now.normal);
+    this.placeArrows(this.arrows.tangent, this.now.tangent);
     this.placeGuides();
+    this.mark();
+    this.stage.follow(this.measureNow());
+  }
+
+  /** Returns the force on what is chosen now, in words. */
+  tellForce({ kind, number }: Chosen): string {
+    if (kind === "rod") return words(this.tensions[number], units.force);
+    if (kind === "tie") return words(this.arrays.ties.get(this.frame, number), this.motion.ties[number].kind === "pulley" ? units.force : "");
+    const row = 3 * this.arrays.held.indexOf(number), { normal, tangent } = this.now;
+    return words(Math.hypot(...[0, 1, 2].map((axis) => normal[row + axis] + (tangent[row + axis] ?? 0))), units.force);
+  }
+
+  private place = (k: number) => new Vector3().fromArray(this.now.shown, 3 * k);
+
+  private get middleOfCell(): Vector3 {
+    const { edges, origin } = this.motion.cell!;
+    return origin ? edges.reduce((sum, [x, y, z]) => sum.add(new Vector3(x, y, z).multiplyScalar(0.5)), new Vector3(...origin)) : this.middle;
+  }
+
+  /** Moves the points by whole edges into the cell, if that is wanted. */
+  private wrap(): void {
+    const { places, shown } = this.now, { cell } = this.motion;
+    shown.set(places);
+    if (!cell || !this.shows.wrapped) return;
+    const edges = cell.edges.map(([x, y, z]) => new Vector3(x, y, z)), p = new Vector3();
+    const inverse = new Matrix3().set(...(([a, b, c]) => [a.x, b.x, c.x, a.y, b.y, c.y, a.z, b.z, c.z] as const)(edges)).invert();
+    for (let k = 0; k < shown.length; k += 3) {
+      const turns = p.fromArray(places, k).sub(this.middleOfCell).applyMatrix3(inverse).addScalar(0.5).floor().toArray();
+      p.fromArray(places, k);
+      edges.forEach((edge, axis) => p.addScaledVector(edge, -turns[axis]));
+      p.toArray(shown, k);
+    }
   }
 
   /** Returns the colours of evenly spaced tensions. */
@@ -236,14 +251,15 @@ export class View {
   }
 
   private placeRods(): void {
-    const { rods: ends } = this.arrays, { a, b, tint } = this.rods, p = this.places, n = this.motion.points;
+    const { rods: ends } = this.arrays, { a, b, tint } = this.rods, { places: p, shown } = this.now, n = this.motion.points;
     for (let k = 0; k < this.motion.rods; ++k) {
       const i = 3 * ends[2 * k], j = ends[2 * k + 1];
       const image = j >= n ? this.motion.images[j - n] : null, far = 3 * (image ? image[0] : j);
       for (let axis = 0; axis < 3; ++axis) {
-        a[3 * k + axis] = p[i + axis];
-        b[3 * k + axis] = p[far + axis] + (image ? image[1 + axis] : 0);
+        a[3 * k + axis] = shown[i + axis];
+        b[3 * k + axis] = shown[i + axis] + (p[far + axis] - p[i + axis]) + (image ? image[1 + axis] : 0);
       }
+      if (!Number.isFinite(this.tensions[k])) { tint.fill(0.85, 3 * k, 3 * k + 3); continue; } // not known, as in pictures
       const part = this.scale > 0 ? Math.max(-1, Math.min(1, this.tensions[k] / this.scale)) : 0;
       const shade = 3 * (most_shades + Math.round(most_shades * part));
       tint[3 * k] = this.shades[shade];
@@ -251,9 +267,17 @@ export class View {
       tint[3 * k + 2] = this.shades[shade + 2];
     }
     this.rods.update();
-    this.mark.a.set(a.subarray(3 * this.chosen, 3 * this.chosen + 3));
-    this.mark.b.set(b.subarray(3 * this.chosen, 3 * this.chosen + 3));
-    this.mark.update();
+  }
+
+  /** Puts the mark around what is chosen. */
+  private mark(): void {
+    const { chosen: { kind, number }, marks: { rod, point } } = this;
+    rod.mesh.visible = kind === "rod" && this.shows.rods && this.motion.rods > 1;
+    point.mesh.visible = kind === "point" && this.shows.points;
+    for (const end of ["a", "b"] as const) if (rod.mesh.visible) rod[end].set(this.rods[end].subarray(3 * number, 3 * number + 3));
+    if (point.mesh.visible) point.positions.set(this.now.shown.subarray(3 * number, 3 * number + 3));
+    rod.update();
+    point.update();
   }
 
   private placeArrows(arrows: Ribbons, forces: Float32Array): void {
@@ -263,8 +287,8 @@ export class View {
       const size = length * Math.hypot(forces[3 * k] ?? 0, forces[3 * k + 1] ?? 0, forces[3 * k + 2] ?? 0);
       const shift = size > 0.1 * this.beadRadius ? this.beadRadius / size : 0;
       for (let axis = 0; axis < 3; ++axis) {
-        const arrow = forces.length ? length * forces[3 * k + axis] : 0;
-        arrows.a[3 * k + axis] = this.places[3 * held[k] + axis] + shift * arrow;
+        const arrow = forces.length && Number.isFinite(size) ? length * forces[3 * k + axis] : 0;
+        arrows.a[3 * k + axis] = this.now.shown[3 * held[k] + axis] + shift * arrow;
         arrows.b[3 * k + axis] = arrows.a[3 * k + axis] + arrow;
       }
     }
@@ -275,43 +299,46 @@ export class View {
     const moves = this.motion.guides.some((guide) => guide.rows.length > 1);
     if (this.guideFrame >= 0 && (!moves || this.guideFrame === this.frame)) return;
     this.guideFrame = this.frame;
-    release(this.guides);
-    this.guides.clear();
+    release(this.fixed.guides);
+    this.fixed.guides.clear();
     for (const guide of this.motion.guides) {
       const row = guide.rows[Math.min(this.frame, guide.rows.length - 1)];
       const drawn = drawGuide(guide, row, this.middle, this.size, this.colours.guide);
       drawn.name = guide.name;
-      this.guides.add(drawn);
+      this.fixed.guides.add(drawn);
     }
   }
 
   render(): void {
-    this.mark.mesh.visible = this.shows.rods && this.motion.rods > 1;
-    this.beads.mesh.visible = this.shows.points;
+    this.mark();
+    this.beads.mesh.visible = this.fixed.supports.visible = this.shows.points;
     this.rods.mesh.visible = this.shows.rods;
-    this.guides.visible = this.shows.guides;
-    this.normalArrows.mesh.visible = this.shows.normal;
-    this.tangentArrows.mesh.visible = this.shows.tangent;
-    const away = this.stage.camera.position.distanceTo(this.middle);
+    this.fixed.guides.visible = this.ropes.ribbons.mesh.visible = this.shows.guides;
+    this.fixed.cell.visible = this.shows.cell;
+    for (const part of ["normal", "tangent"] as const) this.arrows[part].mesh.visible = this.shows[part];
+    const { camera, controls: { target } } = this.stage, away = camera.position.distanceTo(target);
     this.haze.haze.value.set(Math.max(0, away - 0.3 * this.size), away + 0.5 * this.size, this.haze.haze.value.z);
-    this.stage.renderer.render(this.scene, this.stage.camera);
+    this.stage.renderer.render(this.scene, camera);
   }
 
-  /** Returns the rod nearest to a position in the picture, at most 12 pixels away. */
-  pick(x: number, y: number): number | null {
+  /** Returns the rod, held point or rope nearest to a position in the picture, at most 12 pixels away. */
+  pick(x: number, y: number): Chosen | null {
     const width = this.stage.host.clientWidth, height = this.stage.host.clientHeight, p = new Vector3();
-    const onScreen = (array: Float32Array, k: number) => {
-      p.set(array[3 * k], array[3 * k + 1], array[3 * k + 2]).project(this.stage.camera);
+    const onScreen = ([px, py, pz]: ArrayLike<number> & Iterable<number>) => {
+      p.set(px, py, pz).project(this.stage.camera);
       return [((p.x + 1) / 2) * width, ((1 - p.y) / 2) * height, p.z];
     };
-    let best = 12, depth = Infinity, found: number | null = null;
-    for (let k = 0; k < this.motion.rods; ++k) {
-      const [ax, ay, az] = onScreen(this.rods.a, k), [bx, by] = onScreen(this.rods.b, k);
-      const square = (bx - ax) ** 2 + (by - ay) ** 2;
+    let best = 12, depth = Infinity, found: Chosen | null = null;
+    const tryOne = (kind: Chosen["kind"], number: number, a: ArrayLike<number> & Iterable<number>, b = a) => {
+      const [ax, ay, az] = onScreen(a), [bx, by] = onScreen(b), square = (bx - ax) ** 2 + (by - ay) ** 2;
       const part = square > 0 ? Math.min(1, Math.max(0, ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / square)) : 0;
       const away = Math.hypot(ax + part * (bx - ax) - x, ay + part * (by - ay) - y);
-      if (away < best - 2 || (away < best + 2 && az < depth)) { best = Math.min(best, away); depth = az; found = k; }
-    }
+      if (away < best - 2 || (away < best + 2 && az < depth)) { best = Math.min(best, away); depth = az; found = { kind, number }; }
+    };
+    for (const k of this.arrays.held) tryOne("point", k, this.now.shown.subarray(3 * k, 3 * k + 3));
+    if (found && best < 8) return found; // which rods end at
+    for (let k = 0; k < this.motion.rods; ++k) tryOne("rod", k, this.rods.a.subarray(3 * k, 3 * k + 3), this.rods.b.subarray(3 * k, 3 * k + 3));
+    this.motion.ties.forEach((tie, k) => courseOf(tie, this.place).forEach((to, part, course) => { if (part) tryOne("tie", k, course[part - 1].toArray(), to.toArray()); }));
     return found;
   }
 }

@@ -1,0 +1,98 @@
+import type { Chart } from "./charts";
+import { measure, units, words, type Arrays, type Figure, type Motion } from "./data";
+import { fillList, find, make } from "./dom";
+import type { Chosen, View } from "./view";
+
+const most_listed = 40;
+
+/** Returns the number of a point of the scene that a rod ends at, also where that is an image of it. */
+const pointOf = ({ points, images }: Motion, end: number) => (end < points ? end : images[end - points][0]);
+
+export const nameRod = (motion: Motion, { rods }: Arrays, rod: number) =>
+  `rod ${rod} (${pointOf(motion, rods[2 * rod])}–${pointOf(motion, rods[2 * rod + 1])})`;
+
+/** Fills the kinds of things that can be chosen. */
+export function fillKinds(motion: Motion, { held }: Arrays): void {
+  const kinds = [["rod", "rod", motion.rods], ["point", held.length > motion.supports.length ? "held point" : "support", held.length], ["tie", "rope", motion.ties.length]] as const;
+  const there = kinds.filter(([, , count]) => count);
+  find("kind").replaceChildren(...there.map(([kind, label]) => new Option(label, kind)));
+  find("chosen-part").hidden = there.length === 0;
+}
+
+/** Returns what is there and nearest to what is wanted. */
+export function admit({ kind, number }: Chosen, motion: Motion, { held }: Arrays): Chosen {
+  const wanted = Math.max(0, Math.floor(number) || 0);
+  if (kind === "point") return { kind, number: held.find((point) => point >= wanted) ?? held[held.length - 1] ?? 0 };
+  return { kind, number: Math.min(wanted, Math.max(0, (kind === "rod" ? motion.rods : motion.ties.length) - 1)) };
+}
+
+/** Returns the force on what is chosen at all frames: tension of a rod or rope, load of a support, force of guides on a point. */
+export function chartOf({ kind, number }: Chosen, motion: Motion, arrays: Arrays): Chart {
+  const over = (read: (frame: number) => Figure) => motion.times.map((_, frame) => read(frame)), chart = { unit: units.force, times: motion.times };
+  if (kind === "rod") return { ...chart, title: `tension of ${nameRod(motion, arrays, number)}`, curves: [{ label: "tension", numbers: over((frame) => arrays.tensions.get(frame, number)) }] };
+  if (kind === "tie") {
+    const { name, kind: of } = motion.ties[number], isRope = of === "pulley";
+    return { ...chart, title: `${isRope ? "tension of the rope" : "multiplier of the formula"} ${name}`, unit: isRope ? units.force : "",
+      curves: [{ label: isRope ? "tension" : "−lambda", numbers: over((frame) => arrays.ties.get(frame, number)) }] };
+  }
+  const row = arrays.held.indexOf(number), isSupport = motion.supports.includes(number), sign = isSupport ? -1 : 1;
+  const part = (axis: number) => (frame: number) => sign * (arrays.normal.get(frame, 3 * row + axis) + (arrays.tangent.columns ? arrays.tangent.get(frame, 3 * row + axis) : 0));
+  const curves = ["x", "y", "z"].map((label, axis) => ({ label, numbers: over(part(axis)) }));
+  const size = { label: "size", numbers: over((frame) => Math.hypot(part(0)(frame), part(1)(frame), part(2)(frame))) };
+  return { ...chart, title: isSupport ? `load of support ${number}` : `force of guides on point ${number}`, curves: [size, ...curves] };
+}
+
+/** Lists the rods that are pushed now, the most pushed one first. */
+export function tellPushed({ tensions, tensionStep }: View, motion: Motion, arrays: Arrays, choose: (rod: number) => void): void {
+  const { count, first } = findLeast(tensions, -2 * tensionStep, most_listed);
+  const listed = count > most_listed ? `, ${most_listed} listed` : "";
+  find("pushed-count").textContent = count ? `${count} of ${motion.rods} rods${listed}` : "No rod is pushed.";
+  fillList("pushed", first.map((rod) => {
+    const row = make("li");
+    row.append(make("span", nameRod(motion, arrays, rod)), make("span", words(tensions[rod], units.force)));
+    row.onclick = () => choose(rod);
+    return row;
+  }));
+}
+
+/** Returns how many numbers are below a bound, and the positions of the smallest ones in increasing order of the numbers. */
+function findLeast(numbers: Float32Array, bound: number, most: number): { count: number; first: number[] } {
+  const first: number[] = [];
+  let count = 0;
+  for (let k = 0; k < numbers.length; ++k) {
+    if (!(numbers[k] < bound)) continue;
+    ++count;
+    if (first.length === most && numbers[k] >= numbers[first[most - 1]]) continue;
+    let place = first.length;
+    while (place > 0 && numbers[first[place - 1]] > numbers[k]) --place;
+    first.splice(place, 0, k);
+    first.length = Math.min(most, first.length);
+  }
+  return { count, first };
+}
+
+/** Fills a table; a click on a row calls `choose` with its number. */
+export function fillTable(id: string, head: string[], rows: string[][], choose: (row: number) => void): void {
+  const line = (cells: string[], tag: string) => { const row = make("tr"); row.append(...cells.map((cell) => make(tag, cell))); return row; };
+  find(id).replaceChildren(line(head, "th"), ...rows.map((cells, k) => {
+    const row = line(cells, "td");
+    row.dataset.row = String(k);
+    row.onclick = () => choose(k);
+    return row;
+  }));
+}
+
+/** Lists the loads and tensions at rest, the largest ones first. */
+export function listForces(motion: Motion, arrays: Arrays, choose: (chosen: Chosen) => void): void {
+  const most = 200, load = (point: number) => chartOf({ kind: "point", number: point }, motion, arrays).curves.map(({ numbers }) => numbers[0] ?? 0);
+  const loads = motion.supports.map((point) => ({ point, load: load(point) })).sort((a, b) => b.load[0] - a.load[0]);
+  const sum = loads.reduce(([x, y, z], { load: [, dx, dy, dz] }) => [x + dx, y + dy, z + dz], [0, 0, 0]);
+  const row = (name: string, numbers: number[]) => [name, ...numbers.map((number) => words(number))];
+  fillTable("loads", ["support", measure("size", units.force), "x", "y", "z"],
+    [row("sum", [Math.hypot(...sum), ...sum]), ...loads.slice(0, most).map(({ point, load }) => row(String(point), load))],
+    (k) => k && choose({ kind: "point", number: loads[k - 1].point }));
+  const rods = Array.from({ length: motion.rods }, (_, rod) => ({ rod, tension: arrays.tensions.get(0, rod) })).sort((a, b) => Math.abs(b.tension) - Math.abs(a.tension)).slice(0, most);
+  fillTable("tensions", ["rod", measure("tension", units.force)], rods.map(({ rod, tension }) => row(nameRod(motion, arrays, rod), [tension])), (k) => choose({ kind: "rod", number: rods[k].rod }));
+  find("loads").closest<HTMLElement>(".card")!.hidden = !loads.length;
+  find("tensions").closest<HTMLElement>(".card")!.hidden = !rods.length;
+}

@@ -1,0 +1,75 @@
+import { BufferAttribute, BufferGeometry, ConeGeometry, Group, InstancedMesh, Line, LineBasicMaterial, LineSegments, Matrix4, MeshBasicMaterial, Quaternion, Vector3 } from "three";
+import type { Arrays, Colours, Motion, Tie } from "./data";
+import { Ribbons, type Haze } from "./shapes";
+
+const arcs = 32; // of a sheave
+const most_supports = 500; // with a path or on the ground
+
+const lines = (places: number[], colour: string, opacity: number) =>
+  new LineSegments(new BufferGeometry().setAttribute("position", new BufferAttribute(new Float32Array(places), 3)),
+    new LineBasicMaterial({ color: colour, transparent: true, opacity }));
+
+/** The edges of the cell of a periodic sample around a middle. */
+export function drawCell(edges: number[][], middle: Vector3): LineSegments {
+  const [a, b, c] = edges.map(([x, y, z]) => new Vector3(x, y, z)), places: number[] = [];
+  const corner = (bits: number) => middle.clone().addScaledVector(a, (bits & 1) - 0.5).addScaledVector(b, ((bits >> 1) & 1) - 0.5).addScaledVector(c, (bits >> 2) - 0.5);
+  for (let bits = 0; bits < 8; ++bits)
+    for (const bit of [1, 2, 4]) if (!(bits & bit)) places.push(...corner(bits).toArray(), ...corner(bits | bit).toArray());
+  return lines(places, "#3d4752", 0.7);
+}
+
+/** The paths of supports that move, and the ground beneath those that stand. */
+export function drawSupports({ supports, times }: Motion, { positions }: Arrays, up: Vector3, bead: number, size: number, { guide, earth }: Colours): Group {
+  const place = (k: number, frame: number) => new Vector3(positions.get(frame, 3 * k), positions.get(frame, 3 * k + 1), positions.get(frame, 3 * k + 2));
+  const group = new Group(), shown = supports.slice(0, most_supports), every = Math.max(1, Math.floor((times.length * shown.length) / 100_000));
+  const paths = shown.map((k) => times.map((_, frame) => frame).filter((frame) => frame % every === 0).map((frame) => place(k, frame)));
+  const moves = (path: Vector3[]) => path.some((each) => each.distanceTo(path[0]) > 1e-4 * size);
+  for (const path of paths.filter(moves))
+    group.add(new Line(new BufferGeometry().setFromPoints(path), new LineBasicMaterial({ color: guide, transparent: true, opacity: 0.7 })));
+  const standing = paths.filter((path) => !moves(path)), height = 2.8 * bead;
+  const feet = new InstancedMesh(new ConeGeometry(0.75 * height, height, 4), new MeshBasicMaterial({ color: earth }), standing.length);
+  const turn = new Quaternion().setFromUnitVectors(new Vector3(0, 1, 0), up), one = new Vector3(1, 1, 1);
+  standing.forEach(([foot], k) => feet.setMatrixAt(k, new Matrix4().compose(foot.addScaledVector(up, -0.5 * height), turn, one)));
+  feet.frustumCulled = false;
+  group.add(feet);
+  return group;
+}
+
+/** Ropes over their sheaves, and thin lines between the points of formulas. */
+export class Ropes {
+  readonly ribbons: Ribbons;
+  private sheave: number; // m, radius
+
+  constructor(private ties: Tie[], bead: number, haze: Haze, rgb: number[]) {
+    const count = ties.reduce((sum, tie) => sum + tie.points.length + tie.sheaves.length - 1 + arcs * tie.sheaves.length, 0);
+    this.sheave = 2 * bead;
+    this.ribbons = new Ribbons(count, 0.28 * bead, 1.5, haze);
+    for (let k = 0; k < count; ++k) this.ribbons.tint.set(rgb, 3 * k);
+  }
+
+  /** Places all ropes; `place` returns where a point is now. */
+  stand(place: (point: number) => Vector3): void {
+    let k = 0;
+    const add = (from: Vector3, to: Vector3) => { from.toArray(this.ribbons.a, 3 * k); to.toArray(this.ribbons.b, 3 * k); ++k; };
+    for (const tie of this.ties) {
+      const course = courseOf(tie, place);
+      course.slice(1).forEach((to, part) => add(course[part], to));
+      tie.sheaves.forEach((_, sheave) => {
+        // A wheel in the plane of the rope there.
+        const middle = course[sheave + 1], along = course[sheave].clone().sub(middle), other = course.at(sheave ? -1 : -2)!.clone().sub(middle);
+        const u = along.normalize(), v = other.addScaledVector(u, -u.dot(other));
+        if (v.length() < 1e-9) v.set(u.y, u.z, u.x).addScaledVector(u, -u.dot(v));
+        v.normalize();
+        const rim = (arc: number) => middle.clone().addScaledVector(u, this.sheave * Math.cos((2 * Math.PI * arc) / arcs)).addScaledVector(v, this.sheave * Math.sin((2 * Math.PI * arc) / arcs));
+        for (let arc = 0; arc < arcs; ++arc) add(rim(arc), rim(arc + 1));
+      });
+    }
+    this.ribbons.update();
+  }
+}
+
+/** Returns the places that a rope passes: its first point, its sheaves, its other points. */
+export function courseOf({ points, sheaves }: Tie, place: (point: number) => Vector3): Vector3[] {
+  const [first, ...rest] = points.map(place);
+  return [first, ...sheaves.map(([x, y, z]) => new Vector3(x, y, z)), ...rest];
+}
