@@ -292,8 +292,8 @@ Command describe_equilibrium() {
       {.name = "equilibrium",
        .summary = "where a scene rests, and whether it is stable there",
        .text = "Finds positions and reactions at rest from the positions of the scene, which need not satisfy the "
-               "constraints. Writes summary.json, equilibrium.xyz and equilibrium.json, the scene at rest, into the "
-               "folder of results.",
+               "constraints. Writes summary.json, report.html (tanor view opens it), equilibrium.xyz and "
+               "equilibrium.json, the scene at rest, into the folder of results.",
        .arguments = {scene_argument(options)},
        .options = {{"--modes", "N", count_of_modes(&options->modes), "the lowest modes about it too; all"},
                    {"--out", "DIR", text(Word::Folder, &options->out),
@@ -308,7 +308,7 @@ Command describe_modes() {
       options, {.name = "modes",
                 .summary = "frequencies and shapes of small vibrations about an equilibrium",
                 .text = "Finds the lowest modes about the positions of the scene, which must be an equilibrium. Writes "
-                        "summary.json and the shapes into the folder of results.",
+                        "summary.json, report.html and the shapes into the folder of results; tanor view opens it.",
                 .arguments = {scene_argument(options)},
                 .options = {{"--count", "N", count_of_modes(&options->count),
                              "modes, the lowest ones; all; default: that of the scene, or 10"},

@@ -13,6 +13,7 @@
 #include "cli/messages.hpp"
 #include "cli/output_folder.hpp"
 #include "report/equilibrium.hpp"
+#include "report/html_page.hpp"
 #include "report/output_file.hpp"
 #include "report/words.hpp"
 #include "scene/equilibrium.hpp"
@@ -40,6 +41,24 @@ std::string describe(const EquilibriumResult& found) {
     line += fmt::format(", {} one-sided constraints open", open);
   if (found.self_stress_states > 0) line += fmt::format(", {} states of self-stress", found.self_stress_states);
   return line;
+}
+
+/// Writes the page, and the frame of pictures.
+void show(const fs::path& directory, const scene::Scene& scene, const EquilibriumResult& found,
+          const std::optional<Modes>& vibrations) {
+  report::Rest rest{scene.name, found.outcome.ok() ? describe(found) : "no equilibrium", {}, found.left_out, scene.cell,
+                    {}};
+  if (!found.outcome.ok()) rest.warnings.push_back("This is no equilibrium: " + found.outcome.what);
+  if (vibrations && vibrations->outcome.ok()) rest.modes = &*vibrations;
+  rest.state.time = scene.equilibrium.at;
+  rest.state.positions = found.positions;
+  rest.state.multipliers = found.multipliers;
+  rest.state.reactions = found.reactions;
+  rest.state.support_forces = found.support_forces;
+  for (std::vector<double>* forces : {&rest.state.reactions, &rest.state.support_forces})
+    forces->resize(found.positions.size());
+  report::write_frame_at_rest(directory, scene.system, rest.state);
+  report::write_rest_page(directory, scene.system, rest);
 }
 
 std::vector<double> multipliers_of_closed(const EquilibriumResult& found) {
@@ -86,6 +105,7 @@ ExitCode execute(const EquilibriumCommand& command) {
   remove_results(directory);
   report::remove_file(directory / report::scene_at_rest_name);  // this search may find no state of rest
   report::write_equilibrium(directory, scene, found, vibrations);
+  if (!found.positions.empty()) show(directory, scene, found, vibrations);
   if (command.json) print_json_file(directory / "summary.json");
   if (!found.outcome.ok()) return tell(command.scene, found.outcome.what);
   if (!command.json) print_lines(fmt::format("{}; results in {}", describe(found), typed(directory)));

@@ -6,11 +6,14 @@
 #include <string>
 #include <utility>
 
+#include <tanor/dynamics.hpp>
 #include <tanor/modes.hpp>
 
 #include "cli/command_line.hpp"
 #include "cli/messages.hpp"
 #include "cli/output_folder.hpp"
+#include "report/equilibrium.hpp"
+#include "report/html_page.hpp"
 #include "report/modes.hpp"
 #include "report/words.hpp"
 #include "scene/modes.hpp"
@@ -43,6 +46,21 @@ std::string describe(const Modes& modes) {
   return line;
 }
 
+/// Writes the page, and the frame of pictures. Their forces are those at rest.
+void show(const fs::path& directory, const scene::Scene& scene, const Modes& found) {
+  report::Rest rest{scene.name, found.outcome.ok() ? describe(found) : "no modes", {}, found.left_out, scene.cell, {}};
+  if (!found.outcome.ok()) rest.warnings.push_back(found.outcome.what);
+  if (found.outcome.ok() && found.count() > 0) rest.modes = &found;
+  System system = scene.system;
+  system.friction.clear();  // it has no part in modes
+  system.velocities.resize(system.positions.size());
+  const StateView state{scene.modes.time, scene.system.positions, system.velocities};
+  rest.state = Dynamics(system, scene.solver).solution(state);
+  if (!found.multipliers.empty()) rest.state.multipliers = found.multipliers;
+  report::write_frame_at_rest(directory, system, rest.state);
+  report::write_rest_page(directory, system, rest);
+}
+
 }  // namespace
 
 ExitCode execute(const ModesCommand& command) {
@@ -69,6 +87,7 @@ ExitCode execute(const ModesCommand& command) {
 
   remove_results(directory);
   report::write_modes(directory, facts, found);
+  in_scene([&] { show(directory, scene, found); });
   if (!found.outcome.ok()) return tell(command.scene, found.outcome.what);
   if (command.pictures) report::write_mode_pictures(directory, scene.system, scene.system.positions, found);
   if (command.json) print_json_file(directory / "summary.json");

@@ -15,10 +15,13 @@
 #include <tanor/version.hpp>
 
 #include "report/array_writer.hpp"
+#include "report/guide_forces.hpp"
+#include "report/guides.hpp"
 #include "report/json_text.hpp"
 #include "report/modes.hpp"
 #include "report/output_file.hpp"
 #include "report/shown_parts.hpp"
+#include "report/vtp_frame.hpp"
 #include "report/xyz_trajectory.hpp"
 
 namespace tanor::report {
@@ -376,6 +379,26 @@ void write_equilibrium(const fs::path& directory, const scene::Scene& scene, con
   XyzTrajectory(directory / places_at_rest_name, &shown, scene.system.cell)
       .write({.time = scene.equilibrium.at, .positions = found.positions, .velocities = at_rest});
   if (found.stability.status != Stability::None) write_scene(directory / scene_at_rest_name, scene, found);
+}
+
+void write_frame_at_rest(const fs::path& directory, const System& system, const tanor::Solution& rest) {
+  const ShownParts shown = choose_parts(system, {});
+  const std::vector<double> still(rest.positions.size()), tensions = find_tensions(shown, rest.multipliers);
+  std::vector<double> forces;
+  if (std::ranges::any_of(find_held_points(system), std::identity{}))
+    forces = find_guide_forces(shown, rest.positions, tensions, rest.reactions, rest.support_forces);
+  std::vector<Guide> guides = place_guides(system, rest.time, rest.time);
+  for (const auto& list : {list_ties(shown), list_guides_without_picture(system)})
+    guides.insert(guides.end(), list.begin(), list.end());
+  VtpTrajectory(directory, &shown, false)
+      .write({.time = rest.time,
+              .positions = rest.positions,
+              .velocities = still,
+              .accelerations = still,
+              .tensions = tensions,
+              .guide_forces = forces,
+              .guides = std::move(guides),
+              .gravity = find_gravity(system)});
 }
 
 }  // namespace tanor::report

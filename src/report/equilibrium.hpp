@@ -17,4 +17,7 @@ inline constexpr const char* scene_at_rest_name = "equilibrium.json";
 void write_equilibrium(const std::filesystem::path& directory, const scene::Scene& scene,
                        const EquilibriumResult& found, const std::optional<Modes>& modes = {});
 
+/// Writes trajectory.pvd with one frame: a scene at rest, for pictures.
+void write_frame_at_rest(const std::filesystem::path& directory, const System& system, const tanor::Solution& rest);
+
 }  // namespace tanor::report

@@ -84,6 +84,48 @@ def table_scene(folder: pathlib.Path) -> pathlib.Path:
 # The length of a rod, m, beside one of 1 m.
 STOPPED = {"stops_at_once": "1 + 0.1*t^2", "stops_halfway": "1 + 0.1*max(0, t - 0.5)^2"}
 
+def crane_scene(folder: pathlib.Path) -> pathlib.Path:
+    """Two masses on a rope over two sheaves, a crank that moves, and a rope that is a formula."""
+    scene = {"tanor_scene": 1, "name": "crane",
+             "points": {"positions": [[0, 0, 0], [0, 0, -1], [3.4, 0, 0], [3.1, 0, -0.9], [2.2, 0, -0.4], [-1, 0, 0.5], [1.5, 0, -0.5],
+                                      [-2, 0, 2], [-2.3, 0, 1.2], [0.9, 0, 2]],
+                        "masses": [1, 1, 1, 1, 1, 1, 1.2, 1, 1, 1]},
+             "supports": [{"points": [0, 7, 9]},
+                          {"points": [2], "motion": {"formula": ["0.4*cos(3*t)-0.4", "0", "0.4*sin(3*t)"]}}],
+             "constraints": [{"name": "links", "kind": "rod", "pairs": [[0, 1], [2, 3], [3, 4], [4, 0]]},
+                             {"name": "winch", "kind": "pulley", "pairs": [[5, 6]], "a": [-1, 0, 2], "b": [1.5, 0, 2]},
+                             {"name": "cord", "kind": "formula", "points": [[7, 8, 9]],
+                              "equation": "sqrt((x2-x1)^2+(z2-z1)^2)+sqrt((x3-x2)^2+(z3-z2)^2)-4.2"}],
+             "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}],
+             "motion": {"start": "project", "t_end": 1, "output_every": 0.02}}
+    path = folder / "crane.json"
+    path.write_text(json.dumps(scene))
+    return path
+
+
+def box_scene(folder: pathlib.Path) -> pathlib.Path:
+    """Dumbbells in a periodic cell, two of which reach out of it."""
+    places = [[0.2 + x, 0.3 + y, 0.5] for x in (0, 1, 2, 3.5) for y in (0, 1, 2)]
+    positions = [place for x, y, z in places for place in ([x, y, z], [x + 0.6, y, z])]
+    scene = {"tanor_scene": 1, "name": "box", "points": {"positions": positions, "velocities": [[1, 0.2, 0]] * len(positions)},
+             "constraints": [{"name": "dumbbells", "kind": "rod", "pairs": [[k, k + 1] for k in range(0, len(positions), 2)]}],
+             "forces": [{"kind": "pair", "law": "lj", "box": [3, 3, 3], "cutoff": 1, "epsilon": 1e-6, "sigma": 0.3}],
+             "motion": {"t_end": 0.2, "output_every": 0.05}}
+    path = folder / "box.json"
+    path.write_text(json.dumps(scene))
+    return path
+
+
+def hanging_scene(folder: pathlib.Path, name: str) -> pathlib.Path:
+    """Two beads of 1 kg below a support, at rest."""
+    path = folder / f"{name}.json"
+    path.write_text(json.dumps({
+        "tanor_scene": 1, "name": name, "points": {"positions": [[0, 0, 0], [0, 0, -1], [0, 0, -2]]}, "supports": [{"points": [0]}],
+        "constraints": [{"name": "links", "kind": "rod", "pairs": [[0, 1], [1, 2]]}],
+        "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}], "motion": {"t_end": 1}}))
+    return path
+
+
 # What each page must offer to switch off.
 EXAMPLES = {"pendulum": "points,rods,normal", "net": "points,rods,normal", "rough_hoop": "points,guides,normal,tangent",
             "melt_generated": "points,rods"}
@@ -121,10 +163,19 @@ def has_module(program: str, name: str) -> bool:
     return (pathlib.Path(program).parent / f"tanor_{name}.so").exists()
 
 
+def picture(program: str, out: pathlib.Path) -> None:
+    if has_module(program, "picture"):
+        told = subprocess.run([program, "picture", str(out), "--json", "--size", "320x200"], check=True, stdout=subprocess.PIPE)
+        (out / "picture.json").write_bytes(told.stdout)
+
+
 def simulate(program: str, scene: pathlib.Path, out: pathlib.Path) -> None:
     """The saddle in two parts, the hostile scene in one without a page and one with it; of the pendulum errors were measured
     before, in its folder and in that of the net."""
     shutil.rmtree(out, ignore_errors=True)
+    if scene.stem in ("equilibrium", "modes"):
+        subprocess.run([program, scene.stem, str(scene), "--out", str(out)], check=True, stdout=subprocess.DEVNULL)
+        return picture(program, out)
     command = [program, "run", str(scene), "--out", str(out), "--quiet", "--report"]
     if scene.stem in ("pendulum", "net"):
         subprocess.run([program, "error-time", str(ROOT / "examples/pendulum.json"), "--out", str(out), "--quiet", "--methods", "rk4,dopri5", "--t-end", "0.5"],
@@ -140,9 +191,8 @@ def simulate(program: str, scene: pathlib.Path, out: pathlib.Path) -> None:
     done = subprocess.run(command, check=False, stderr=subprocess.DEVNULL if scene.stem in STOPPED else None)
     if done.returncode != (3 if scene.stem in STOPPED else 0):
         raise subprocess.CalledProcessError(done.returncode, command)
-    if scene.stem in EXAMPLES and has_module(program, "picture"):
-        told = subprocess.run([program, "picture", str(out), "--json", "--size", "320x200"], check=True, stdout=subprocess.PIPE)
-        (out / "picture.json").write_bytes(told.stdout)
+    if scene.stem in EXAMPLES:
+        picture(program, out)
 
 
 def try_pages(program: str, folder: pathlib.Path, node: str, chromium: str) -> bool:
@@ -151,7 +201,8 @@ def try_pages(program: str, folder: pathlib.Path, node: str, chromium: str) -> b
     switches |= {saddle_scene(folder): "points,guides,normal", guides_scene(folder): "points,guides,normal",
                  table_scene(folder): "points,guides,normal,tangent",
                  hostile_scene(folder): "points,rods,normal", fixed_scene(folder): "=nothing moves",
-                 resting_scene(folder): "=certified"}
+                 resting_scene(folder): "=certified", crane_scene(folder): "points,rods,guides,normal", box_scene(folder): "points,rods,cell",
+                 hanging_scene(folder, "equilibrium"): f"~{2 * 9.81}", hanging_scene(folder, "modes"): f"~{2 * 9.81}"}
     switches |= {contradictory_scene(folder, name, length): "=not made" for name, length in STOPPED.items()}
     with concurrent.futures.ThreadPoolExecutor(2) as pool:
         list(pool.map(lambda scene: simulate(program, scene, folder / scene.stem), switches))

@@ -1,5 +1,6 @@
 // page.mjs CHROMIUM FOLDER:SWITCHES:SCENE:BEGIN …: loads the report.html of each folder in headless Chromium and tries it.
 //
+// FOLDER:~WEIGHT, of an equilibrium or of modes: looks for the loads, N, for tensions and for modes that swing.
 // FOLDER:=FACTS, of a run that has nothing to move or ended before its time: looks for the facts in the headline, and why it ended.
 // Finds drawn pixels and no error on the console, orbits, switches (SWITCHES are those that the page must offer), looks
 // for its histories and events and for its begin (BEGIN s, or nothing: that of the motion), scrubs to the end, and compares what is shown there with summary.json: tensions (scenes
@@ -8,7 +9,8 @@
 // most 12 MB.
 // Limits of time are wide, since machines differ: what takes ten times longer than on a slow one fails.
 // TANOR_PAGE_PICTURES=1 leaves picture.png in each folder, TANOR_PAGE_DARK=1 looks by night.
-import { existsSync, readFileSync, statSync } from "node:fs";
+import { spawnSync } from "node:child_process";
+import { existsSync, readFileSync, readdirSync, rmSync, statSync, writeFileSync } from "node:fs";
 import { basename, join, resolve } from "node:path";
 import { pathToFileURL } from "node:url";
 import { Browser, tryInBrowser } from "./browser.mjs";
@@ -16,7 +18,7 @@ import { Browser, tryInBrowser } from "./browser.mjs";
 const [chromium, ...trials] = process.argv.slice(2);
 const takesPictures = !!process.env.TANOR_PAGE_PICTURES;
 const mostBytes = 12e6;
-const parts = ["points", "rods", "guides", "normal", "tangent"];
+const parts = ["points", "rods", "guides", "normal", "tangent", "cell"];
 
 const readData = (browser, what) => browser.ask(`JSON.parse(document.getElementById("data").textContent).${what}`);
 
@@ -29,6 +31,8 @@ async function tryPage(browser, { folder, switches, scene, begin: toBegin }) {
   const begin = await browser.countPixels();
   browser.expect(begin.drawn > 200, `only ${begin.drawn} pixels are drawn`);
   if (!isLarge) await orbit(browser, begin); // each picture of many beads takes a second without a GPU
+  await browser.ask(`document.getElementById("computed").open = true`);
+  await browser.wait(`document.querySelector("#charts .card")`, 20);
   await trySwitches(browser, switches);
   await readOrder(browser, motion);
   await readErrorTime(browser, folder);
@@ -42,13 +46,17 @@ async function tryPage(browser, { folder, switches, scene, begin: toBegin }) {
   const clock = await browser.ask(`document.getElementById("clock").textContent`);
   browser.expect(clock.startsWith(`${+final.t.toPrecision(4)} s`), `the clock shows ${clock}`);
   if (motion.rods) {
-    await compareTensions(browser, motion, readArray(folder, final, "multipliers"));
+    await compareTensions(browser, motion, readArray(folder, final, "multipliers").slice(0, motion.rods)); // rods come first
     await compareColours(browser, folder);
   }
   await compareArrows(browser, findEndForces(folder, final, motion, scene));
   await compareGuides(browser, motion, readArray(folder, final, "positions"), scene);
+  await compareForces(browser, motion, readArray(folder, final, "multipliers"), readArray(folder, final, "support_forces"));
 
-  if (!isLarge) await tryNarrow(browser);
+  if (!isLarge) await tryWidths(browser);
+  if (basename(folder) === "crane") await tryLooks(browser);
+  if (basename(folder) === "crane") await tryFiles(browser, folder);
+  if (basename(folder) === "box") await tryCell(browser);
 
   const placed = await timeInstants(browser);
   browser.expect(placed < 1000, `an instant is placed in ${placed} ms`);
@@ -73,7 +81,7 @@ async function tryStoppedPage(browser, folder, facts) {
   browser.expect((certificate.verdict === null) === (await text("certificate")).startsWith("None was made"), await text("certificate"));
   const isShown = await browser.ask(`document.getElementById("moving").offsetParent !== null`);
   browser.expect(isShown === (reached > 0), `the motion is ${isShown ? "" : "not "}shown`);
-  await tryNarrow(browser);
+  await tryWidths(browser);
   console.log(`${basename(folder)}: ${facts.join(", ")}`);
 }
 
@@ -131,16 +139,16 @@ async function orbit(browser, before) {
   browser.expect((await browser.countPixels()).sum === before.sum, "Reset does not bring the view back");
 }
 
-/** Warnings come first, then what ran, then what was left out, then the picture; and the histories are there. */
+/** Warnings come first, then the picture and the histories of the mechanism, then how well it was computed, which is folded. */
 async function readOrder(browser, motion) {
-  const order = await browser.ask(`Array.from(document.querySelectorAll("#warnings, #scene, #headline, #left-out-line, #view, #charts, #phases"), (each) => each.id).join(" ")`);
-  browser.expect(order === "warnings scene headline left-out-line view charts phases", `the page has ${order}`);
+  const order = await browser.ask(`Array.from(document.querySelectorAll("#warnings, #scene, #headline, #left-out-line, #view, #histories, #charts, #phases"), (each) => each.id).join(" ")`);
+  browser.expect(order === "warnings scene view histories headline left-out-line charts phases", `the page has ${order}`);
   const words = await browser.ask(`document.getElementById("headline").textContent`);
   for (const word of ["certified", "error of the motion", "run time", "violation"]) browser.expect(words.includes(word), `the headline has no ${word}`);
   const leftOut = await browser.ask(`document.getElementById("left-out-line").textContent`);
   browser.expect(/^Left out/.test(leftOut) && !/Gamma|xi_t|r_t|[A-Z]\b|form/.test(leftOut), `the headline says ${leftOut}`);
   await readWords(browser);
-  const titles = await browser.ask(`Array.from(document.querySelectorAll("#charts h2"), (each) => each.textContent).join("; ")`);
+  const titles = await browser.ask(`Array.from(document.querySelectorAll("#charts h3"), (each) => each.textContent).join("; ")`);
   const wanted = ["Energy drift", "Violation", "Conditioning"];
   if (motion.has_friction) wanted.push("Friction iterations");
   for (const title of wanted) browser.expect(titles.includes(title), `no history ${title} among ${titles}`);
@@ -152,9 +160,9 @@ async function readWords(browser) {
   browser.expect(!odd, `the page says: ${odd?.[0]}`);
 }
 
-/** Everything fits into the width of a phone. */
-async function tryNarrow(browser) {
-  for (const width of [320, 414]) {
+/** Everything fits into the width of a phone, as of a wide screen. */
+async function tryWidths(browser) {
+  for (const width of [320, 414, 1920]) {
     await browser.setWidth(width);
     const beyond = `Array.from(document.querySelectorAll("body *")).filter((each) => each.getBoundingClientRect().right > ${width} + 0.5).map((each) => each.id || each.className || each.tagName)`;
     const fits = await browser.wait(`${beyond}.length === 0 && document.documentElement.scrollWidth <= ${width}`, 10);
@@ -168,7 +176,9 @@ async function compareColours(browser, folder) {
   const { tensions: [least, most], pulled, pushed } = await readData(browser, "colours"), scale = Math.max(most, -least);
   const file = join(folder, "picture.json");
   if (existsSync(file)) browser.expect(JSON.parse(readFileSync(file, "utf8")).tension_scale === scale, `the colours end at ${scale} N`);
-  const ends = await browser.ask(`Array.from(document.querySelectorAll("#legend .ends span"), (each) => parseFloat(each.textContent.replace("−", "-"))).join()`);
+  const ends = await browser.ask(`Array.from(document.querySelectorAll("#legend .ends span"), (each) => parseFloat(each.textContent.replace("−", "-").replace(/^[<>] /, ""))).join()`);
+  const marks = await browser.ask(`document.getElementById("legend").textContent.match(/[<>] /g)?.join("") ?? ""`), all = (await readData(browser, "motion.ranges.tensions")).flat();
+  browser.expect(marks === (Math.min(...all) < least && least < 0 ? "< " : "") + (Math.max(...all) > most && most > 0 ? "> " : ""), `the ends of ${least} … ${most} N have the marks "${marks}"`);
   browser.expect(ends === (least < 0 && most > 0 ? [least, 0, most] : [least, most]).join(), `the bar of ${least} … ${most} N has ${ends}`);
   browser.expect(pulled.at(-1) === "#701c08" && pushed.at(-1) === "#0a2161", `the colours end in ${pulled.at(-1)}, ${pushed.at(-1)}`);
   const read = (text) => [1, 3, 5].map((at) => parseInt(text.slice(at, at + 2), 16) / 255);
@@ -188,7 +198,7 @@ async function compareColours(browser, folder) {
     without a table one line says how to get one. */
 async function readErrorTime(browser, folder) {
   const table = join(folder, "error_time.csv"), hasTable = existsSync(table);
-  const card = `Array.from(document.querySelectorAll("#charts .card")).find((each) => each.querySelector("h2").textContent.startsWith("Error against run time"))`;
+  const card = `Array.from(document.querySelectorAll("#charts .card")).find((each) => each.querySelector("h3").textContent.startsWith("Error against run time"))`;
   browser.expect((await browser.ask(`document.getElementById("errors-line").hidden`)) === hasTable && (await browser.ask(`!!${card}`)) === hasTable,
     "a card shows errors or a line says how they are measured, not both and not neither");
   if (!hasTable) return;
@@ -233,7 +243,7 @@ async function tryEvents(browser, events) {
 
 /** Every history tells the values of a time. */
 async function readCharts(browser) {
-  const words = await browser.ask(`Array.from(document.querySelectorAll("#charts .u-series:first-child"), (each) => [each.querySelector(".u-label").textContent, each.querySelector(".u-value").textContent]).filter(([label]) => label === "t / s").map(([, value]) => value)`);
+  const words = await browser.ask(`Array.from(document.querySelectorAll(".charts .u-series:first-child"), (each) => [each.querySelector(".u-label").textContent, each.querySelector(".u-value").textContent]).filter(([label]) => label === "t, s").map(([, value]) => value)`);
   browser.expect(words.length >= 4 && words.every((each) => Number.isFinite(Number(each))), `the charts tell the times ${words}`);
 }
 
@@ -247,7 +257,7 @@ async function compareTensions(browser, motion, multipliers) {
   browser.expect(Math.abs(shown + multipliers[rod]) <= allowed, `rod ${rod} shows ${shown} N, summary.json has ${-multipliers[rod]} N`);
   const all = await browser.ask(`Array.from({ length: ${multipliers.length} }, (_, k) => tanorPage.tension(k))`);
   const worst = multipliers.reduce((most, x, k) => Math.max(most, Math.abs(x + all[k])), 0);
-  const step = motion.ranges.tensions.at(-1).reduce((a, b) => b - a) / 65535;
+  const step = motion.ranges.tensions.at(-1).reduce((a, b) => b - a) / 65534;
   browser.expect(worst <= 1.01 * step + 1e-6 * largest, `tensions differ by ${worst} N, a step of 16 bits is ${step} N`);
   // Rods in compression are listed, the most pushed one first.
   const listed = await browser.ask(`Array.from(document.querySelectorAll("#pushed li"), (row) => Number(row.textContent.split(" ")[1].split("(")[0]))`);
@@ -314,6 +324,128 @@ async function compareGuides(browser, motion, positions, scene) {
   }
 }
 
+/** The loads of supports and the tensions of ropes at the end, as they are written where one chooses them. */
+async function compareForces(browser, motion, multipliers, loads) {
+  const tell = async (kind, number) => {
+    await browser.ask(`(() => { document.getElementById("kind").value = "${kind}"; const number = document.getElementById("rod"); number.value = ${number}; number.dispatchEvent(new Event("input")); })()`);
+    await browser.wait(`document.querySelector("#chosen .u-value")?.textContent`, 5);
+    return { title: await browser.ask(`document.querySelector("#chosen h3").textContent`), shown: await browser.ask(`document.getElementById("tension").textContent`),
+      curves: await browser.ask(`Array.from(document.querySelectorAll("#chosen .u-series"), (each) => [each.querySelector(".u-label").textContent, parseFloat(each.querySelector(".u-value").textContent)]).slice(1)`) };
+  };
+  const largest = loads.concat(multipliers).reduce((most, x) => Math.max(most, Math.abs(x)), 0);
+  for (const point of motion.supports.slice(0, 3)) {
+    const { title, shown, curves } = await tell("point", point), [x, y, z] = loads.slice(3 * point, 3 * point + 3), wanted = [Math.hypot(x, y, z), x, y, z];
+    browser.expect(title === `load of support ${point}` && shown.endsWith(" N"), `support ${point} has ${title}, ${shown}`);
+    browser.expect(curves.length === 4 && curves.every(([, number], k) => Math.abs(number - wanted[k]) < 2e-3 * largest), `support ${point} carries ${wanted}, not ${curves}`);
+  }
+  for (const [k, { kind, name }] of motion.ties.entries()) {
+    const { title, shown } = await tell("tie", k), row = multipliers.length - motion.ties.length + k; // the last ones of their scenes
+    browser.expect(title.endsWith(name) && Math.abs(parseFloat(shown) + multipliers[row]) < 1e-3 * largest, `${title} shows ${shown}, not ${-multipliers[row]} N (${kind})`);
+  }
+}
+
+/** A click on a support chooses it; buttons and keys look from where they say, and the mechanism fills the picture. */
+async function tryLooks(browser) {
+  const where = `(() => {
+    const { a } = tanorPage.scene.getObjectByName("rods").geometry.attributes, box = document.getElementById("view").getBoundingClientRect();
+    const p = tanorPage.camera.position.clone().fromBufferAttribute(a, 0).project(tanorPage.camera);
+    return [box.x + (box.width * (p.x + 1)) / 2, box.y + (box.height * (1 - p.y)) / 2];
+  })()`;
+  await browser.ask(`document.getElementById("fit").click(); tanorPage.choose(1); scrollTo(0, 0)`);
+  const [x, y] = await browser.ask(where);
+  for (const type of ["mousePressed", "mouseReleased"]) await browser.call("Input.dispatchMouseEvent", { type, x, y, button: "left", clickCount: 1 });
+  browser.expect(await browser.wait(`tanorPage.chosen.kind === "point"`, 5), `a click on a support chooses ${JSON.stringify(await browser.ask("tanorPage.chosen"))}`);
+  const looks = { 1: [0, -1, 0], 2: [1, 0, 0], 3: [0, 0, 1], 4: [1, -1, 1] };
+  for (const [key, [dx, dy, dz]] of Object.entries(looks)) {
+    await browser.ask(`document.body.dispatchEvent(new KeyboardEvent("keydown", { key: "${key}", bubbles: true }))`);
+    const [vx, vy, vz] = await browser.ask(`tanorPage.camera.getWorldDirection(tanorPage.camera.position.clone()).toArray()`);
+    const cosine = -(vx * dx + vy * dy + vz * dz) / Math.hypot(dx, dy, dz);
+    browser.expect(cosine > 0.999, `key ${key} looks along ${[vx, vy, vz]}`);
+    const inside = await browser.ask(`(() => {
+      const places = tanorPage.scene.getObjectByName("rods").geometry.attributes.a, p = tanorPage.camera.position.clone();
+      return Math.max(...Array.from({ length: places.count }, (_, k) => { p.fromBufferAttribute(places, k).project(tanorPage.camera); return Math.max(Math.abs(p.x), Math.abs(p.y)); }));
+    })()`);
+    browser.expect(inside < 1, `key ${key} leaves ${inside} of half the picture`);
+  }
+  await browser.ask(`document.getElementById("reset").click()`);
+}
+
+/** The picture and the video are files that other programs read. */
+async function tryFiles(browser, folder) {
+  const into = join(resolve(folder), "saved");
+  rmSync(into, { recursive: true, force: true });
+  await browser.call("Page.setDownloadBehavior", { behavior: "allow", downloadPath: into });
+  const wait = async (ending) => {
+    for (let k = 0; k < 600; ++k, await new Promise((go) => setTimeout(go, 100))) {
+      const name = existsSync(into) && readdirSync(into).find((each) => each.endsWith(ending));
+      if (name && statSync(join(into, name)).size > 0) return join(into, name);
+    }
+    throw new Error(`no file ${ending} is saved`);
+  };
+  await browser.ask(`document.getElementById("png").click()`);
+  const png = readFileSync(await wait(".png"));
+  browser.expect(png.subarray(1, 4).toString() === "PNG" && png.length > 5000, `the picture has ${png.length} bytes`);
+  await browser.ask(`document.getElementById("speed").selectedIndex = 5; document.getElementById("speed").dispatchEvent(new Event("change")); document.getElementById("film").click()`);
+  const video = await wait(".webm"), bytes = readFileSync(video);
+  browser.expect(await browser.ask("tanorPage.time === tanorPage.end"), "the video ends before the motion");
+  browser.expect(bytes.readUInt32BE(0) === 0x1a45dfa3 && bytes.length > 5000, `the video has ${bytes.length} bytes`);
+  const probe = spawnSync("ffprobe", ["-v", "error", "-count_frames", "-select_streams", "v", "-show_entries", "stream=nb_read_frames", "-of", "csv=p=0", video], { encoding: "utf8" });
+  if (!probe.error) browser.expect(probe.status === 0 && parseInt(probe.stdout) > 5, `ffprobe says: ${probe.stdout}${probe.stderr}`);
+}
+
+/** Wrapped, all points are in the cell, and rods stay as long as they are; a slice leaves some of what is drawn. */
+async function tryCell(browser) {
+  const look = `(() => { const { a, b } = tanorPage.scene.getObjectByName("rods").geometry.attributes;
+    const length = (k) => Math.hypot(...[0, 1, 2].map((axis) => a.array[3 * k + axis] - b.array[3 * k + axis]));
+    const spread = (axis) => { const all = Array.from({ length: a.count }, (_, k) => a.array[3 * k + axis]); return Math.max(...all) - Math.min(...all); };
+    return { longest: Math.max(...Array.from({ length: a.count }, (_, k) => length(k))), spread: [0, 1, 2].map(spread) }; })()`;
+  const [[side]] = await readData(browser, "motion.cell.edges"), wrapped = await browser.ask(look);
+  browser.expect(wrapped.spread.every((each) => each <= side), `wrapped points are spread over ${wrapped.spread} in a cell of ${side}`);
+  await browser.ask(`document.getElementById("show-wrapped").click()`);
+  const free = await browser.ask(look);
+  browser.expect(free.spread[0] > side && Math.abs(free.longest - wrapped.longest) < 1e-3 * side, `unwrapped: ${JSON.stringify(free)}, wrapped: ${JSON.stringify(wrapped)}`);
+  const before = await browser.countPixels();
+  await browser.ask(`(() => { const axis = document.getElementById("slice"); axis.value = "0"; axis.dispatchEvent(new Event("input")); })()`);
+  const { drawn } = await browser.countPixels();
+  browser.expect(drawn > 0 && drawn < before.drawn, `a slice has ${drawn} of ${before.drawn} pixels`);
+}
+
+/** Named numbers stand before all other histories, with their values at the time of the view. */
+async function tryObservables(browser, folder) {
+  const page = readFileSync(join(folder, "report.html"), "utf8"), copy = join(folder, "observed.html");
+  const t = Array.from({ length: 50 }, (_, k) => 10 * k / 49), rows = t.map((each) => [each * each, -each]);
+  const extremes = { least: [{ value: 0, t: 0, member: "links[3]" }], largest: [{ value: 100, t: 10, member: "" }] };
+  const observables = [{ name: "torque of <the motor>", observable: "moment(crank, z)", unit: "N m", parts: [], members: [], ...extremes, t, rows: rows.map(([each]) => [each]) },
+    { name: "tension(links)", observable: "tension(links)", unit: "", parts: [], members: ["links[0]", "links[1]"], ...extremes, t, rows }];
+  writeFileSync(copy, page.replace('"motion":', `"observables":${JSON.stringify(observables).replaceAll("<", "\\u003c")},"motion":`));
+  await browser.open(pathToFileURL(resolve(copy)).href);
+  await browser.ask("tanorPage.seek(tanorPage.end)");
+  const cards = await browser.ask(`Array.from(document.querySelectorAll("#histories .card"), (card) => [card.querySelector("h3").textContent, ...Array.from(card.querySelectorAll(".u-value, .hint"), (each) => each.textContent)].join(" "))`);
+  browser.expect(cards[0] === "torque of <the motor> 10 100 least 0 N m at 0 s in links[3], largest 100 N m at 10 s" && cards[1].startsWith("tension(links) 10 100 -10 least") && cards[2].startsWith("Energy"), `the histories are ${cards.join("; ")}`);
+  browser.expect(await browser.ask(`!document.getElementById("csv").hidden && !document.getElementById("computed").open`), "observables.csv is not named, or the computation is not folded");
+}
+
+/** A scene at rest: its loads carry its weight, its rods are listed, its modes swing. */
+async function tryRestPage(browser, folder, weight) {
+  await browser.open(pathToFileURL(resolve(join(folder, "report.html"))).href);
+  const { modes } = JSON.parse(readFileSync(join(folder, "summary.json"), "utf8")), { drawn } = await browser.countPixels();
+  browser.expect(drawn > 200, `only ${drawn} pixels are drawn`);
+  await readWords(browser);
+  const cells = (table) => browser.ask(`Array.from(document.querySelectorAll("#${table} tr"), (row) => Array.from(row.children, (cell) => cell.textContent))`);
+  const [, sum] = await cells("loads"), tensions = await cells("tensions"), { rods } = await readData(browser, "motion");
+  browser.expect(Math.abs(parseFloat(sum[4]) + Number(weight)) < 1e-3 * weight, `the supports carry ${sum}, the weight is ${weight} N`);
+  browser.expect(tensions.length === rods + 1, `${tensions.length - 1} of ${rods} rods are listed`);
+  if (modes) {
+    const listed = (await cells("modes")).slice(1).map((row) => parseFloat(row[1]));
+    browser.expect(listed.length === modes.count && listed.every((each, k) => Math.abs(each - modes.frequency_hz[k]) < 1e-3 * each), `the modes have ${listed} Hz, not ${modes.frequency_hz}`);
+    const places = `Array.from(tanorPage.scene.getObjectByName("rods").geometry.attributes.a.array)`, at = (part) => browser.ask(`tanorPage.play(false); tanorPage.seek(${part} * tanorPage.end); ${places}`);
+    const [rest, there, back] = [await at(0.25), await at(0), await at(0.5)];
+    browser.expect(there.some((x, k) => Math.abs(x - rest[k]) > 0.01) && there.every((x, k) => Math.abs(x + back[k] - 2 * rest[k]) < 1e-3), "the mode does not swing about rest");
+  }
+  await tryWidths(browser);
+  console.log(`${basename(folder)}: ${weight} N`);
+}
+
 /** From a point to a stretch of a line. */
 function findDistance(point, a, b) {
   const along = b.map((x, axis) => x - a[axis]), to = point.map((x, axis) => x - a[axis]);
@@ -342,7 +474,9 @@ await tryInBrowser(browser, async () => {
   for (const trial of trials) {
     const [folder, switches, scene, begin] = trial.split(":");
     browser.about = `${basename(folder)}: `;
-    if (switches.startsWith("=")) await tryStoppedPage(browser, folder, switches.slice(1).split(","));
+    if (switches.startsWith("~")) await tryRestPage(browser, folder, switches.slice(1));
+    else if (switches.startsWith("=")) await tryStoppedPage(browser, folder, switches.slice(1).split(","));
     else await tryPage(browser, { folder, switches: switches.split(","), scene, begin });
+    if (basename(folder) === "pendulum") await tryObservables(browser, folder);
   }
 }, 90 * trials.length);
