@@ -48,7 +48,7 @@ void show(const fs::path& directory, const scene::Scene& scene, const Equilibriu
           const std::optional<Modes>& vibrations) {
   report::Rest rest{scene.name, found.outcome.ok() ? describe(found) : "no equilibrium", {}, found.left_out, scene.cell,
                     {}};
-  if (!found.outcome.ok()) rest.warnings.push_back("This is no equilibrium: " + found.outcome.what);
+  if (!found.outcome.ok()) rest.warnings.push_back(found.outcome.what);
   if (vibrations && vibrations->outcome.ok()) rest.modes = &*vibrations;
   rest.state.time = scene.equilibrium.at;
   rest.state.positions = found.positions;

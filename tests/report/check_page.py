@@ -126,6 +126,18 @@ def hanging_scene(folder: pathlib.Path, name: str) -> pathlib.Path:
     return path
 
 
+def stressed_scene(folder: pathlib.Path) -> pathlib.Path:
+    """A bead between two supports, whose loads nothing decides."""
+    path = folder / "stressed.json"
+    path.write_text(json.dumps({
+        "tanor_scene": 1, "points": {"positions": [[0, 0, 0], [1, 0, 0], [2, 0, 0]]}, "supports": [{"points": [0, 2]}],
+        "constraints": [{"name": "links", "kind": "rod", "pairs": [[0, 1], [1, 2]]}],
+        "equilibrium": {"accept": "any"}}))
+    return path
+
+
+STATICS = {"equilibrium": "equilibrium", "modes": "modes", "stressed": "equilibrium"}
+
 # What each page must offer to switch off.
 EXAMPLES = {"pendulum": "points,rods,normal", "net": "points,rods,normal", "rough_hoop": "points,guides,normal,tangent",
             "melt_generated": "points,rods"}
@@ -173,8 +185,8 @@ def simulate(program: str, scene: pathlib.Path, out: pathlib.Path) -> None:
     """The saddle in two parts, the hostile scene in one without a page and one with it; of the pendulum errors were measured
     before, in its folder and in that of the net."""
     shutil.rmtree(out, ignore_errors=True)
-    if scene.stem in ("equilibrium", "modes"):
-        subprocess.run([program, scene.stem, str(scene), "--out", str(out)], check=True, stdout=subprocess.DEVNULL)
+    if scene.stem in STATICS:
+        subprocess.run([program, STATICS[scene.stem], str(scene), "--out", str(out)], check=True, stdout=subprocess.DEVNULL)
         return picture(program, out)
     command = [program, "run", str(scene), "--out", str(out), "--quiet", "--report"]
     if scene.stem in ("pendulum", "net"):
@@ -202,7 +214,8 @@ def try_pages(program: str, folder: pathlib.Path, node: str, chromium: str) -> b
                  table_scene(folder): "points,guides,normal,tangent",
                  hostile_scene(folder): "points,rods,normal", fixed_scene(folder): "=nothing moves",
                  resting_scene(folder): "=certified", crane_scene(folder): "points,rods,guides,normal", box_scene(folder): "points,rods,cell",
-                 hanging_scene(folder, "equilibrium"): f"~{2 * 9.81}", hanging_scene(folder, "modes"): f"~{2 * 9.81}"}
+                 hanging_scene(folder, "equilibrium"): f"~{2 * 9.81}", hanging_scene(folder, "modes"): f"~{2 * 9.81}",
+                 stressed_scene(folder): "~unknown"}
     switches |= {contradictory_scene(folder, name, length): "=not made" for name, length in STOPPED.items()}
     with concurrent.futures.ThreadPoolExecutor(2) as pool:
         list(pool.map(lambda scene: simulate(program, scene, folder / scene.stem), switches))

@@ -114,7 +114,7 @@ export class Charts {
       axes: this.axes(isLog, measure("t", units.time), unit),
       series: [{ label: measure("t", units.time), value: tell },
         ...curves.map(({ label }, k) => ({ label, ...lineOf(k), points: { show: false }, value: tell }))],
-      hooks: { draw: [(drawn) => this.drawMarks(drawn)] },
+      hooks: { ready: [(drawn) => this.tell(drawn)], draw: [(drawn) => this.drawMarks(drawn)] },
     }, [times, ...columns] as uPlot.AlignedData, card);
     plot.over.addEventListener("click", (event) => this.seek(plot.posToVal(event.offsetX, "x")));
     this.plots.push(plot);

@@ -91,7 +91,7 @@ export function listForces(motion: Motion, arrays: Arrays, choose: (chosen: Chos
   fillTable("loads", ["support", measure("size", units.force), "x", "y", "z"],
     [row("sum", [Math.hypot(...sum), ...sum]), ...loads.slice(0, most).map(({ point, load }) => row(String(point), load))],
     (k) => k && choose({ kind: "point", number: loads[k - 1].point }));
-  const rods = Array.from({ length: motion.rods }, (_, rod) => ({ rod, tension: arrays.tensions.get(0, rod) })).sort((a, b) => Math.abs(b.tension) - Math.abs(a.tension)).slice(0, most);
+  const rods = Array.from({ length: motion.rods }, (_, rod) => ({ rod, tension: arrays.tensions.get(0, rod) })).sort((a, b) => (Math.abs(b.tension) || 0) - (Math.abs(a.tension) || 0)).slice(0, most);
   fillTable("tensions", ["rod", measure("tension", units.force)], rods.map(({ rod, tension }) => row(nameRod(motion, arrays, rod), [tension])), (k) => choose({ kind: "rod", number: rods[k].rod }));
   find("loads").closest<HTMLElement>(".card")!.hidden = !loads.length;
   find("tensions").closest<HTMLElement>(".card")!.hidden = !rods.length;

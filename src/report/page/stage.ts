@@ -89,7 +89,7 @@ export class Stage {
       const needed = Math.max(Math.abs(corner.dot(right)) / wide, Math.abs(corner.dot(up)) / high);
       distance = Math.max(distance, corner.dot(from) + margin * needed);
     }
-    return Math.max(distance, 0.1 * extent.length(), 20 * camera.near);
+    return Math.max(distance, 0.1 * extent.length(), 100 * camera.near);
   }
 
   /** Returns the pixels of the page for a metre in the middle of the picture. */

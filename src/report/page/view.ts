@@ -110,7 +110,7 @@ export class View {
   /** Returns the rod that pulls or pushes most at a time. */
   findStrongest(time: number): number {
     this.stand(time);
-    return this.tensions.reduce((best, tension, rod) => (Math.abs(tension) > Math.abs(this.tensions[best]) ? rod : best), 0);
+    return this.tensions.reduce((best, tension, rod) => (Math.abs(tension) > (Math.abs(this.tensions[best]) || 0) ? rod : best), 0);
   }
 
   /** Adds round guides that are not much larger than a box around points. */
@@ -132,11 +132,11 @@ export class View {
       sizes.push(now.getSize(p).length());
       box.union(now);
     }
-    this.typicalSize = Math.max(1e-12, sizes.sort((x, y) => x - y)[sizes.length >> 1]);
+    this.typicalSize = sizes.sort((x, y) => x - y)[sizes.length >> 1] || 1;
     this.takeGuides(box);
     box.getCenter(this.middle);
     const extent = box.getSize(new Vector3());
-    this.size = Math.max(1e-12, extent.length());
+    this.size = extent.length() || 1;
     this.flat = [0, 1, 2].find((axis) => extent.getComponent(axis) < 0.02 * this.size);
     // Without gravity up is z, or y of a motion in the plane of x and y.
     return p.set(up[0], up[1], up[2]).lengthSq() > 0 ? p.normalize() : p.set(0, this.flat === 2 ? 1 : 0, this.flat === 2 ? 0 : 1);
@@ -273,7 +273,7 @@ export class View {
   private mark(): void {
     const { chosen: { kind, number }, marks: { rod, point } } = this;
     rod.mesh.visible = kind === "rod" && this.shows.rods && this.motion.rods > 1;
-    point.mesh.visible = kind === "point" && this.shows.points;
+    point.mesh.visible = kind === "point" && this.shows.points && this.arrays.held.includes(number);
     for (const end of ["a", "b"] as const) if (rod.mesh.visible) rod[end].set(this.rods[end].subarray(3 * number, 3 * number + 3));
     if (point.mesh.visible) point.positions.set(this.now.shown.subarray(3 * number, 3 * number + 3));
     rod.update();
