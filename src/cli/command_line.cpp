@@ -11,9 +11,9 @@
 #include <tanor/error.hpp>
 #include <tanor/motion.hpp>
 
+#include "base/suggestion.hpp"
 #include "cli/command_table.hpp"
 #include "cli/messages.hpp"
-#include "base/suggestion.hpp"
 
 namespace tanor::cli {
 
@@ -58,8 +58,8 @@ void require_complete(const Command& command, const CLI::App& found) {
     const std::string& word = extras.front();
     if (!word.starts_with("-"))
       throw InputError("", "'" + word + "' is one word too many for tanor " + command.name + help);
-    throw InputError("", "tanor " + command.name + " has no option " + word +
-                             suggest(word, list_names(command.options)) + help);
+    throw InputError(
+        "", "tanor " + command.name + " has no option " + word + suggest(word, list_names(command.options)) + help);
   }
   const auto require = [&](const std::string& name, const std::string& what) {
     if (found.count(name) == 0) throw InputError("", name + " is required: " + what + help);

@@ -15,9 +15,9 @@
 #include <tanor/modes.hpp>
 #include <tanor/motion.hpp>
 
+#include "base/suggestion.hpp"
 #include "cli/picture_values.hpp"
 #include "cli/values.hpp"
-#include "base/suggestion.hpp"
 
 namespace tanor::cli {
 namespace {

@@ -46,8 +46,8 @@ std::string describe(const EquilibriumResult& found) {
 /// Writes the page, and the frame of pictures.
 void show(const fs::path& directory, const scene::Scene& scene, const EquilibriumResult& found,
           const std::optional<Modes>& vibrations) {
-  report::Rest rest{scene.name, found.outcome.ok() ? describe(found) : "no equilibrium", {}, found.left_out, scene.cell,
-                    {}};
+  report::Rest rest{
+      scene.name, found.outcome.ok() ? describe(found) : "no equilibrium", {}, found.left_out, scene.system.cell, {}};
   if (!found.outcome.ok()) rest.warnings.push_back(found.outcome.what);
   if (vibrations && vibrations->outcome.ok()) rest.modes = &*vibrations;
   rest.state.time = scene.equilibrium.at;

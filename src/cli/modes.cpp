@@ -48,7 +48,8 @@ std::string describe(const Modes& modes) {
 
 /// Writes the page, and the frame of pictures. Their forces are those at rest.
 void show(const fs::path& directory, const scene::Scene& scene, const Modes& found) {
-  report::Rest rest{scene.name, found.outcome.ok() ? describe(found) : "no modes", {}, found.left_out, scene.cell, {}};
+  report::Rest rest{
+      scene.name, found.outcome.ok() ? describe(found) : "no modes", {}, found.left_out, scene.system.cell, {}};
   if (!found.outcome.ok()) rest.warnings.push_back(found.outcome.what);
   if (found.outcome.ok() && found.count() > 0) rest.modes = &found;
   System system = scene.system;

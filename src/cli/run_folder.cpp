@@ -27,7 +27,7 @@ report::RunFacts collect_facts(const RunPlan& plan, const scene::Scene& scene, c
   facts.source = scene.source;
   facts.scene_checksum = plan.scene_checksum;
   facts.left_out = scene.left_out;
-  facts.cell = scene.cell;
+  facts.cell = simulation.system().cell;
   facts.threads = scene.solver.threads > 0 ? scene.solver.threads : count_threads();
   facts.t_start = scene.t_start;
   facts.t_end = scene.t_end;
@@ -102,7 +102,7 @@ void RunFolder::append_frame(Simulation& simulation) {
   const std::vector<double> friction = find_friction(simulation);
   trajectory_.write_frame(simulation, friction);
   if (!recording_) return;
-  recording_->take_frame(simulation, friction);
+  recording_->take_frame(simulation, friction, simulation.observe());
   if (begin >= next_page_) show(simulation);
 }
 
@@ -126,7 +126,8 @@ void RunFolder::take_resumed(Simulation& simulation) {
   if (!recording_) return;
   report::read_recording(directory_, checkpoint_.scene, simulation, &*recording_);
   const Solution now = simulation.solution();
-  if (now.outcome.ok()) recording_->take_frame(simulation.system(), now, find_friction(simulation));
+  if (now.outcome.ok())
+    recording_->take_frame(simulation.system(), now, find_friction(simulation), simulation.observe());
 }
 
 /// Removes what was written just now if another folder has taken the place of ours.
@@ -188,7 +189,8 @@ void RunFolder::take_step(const MotionReport& report, Simulation* between_frames
       const auto begin = RunPlan::Clock::now();
       const Solution between = between_frames->solution();
       if (between.outcome.ok())
-        recording_->take_frame(between_frames->system(), between, find_friction(*between_frames));
+        recording_->take_frame(between_frames->system(), between, find_friction(*between_frames),
+                               between_frames->observe());
       if (now >= next_page_) show(*between_frames);
       output_ += seconds_since(begin);
     }

@@ -12,6 +12,7 @@
 #include "base/text.hpp"
 #include "report/colours.hpp"
 #include "report/error_time_table.hpp"
+#include "report/field_json.hpp"
 #include "report/friction_parts.hpp"
 #include "report/packed_bytes.hpp"
 #include "report/page.hpp"
@@ -137,14 +138,14 @@ Json describe_ties(const ShownParts& shown) {
   return ties;
 }
 
-/// Returns the edges of a cell that is periodic in all directions, whose origin is not known, or null.
-Json describe_cell(const std::optional<scene::Cell>& cell) {
-  if (!cell || !(cell->xx > 0.0 && cell->yy > 0.0 && cell->zz > 0.0)) return {};
+/// Returns the edges and the origin of a cell that is periodic in all directions, or null.
+Json describe_cell(const std::optional<Cell>& cell) {
+  if (!cell || !cell->is_periodic_everywhere()) return {};
   return {{"edges", {{cell->xx, 0.0, 0.0}, {cell->xy, cell->yy, 0.0}, {cell->xz, cell->yz, cell->zz}}},
-          {"origin", nullptr}};
+          {"origin", cell->origin}};
 }
 
-Json describe_motion(const System& system, const Recording& recording, const std::optional<scene::Cell>& cell,
+Json describe_motion(const System& system, const Recording& recording, const std::optional<Cell>& cell,
                      PackedBytes* bytes) {
   const std::vector<RecordedFrame> frames = recording.frames();
   const ShownParts& shown = recording.shown();
@@ -205,7 +206,36 @@ Json describe_history(const Recording& recording) {
   return history;
 }
 
-Json describe_events(const MotionReport& report, const Recording& recording) {
+Json describe_units(const Units& units) {
+  return {{"length", units.length}, {"force", units.force}, {"time", units.time}, {"energy", units.energy}};
+}
+
+/// Returns the observables that have few numbers, with these over time.
+Json describe_observed(const Recording& recording) {
+  const std::vector<RecordedFrame> frames = recording.frames();
+  Json list = Json::array();
+  std::size_t first = 0;
+  for (const Observed& each : recording.observables()) {
+    if (!is_recorded(each)) continue;
+    Json object = json_of(each), times = Json::array(), rows = Json::array();
+    for (const RecordedFrame& frame : frames) {
+      if (frame.observed.size() < first + each.values.size()) continue;
+      Json row = Json::array();
+      for (std::size_t k = 0; k < each.values.size(); ++k) row.push_back(json_of(shorten(frame.observed[first + k])));
+      times.push_back(frame.time);
+      rows.push_back(std::move(row));
+    }
+    first += each.values.size();
+    object["unit"] = each.unit;
+    object["t"] = std::move(times);
+    object["rows"] = std::move(rows);
+    list.push_back(std::move(object));
+  }
+  return list;
+}
+
+Json describe_events(const Simulation& simulation, const Recording& recording) {
+  const MotionReport& report = simulation.report();
   Json events = Json::array();
   const auto add = [&](double t, const char* kind, const std::string& what) {
     events.push_back({{"t", t}, {"kind", kind}, {"what", what}});
@@ -215,14 +245,20 @@ Json describe_events(const MotionReport& report, const Recording& recording) {
     add(change.time, "rank", fmt::format("rank {}", change.rank));
   for (const SingularPassage& passage : report.singular_passages.first)
     add(passage.time, "singular", "singular configuration");
+  constexpr std::size_t most_named = 100;
+  const std::span<const Passage> passages = simulation.passages();
+  for (const Passage& passage : passages.first(std::min(most_named, passages.size())))
+    add(passage.time, "event", passage.name + (passage.member.empty() ? "" : " (" + passage.member + ")"));
   return events;
 }
 
 /// Returns the total number of events, of which describe_events lists the first ones.
-Json count_events(const MotionReport& report, const Recording& recording) {
+Json count_events(const Simulation& simulation, const Recording& recording) {
+  const MotionReport& report = simulation.report();
   return {{"contact", recording.num_switches()},
           {"rank", report.rank_changes.count},
-          {"singular", report.singular_passages.count}};
+          {"singular", report.singular_passages.count},
+          {"event", simulation.passages().size()}};
 }
 
 /// Returns the facts of a run. `text` describes the run in words and is empty while it goes on.
@@ -335,8 +371,10 @@ void write(const std::filesystem::path& directory, const RunFacts& facts, const 
                   {"motion", describe_motion(simulation.system(), recording, facts.cell, &bytes)},
                   {"colours", describe_colours(facts.tensions.value_or(TensionScale()))},
                   {"history", describe_history(recording)},
-                  {"events", describe_events(simulation.report(), recording)},
-                  {"events_seen", count_events(simulation.report(), recording)},
+                  {"units", describe_units(simulation.system().units)},
+                  {"observables", describe_observed(recording)},
+                  {"events", describe_events(simulation, recording)},
+                  {"events_seen", count_events(simulation, recording)},
                   {"error_time", read_error_time(directory, facts.scene_checksum)}};
   write_page(directory, data, bytes);
 }
@@ -362,6 +400,7 @@ void write_rest_page(const std::filesystem::path& directory, const System& syste
             {"motion", describe_motion(system, recording, rest.cell, &bytes)},
             {"colours", describe_colours(choose_tension_scale(recording.tensions()))},
             {"history", Json::object()},
+            {"units", describe_units(system.units)},
             {"events", Json::array()},
             {"events_seen", Json::object()},
             {"error_time", Json::array()}};

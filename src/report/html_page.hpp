@@ -35,7 +35,7 @@ void write_running_page(const std::filesystem::path& directory, const RunFacts& 
 struct Rest {
   std::string scene, said;  ///< its name; what was found, in a line
   std::vector<std::string> warnings, left_out;
-  std::optional<scene::Cell> cell;
+  std::optional<Cell> cell;
   tanor::Solution state;         ///< positions and forces
   const Modes* modes = nullptr;  ///< small vibrations about it; null: none
 };

@@ -48,25 +48,30 @@ Recording::Recording(const System& system, std::span<const Index> chosen, Output
   if (parts > 1.0) frame_interval_ = (1.0 - rounding) * each / parts;
 }
 
-void Recording::take_frame(const Simulation& simulation, std::span<const double> friction) {
+void Recording::take_frame(const Simulation& simulation, std::span<const double> friction,
+                           std::span<const Observed> observables) {
   take(
       simulation.system(),
       {.state = {.time = simulation.time(), .positions = simulation.positions(), .velocities = simulation.velocities()},
        .multipliers = simulation.multipliers(),
        .reactions = simulation.reactions(),
        .support_forces = simulation.support_forces(),
-       .friction = friction});
+       .friction = friction,
+       .observables = observables});
 }
 
-void Recording::take_frame(const System& system, const Solution& between, std::span<const double> friction) {
+void Recording::take_frame(const System& system, const Solution& between, std::span<const double> friction,
+                           std::span<const Observed> observables) {
   take(system, {.state = between.state(),
                 .multipliers = between.multipliers,
                 .reactions = between.reactions,
                 .support_forces = between.support_forces,
-                .friction = friction});
+                .friction = friction,
+                .observables = observables});
 }
 
 void Recording::take(const System& system, const Instant& instant) {
+  observables_.assign(instant.observables.begin(), instant.observables.end());
   // A resumed run stands at a frame that may already have been recorded.
   if (!recorded_.frames.is_empty() && recorded_.frames.end() >= instant.state.time) return;
   recorded_.frames.add(record(system, instant));
@@ -84,6 +89,8 @@ RecordedFrame Recording::record(const System& system, const Instant& instant) {
   frame.tensions.assign(tensions.begin(), tensions.end());
   frame.tie_tensions.assign(tie_tensions.begin(), tie_tensions.end());
   if (!held_.empty()) add_reactions(instant, &frame);
+  for (const Observed& each : instant.observables)
+    if (is_recorded(each)) frame.observed.insert(frame.observed.end(), each.values.begin(), each.values.end());
   std::vector<Guide> guides = place_guides(system, t_start_, frame.time);
   for (Guide& guide : guides) frame.guides.push_back(guide.numbers);
   if (guides_.empty()) guides_ = std::move(guides);

@@ -25,13 +25,20 @@ struct RecordedFrame {
   std::vector<float> normal_reactions;      ///< 3h, N: forces of guides and supports on the held points
   std::vector<float> tangent_reactions;     ///< 3h, N: friction there; empty if the system has none
   std::vector<std::vector<double>> guides;  ///< numbers of each Guide
+  std::vector<double> observed;             ///< numbers of the observables that have few, one after the other
 };
+
+/// Returns true if an observable has few enough numbers for curves over time.
+inline bool is_recorded(const Observed& observed) {
+  constexpr std::size_t most_curves = 64;
+  return observed.values.size() <= most_curves;
+}
 
 /// Visits all parts, to write and to read them (base/archive.hpp).
 template <class Frame, class Visit>
 void visit_parts(Frame& frame, Visit& visit) requires std::is_same_v<std::remove_const_t<Frame>, RecordedFrame> {
   visit(frame.time, frame.positions, frame.tensions, frame.tie_tensions, frame.normal_reactions,
-        frame.tangent_reactions, frame.guides);
+        frame.tangent_reactions, frame.guides, frame.observed);
 }
 
 /// The report of one step. Violations and the condition number are the worst ones until the next recorded step.
@@ -78,10 +85,12 @@ class Recording {
   Recording(const System& system, std::span<const Index> chosen, OutputTimes times = {});
 
   /// Takes a frame at an output time. `friction` is 3n, N, and empty if the system has none.
-  void take_frame(const Simulation& simulation, std::span<const double> friction = {});
+  void take_frame(const Simulation& simulation, std::span<const double> friction = {},
+                  std::span<const Observed> observables = {});
   /// Returns true if a frame between two output times is due.
   bool wants_frame(double time) const { return time >= next_frame_; }
-  void take_frame(const System& system, const Solution& between, std::span<const double> friction = {});
+  void take_frame(const System& system, const Solution& between, std::span<const double> friction = {},
+                  std::span<const Observed> observables = {});
   void take_step(const MotionReport& report);
   /// Continues a part of the motion that ended at or after the simulation's time. Returns false, and does not take it,
   /// if it belongs to other points or guides.
@@ -91,6 +100,8 @@ class Recording {
   const std::vector<std::int32_t>& held() const { return held_; }  ///< positions among the shown points
   const std::vector<Guide>& guides() const { return guides_; }     ///< at the first frame
   const Recorded& recorded() const { return recorded_; }
+  /// Returns the observables with their numbers in the last frame.
+  const std::vector<Observed>& observables() const { return observables_; }
   std::vector<RecordedFrame> frames() const { return recorded_.frames.items(); }
   std::vector<RecordedStep> steps() const { return recorded_.steps.items(); }
   std::vector<double> tensions() const;  ///< N, of all shown rods in all frames
@@ -106,6 +117,7 @@ class Recording {
   struct Instant {
     StateView state;
     std::span<const double> multipliers, reactions, support_forces, friction;
+    std::span<const Observed> observables;
   };
   void take(const System& system, const Instant& instant);
   bool fits(const RecordedFrame& frame) const;
@@ -120,6 +132,7 @@ class Recording {
   double next_frame_ =
       std::numeric_limits<double>::infinity();  ///< s, before the next output time; infinity if none is requested
   Recorded recorded_;
+  std::vector<Observed> observables_;
   std::size_t events_ = 0, friction_solves_ = 0;
   double friction_iterations_ = 0.0;
 };

@@ -9,7 +9,6 @@
 #include <tanor/motion.hpp>
 
 #include "report/motion_extent.hpp"
-#include "scene/periodic_cell.hpp"
 
 namespace tanor::report {
 
@@ -34,7 +33,7 @@ struct RunFacts {
   std::optional<Certificate> certificate;  ///< certificate at the end, or the first one that failed
   std::size_t certificates = 0;            ///< made since the run began or was resumed
   std::optional<TensionScale> tensions;    ///< colours of report.html; none without it
-  std::optional<scene::Cell> cell;         ///< periodic box
+  std::optional<Cell> cell;                ///< periodic box
   WallTimes wall;
 };
 

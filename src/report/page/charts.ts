@@ -25,7 +25,7 @@ const linear: uPlot.Scale = {
 };
 
 /** The same colours as in page.css for the time line of the view. */
-const colourOfEvent: Record<string, string> = { contact: "--warn", rank: "--accent", singular: "--tangent" };
+const colourOfEvent: Record<string, string> = { contact: "--warn", rank: "--accent", singular: "--tangent", event: "--ink" };
 /** The curves also differ in their dashes. */
 const strokes = ["#2a7fc9", "#d9730d", "#0f9d78", "#b0398b", "#8a8f2a", "#7a5bd0", "#5c6773"];
 const dashes = [[], [7, 3], [2, 3], [9, 3, 2, 3]];

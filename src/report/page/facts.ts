@@ -64,7 +64,7 @@ function fillPhases(run: Run): void {
   }));
 }
 
-const namesOfEvents: Record<string, string> = { contact: "contact switches", rank: "changes of rank", singular: "singular configurations" };
+const namesOfEvents: Record<string, string> = { contact: "contact switches", rank: "changes of rank", singular: "singular configurations", event: "events" };
 
 /** Returns "500 of 760 contact switches are listed, the first ones." */
 function tellLeftOut({ events, events_seen }: PageData): string {
