@@ -172,7 +172,7 @@ struct [[nodiscard]] MotionReport : EventReport {
   PhaseTimes times;
 };
 
-/// What is done where a condition on observables becomes true.
+/// Actions where a condition on observables becomes true.
 enum class EventAction {
   Report,   ///< the passage is noted
   Stop,     ///< the advance ends there
@@ -193,7 +193,7 @@ struct Event {
   /// where it becomes true, also at the start.
   std::string when{};
   EventAction action = EventAction::Report;  ///< of a condition
-  /// What is taken out, such as "links[3]" or "hook"; if empty, the member of which the condition speaks.
+  /// Names what is taken out, such as "links[3]" or "hook"; if empty, the member of which the condition speaks.
   std::string of{};
   Constants parameters{};  ///< names of numbers that the condition may use
 };
@@ -250,8 +250,8 @@ class TANOR_API Simulation {
   /// Searches for the event from now on; returns its number. Each step evaluates the function at twelve places, and at
   /// more of them until it is followed between them, so that all crossings are found, each once. Where that cannot be
   /// known, `MotionReport::events_may_be_missed` says so. A bump that is narrow beside the step and seen at none of the
-  /// twelve places is missed; a `max_step` finds it. A jump through 0 is a crossing. A function that begins at 0 does not
-  /// cross there; one that vanishes at t_end, to rounding, crosses there. If a step is extrapolated past a singular
+  /// twelve places is missed; a `max_step` finds it. A jump through 0 is a crossing. A function that begins at 0 does
+  /// not cross there; one that vanishes at t_end, to rounding, crosses there. If a step is extrapolated past a singular
   /// configuration, a stopping event ends the advance at the end of that step, and its crossing is reported at its own
   /// time. A value that is not finite ends the advance with an outcome that names the event. Events are no part of a
   /// snapshot, and `restore` forgets crossings later than the restored time. What events have taken out is in the
@@ -264,9 +264,9 @@ class TANOR_API Simulation {
 
   /// Adds an observable; returns its number. Throws InputError for a text that cannot be read, with its column.
   std::size_t add_observable(const Observable& observable);
-  /// Evaluates all observables at the present state, also inside an observer, and returns them with their extremes. The
-  /// span is valid until the next call.
-  std::span<const Observed> observe();
+  /// Evaluates all observables at the present state, also inside an observer, and returns them with their extremes, for
+  /// which this instant counts unless `counts` is false. The span is valid until the next call.
+  std::span<const Observed> observe(bool counts = true);
 
   /// Verifies accelerations, multipliers and reactions at the present state, also inside an observer.
   Certificate certify();

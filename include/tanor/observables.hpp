@@ -17,7 +17,7 @@
 
 namespace tanor {
 
-/// What to observe.
+/// A request to observe something.
 struct Observable {
   std::string name{};       ///< in results; the text if it is empty
   std::string text{};       ///< such as "max tension(links)", "moment(crank, z)" or "load(hook).z/9.81"

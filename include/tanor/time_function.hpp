@@ -58,8 +58,8 @@ class TANOR_API ScalarFunction {
   /// Writes the Taylor coefficients 0 … P at t, at most `largest_order` + 1 numbers. Returns false if they are not
   /// known (a custom function).
   bool expand(double t, std::span<double> coefficients) const;
-  /// Returns the function as recorded operations on t; null if it is not known for all times: a custom function that was
-  /// not recorded, or a table whose numbers lie on no parabola.
+  /// Returns the function as recorded operations on t; null if it is not known for all times: a custom function that
+  /// was not recorded, or a table whose numbers lie on no parabola.
   std::shared_ptr<const Expression> expression() const;
   /// Returns the time after t, s, at which the next piece of a table begins, infinity if there is none. The series at t
   /// does not hold beyond it.

@@ -8,7 +8,7 @@
 
 namespace tanor {
 
-/// What a number measures.
+/// The physical dimension of a number.
 enum class Dimension {
   None,
   Length,

@@ -49,7 +49,7 @@ report::Trajectory open_trajectory(const RunPlan& plan, const scene::Scene& scen
   report::TrajectoryOptions options = choose_trajectory(scene);
   options.cell = simulation.system().cell;
   options.units = simulation.system().units;
-  const std::span<const Observed> observed = simulation.observe();
+  const std::span<const Observed> observed = simulation.observe(false);
   options.observables.assign(observed.begin(), observed.end());
   if (plan.before) return {plan.directory, simulation.system(), options, plan.before->trajectory};
   return {plan.directory, simulation.system(), options};
@@ -102,7 +102,7 @@ void RunFolder::append_frame(Simulation& simulation) {
   const std::vector<double> friction = find_friction(simulation);
   trajectory_.write_frame(simulation, friction);
   if (!recording_) return;
-  recording_->take_frame(simulation, friction, simulation.observe());
+  recording_->take_frame(simulation, friction, simulation.observe(false));
   if (begin >= next_page_) show(simulation);
 }
 
@@ -127,7 +127,7 @@ void RunFolder::take_resumed(Simulation& simulation) {
   report::read_recording(directory_, checkpoint_.scene, simulation, &*recording_);
   const Solution now = simulation.solution();
   if (now.outcome.ok())
-    recording_->take_frame(simulation.system(), now, find_friction(simulation), simulation.observe());
+    recording_->take_frame(simulation.system(), now, find_friction(simulation), simulation.observe(false));
 }
 
 /// Removes what was written just now if another folder has taken the place of ours.
@@ -190,7 +190,7 @@ void RunFolder::take_step(const MotionReport& report, Simulation* between_frames
       const Solution between = between_frames->solution();
       if (between.outcome.ok())
         recording_->take_frame(between_frames->system(), between, find_friction(*between_frames),
-                               between_frames->observe());
+                               between_frames->observe(false));
       if (now >= next_page_) show(*between_frames);
       output_ += seconds_since(begin);
     }

@@ -177,7 +177,7 @@ std::vector<double> read_array(const std::string& name, zip_t* archive, const st
 }  // namespace
 
 NpzTrajectory::NpzTrajectory(const std::filesystem::path& path, const ShownParts* shown, bool is_compressed,
-                             std::span<const Observed> observables, std::uint64_t frames)
+                             std::uint64_t frames, std::span<const Observed> observables)
     : path_(path), shown_(shown), is_compressed_(is_compressed) {
   if (!observables.empty()) {
     observed_type_ = describe_record(observables);
@@ -255,5 +255,5 @@ void NpzTrajectory::save() const {
 extern "C" __attribute__((visibility("default"))) void tanor_open_frame_file(
     const tanor::report::FrameFileRequest& request, std::unique_ptr<tanor::report::FrameFile>* opened) {
   *opened = std::make_unique<tanor::report::NpzTrajectory>(request.path, request.shown, request.is_compressed,
-                                                           request.observables, request.frames);
+                                                           request.frames, request.observables);
 }

@@ -19,7 +19,7 @@ class NpzTrajectory : public FrameFile {
   /// `shown` must outlive this object. `frames` is 0 for a new file, else the number of frames of an existing one to
   /// continue after; throws InputError if it has fewer.
   NpzTrajectory(const std::filesystem::path& path, const ShownParts* shown, bool is_compressed,
-                std::span<const Observed> observables = {}, std::uint64_t frames = 0);
+                std::uint64_t frames = 0, std::span<const Observed> observables = {});
 
   void write(const Frame& frame) override;
   std::uint64_t mark() const override { return times_.size(); }

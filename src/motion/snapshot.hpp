@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include <tanor/motion.hpp>
@@ -11,6 +12,8 @@ struct Snapshot {
   double time = 0.0;               ///< s
   std::vector<double> positions;   ///< 3n, m, in the user's order
   std::vector<double> velocities;  ///< 3n, m/s
+  std::vector<double> observed;    ///< extremes of observables, and the passages of events; see observing.cpp
+  std::string observed_names{};    ///< members of both, a line each
   std::vector<std::size_t> taken;  ///< what events took out: list, index and member (or none, the largest number) of each
   MotionReport report;             ///< counts, times, works and extremes so far
 

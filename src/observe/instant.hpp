@@ -5,7 +5,7 @@
 
 namespace tanor {
 
-/// What observables read of an answer at one instant, in the user's order. What none of them reads may be empty.
+/// An answer at one instant as observables read it, in the user's order. Arrays that none of them reads may be empty.
 struct ObservedInstant {
   double time = 0.0;                                             ///< s
   std::span<const double> positions, velocities, accelerations;  ///< 3n
@@ -16,7 +16,7 @@ struct ObservedInstant {
   std::size_t rank = 0;                                          ///< of K
 };
 
-/// What some observables read beside positions and velocities.
+/// Tells which parts of it some observables read, beside positions and velocities.
 struct Needs {
   bool forces = false;  ///< multipliers, reactions, loads of supports, accelerations
   bool friction = false;

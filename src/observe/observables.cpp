@@ -69,11 +69,12 @@ bool Observables::has_of_every_step() const {
   return std::ranges::any_of(given_, &Observable::every_step);
 }
 
-void Observables::take(const ObservedInstant& at, Which which) {
+void Observables::take(const ObservedInstant& at, Which which, bool counts) {
   for (std::size_t k = 0; k < texts_.size(); ++k) {
     if (which == Which::OfEveryStep && !given_[k].every_step) continue;
     Observed& seen = found_[k];
     texts_[k].evaluate(at, &seen);
+    if (!counts) continue;
     const std::size_t parts = seen.least.size();
     for (std::size_t i = 0; i < seen.values.size(); ++i) {
       const std::string& member = seen.members.empty() ? seen.member : seen.members[i / parts];

@@ -26,9 +26,10 @@ class Observables {
   enum class Which { All, OfEveryStep };
   Needs needs(Which which) const;
   bool has_of_every_step() const;
-  /// Evaluates them and takes their numbers into the extremes.
-  void take(const ObservedInstant& at, Which which);
+  /// Evaluates them and takes their numbers into the extremes, if the instant counts.
+  void take(const ObservedInstant& at, Which which, bool counts = true);
   std::span<const Observed> found() const { return found_; }
+  std::span<Observed> found() { return found_; }
   /// Returns the numbers of each at an instant, which does not count for the extremes.
   std::vector<std::vector<double>> evaluate(const ObservedInstant& at) const;
 

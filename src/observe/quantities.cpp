@@ -71,7 +71,7 @@ class Multipliers final : public Members {
   }
   Needs needs() const override { return {.forces = true}; }
   void evaluate(const ObservedInstant& at, double* values) const override {
-    for (std::size_t k = 0; k < count_ * rows_per_member_; ++k) values[k] = factor_ * at.multipliers[first_row_ + k];
+    for (std::size_t k = 0; k < count_ * rows_per_member_; ++k) values[k] = factor_ * at.multipliers[first_row_ + k] + 0.0;  // no -0
     forget_absent(rows_per_member_, values);
   }
 

@@ -91,7 +91,7 @@ std::string format_page(const RunFacts& facts, Simulation& simulation) {
   const Units& units = simulation.system().units;
   std::string page = facts.scene + "\n";
   if (facts.has_started) {
-    page += format_observables(simulation.observe(), units);
+    page += format_observables(simulation.observe(false), units);
     page += format_passages(simulation.passages(), units) + "\n";
   }
   page += line("source", facts.source);

@@ -152,7 +152,7 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
                  facts.has_started ? std::optional(simulation.rank()) : std::nullopt, simulation.time(),
                  EndArrays{simulation.positions(), simulation.velocities(), simulation.accelerations(),
                            simulation.multipliers(), simulation.reactions(), simulation.support_forces()},
-                 simulation.observe(), simulation.passages(), simulation.system().units});
+                 simulation.observe(false), simulation.passages(), simulation.system().units});
 }
 
 std::vector<std::filesystem::path> list_summary(const std::filesystem::path& directory) {

@@ -1,56 +1,61 @@
 #pragma once
 
-#include <algorithm>
-#include <cmath>
-#include <iterator>
-#include <limits>
 #include <memory>
-#include <optional>
+#include <vector>
 
-#include <tanor/motion.hpp>
-
-#include "base/live.hpp"
-#include "base/quiet_traps.hpp"
-#include "base/text.hpp"
-#include "certificate/certificate.hpp"
-#include "dynamics/constraint_arms.hpp"
-#include "dynamics/multiplier_form.hpp"
-#include "dynamics/prestress_rigidity.hpp"
-#include "motion/integration.hpp"
 #include "observe/observables.hpp"
-#include "ranks/cut_form.hpp"
-#include "ranks/shared_mechanics.hpp"
-#include "simulation/motion_input.hpp"
-#include "simulation/motion_measures.hpp"
-#include "simulation/saved_state.hpp"
-#include "simulation/solution.hpp"
-#include "system/enum_check.hpp"
-#include "system/fingerprint.hpp"
+#include "simulation/simulated_motion.hpp"
 
 namespace tanor {
 
-/// The implementation of Simulation.
-struct Simulation::Implementation {
-  static constexpr std::uint64_t fingerprint_of_progress = 0;
+/// The implementation of Simulation: a motion with what users ask of it, observables and events. An event that takes
+/// something out of the system replaces the object by one of the changed system.
+struct Simulation::Implementation final : SimulatedMotion {
+  using SimulatedMotion::SimulatedMotion;
 
-  Part part;
-  MotionOptions options;
-  SolverOptions solver_options;
-  double t_begin;  // s, where the motion began
-  Forms forms;
-  std::unique_ptr<SharedMechanics> shared;  // null if the whole system is on this rank
-  Workspace& work = forms.work;
-  const Model& model = forms.model;
-  EquationsOfMotion& form = shared != nullptr ? *shared : *forms.main;
-  Outcome outcome;
-  MotionReport report;
-  ChosenMethod chosen;
-  Integration integration;
-  State& state = integration.state;
-  Solution now;                 // the state as the last call left it
-  std::optional<System> given;  // the given system, if points held rigid by prestress became supports of `model.system`
-  PointState points;            // the state in the inner order
-  std::vector<double> rows;     // [d]
+  // Observables, in observing.cpp.
+  std::size_t add_observable(const Observable& what);
+  std::span<const Observed> observe(bool counts);
+  void observe_step() override;
+  void verify_observables(const Reactions& anew, std::span<const double> friction, Certificate* certificate) override;
+  ObservedInstant look_at(Needs needs);
+  ObservedInstant look_inside(double t, const double* x, const double* x_dot, Needs needs);
+  void look_on_the_way(Needs needs);
+
+  // Events.
+  std::size_t add_event(const Event& event);
+  std::span<const Passage> list_passages();
+  void collect_passages() override { list_passages(); }
+  bool has_taken_its_thing(const Event& event) const;
+  /// Notes conditions that have become true at the present state. Returns what they ask for.
+  struct Acts {
+    std::vector<Thing> taken{};
+    bool stops = false;
+  };
+  Acts act();
+  /// Advances and acts on conditions on the way.
+  static Outcome advance_through_events(std::unique_ptr<Implementation>* at, double t_end, const Observer& observer);
+
+  // Systems that change, in changed_system.cpp.
+  /// Replaces a simulation by one of its system without some things, at the same state.
+  static Outcome take_out(std::unique_ptr<Implementation>* at, std::vector<Thing> things);
+  /// Makes the simulation of a system without some things, at its start.
+  static std::unique_ptr<Implementation> make_without(const Implementation& of, std::vector<Thing> things);
+  /// Takes over requests, passages and extremes from a simulation of the same system with other things taken out.
+  void continue_from(const Implementation& before);
+  std::string name_free_points() const;
+  using SimulatedMotion::restore;
+  /// Restores a state, out of whose system events may have taken other things than out of this one.
+  static void restore(std::unique_ptr<Implementation>* at, std::span<const std::byte> saved);
+  static std::vector<std::size_t> numbers_of(std::span<const Thing> things);
+  void write_requests(Snapshot* snapshot) override;
+  void read_requests(const Snapshot& snapshot) override;
+
+  std::unique_ptr<Observables> observables;  // null if there are none
+  struct {
+    Solution at;
+    std::vector<double> friction;
+  } seen;  // what observables read on the way
   std::vector<Event> events;
   std::vector<std::unique_ptr<Condition>> conditions;  // [event] null for a function
   struct Truth {
@@ -61,413 +66,6 @@ struct Simulation::Implementation {
   std::vector<Passage> passages;
   std::size_t seen_passages = 0;  // of those of `integration`, in `passages`
   std::vector<Thing> taken;       // out of `given`
-  MotionMeasures measures{options, work, form, integration, &points, &report};
-  bool is_advancing = false;
-  std::unique_ptr<Observables> observables;  // null if there are none
-  struct {
-    Solution at;
-    std::vector<double> friction;
-  } seen;  // what observables read on the way
-
-  ObservedInstant look_at(Needs needs);
-  ObservedInstant look_inside(double t, const double* x, const double* x_dot, Needs needs);
-  void look_on_the_way(Needs needs);
-  std::string name_free_points() const;
-  bool has_taken_its_thing(const Event& event) const;
-  void verify_observables(const Reactions& anew, std::span<const double> friction, Certificate* certificate);
-
-  Implementation(System system, const MotionOptions& motion, const SolverOptions& solver, const Part& of_all,
-                 double t_start)
-      : part(of_all),
-        options(motion),
-        solver_options(check_together(part, system, motion, solver, t_start)),
-        t_begin(t_start),
-        forms(std::move(system), solver_options, t_start, form_of(part, solver_options),
-              part.is_whole() ? nullptr : part.ranks),
-        shared(part.is_whole() ? nullptr : std::make_unique<SharedMechanics>(*forms.main, *part.ranks)),
-        chosen(choose_method(motion, part, model.system, form, forms.is_tangent())),
-        integration(chosen.method, {options, wants_exact_accelerations()}, form, &report) {
-    note_method();
-    if (!integration.scheme().is_adaptive() && !(options.step > 0.0)) {
-      throw InputError("/motion/step", "method " + std::string(name_of(report.method)) +
-                                           " has fixed steps: a positive step, s, is needed");
-    }
-    for (std::vector<double>* array : {&points.r, &points.v, &points.w}) array->resize(3 * model.num_points());
-    now = make_solution(model.system, forms.is_tangent() ? form.size() : 0);
-    rows.resize(model.num_rows());
-
-    watch_arms();
-
-    state.t = t_start;
-    model.numbering.gather_points(model.system.positions, points.r);
-    model.numbering.gather_points(model.system.velocities, points.v);
-    report.time = t_start;
-    const auto start = [&] { return forms.start(t_start, points.r.data(), points.v.data(), options.start); };
-    report.start = shared != nullptr ? shared->conclude_start(start) : start();
-    outcome = report.start.outcome;
-    if (outcome.ok()) outcome = complete_state(nullptr);
-    integration.begin();
-    measures.begin();
-    if (model.has_friction()) measures.measure_friction(outcome.ok());
-    publish();
-  }
-
-  /// Returns true if some rank has friction. Collective.
-  bool has_friction() { return form.largest(model.has_friction() ? 1.0 : 0.0) > 0.0; }
-
-  /// Steps with such tolerances would see residuals of 1e-12 as noise. The fixed point of friction leaves as much
-  /// anyway.
-  bool wants_exact_accelerations() {
-    constexpr double demanding = 1e-10;
-    return !has_fixed_steps(chosen.method) && options.rtol < demanding && !has_friction();
-  }
-
-  /// Equations that reach from rank to rank have a form of their own.
-  static Forms::MakeForm form_of(const Part& part, const SolverOptions& options) {
-    if (part.is_whole() || !part.is_cut()) return {};
-    return [&](Workspace& work) { return std::make_unique<CutForm>(work, options, part); };
-  }
-
-  /// Ends the motion where a part of a rope, a leg of an angle or a rod has length 0. Coordinates need no direction
-  /// there.
-  void watch_arms() {
-    const auto arms = std::make_shared<ConstraintArms>(model);
-    integration.arms().watch({form.keeps_variables() ? arms->size() : 0,
-                              [arms](const Kinematics& at, Vec3* vectors) { arms->evaluate(at.x, vectors); },
-                              [arms](const Kinematics& at, std::size_t k) { return arms->size(at.x, k); },
-                              [arms](double t, std::size_t k) { return arms->given_length(t, k); },
-                              [arms](std::size_t k) { return arms->name(k); }});
-  }
-
-  void note_method() {
-    report.method = chosen.method;
-    report.method_reason = chosen.reason;
-    if (!integration.is_stiff()) return;
-    report.method = Method::Radau5;
-    report.method_reason = integration.explain_stiffness();
-  }
-
-  /// Returns an array [3n] of the last answer without the points outside.
-  std::span<const double> of_users(std::vector<double> Solution::*array) const {
-    return std::span(now.*array).first(3 * system().num_points());
-  }
-
-  const System& system() const { return given ? *given : model.system; }
-
-  std::vector<std::byte> save() {
-    std::vector<double> r = points.r, v = points.v, w = points.w;
-    form.write_points(state.at(), state.a.data(), state.reactions, r.data(), v.data(), w.data());
-    Snapshot snapshot;
-    snapshot.time = state.t;
-    snapshot.positions.resize(r.size());
-    snapshot.velocities.resize(v.size());
-    snapshot.taken = numbers_of(taken);
-    snapshot.report = report;
-    integration.write(&snapshot);
-    model.numbering.scatter_points(r, snapshot.positions);
-    model.numbering.scatter_points(v, snapshot.velocities);
-    return pack(snapshot, fingerprint_of(system()));
-  }
-
-  /// Saves everything except the points and the memory on which later numbers depend in their last bits. The result
-  /// serves any division into ranks.
-  std::vector<std::byte> save_progress() {
-    Snapshot snapshot;
-    snapshot.time = state.t;
-    snapshot.report = report;
-    integration.write_progress(&snapshot);
-    return pack(snapshot, fingerprint_of_progress);
-  }
-
-  void restore_progress(std::span<const std::byte> saved, std::span<const double> r, std::span<const double> v) {
-    refuse_inside_advance("restore_progress");
-    Snapshot snapshot = unpack(saved, fingerprint_of_progress);
-    snapshot.positions.assign(r.begin(), r.end());
-    snapshot.velocities.assign(v.begin(), v.end());
-    restore(snapshot);
-  }
-
-  /// Restores a state, out of whose system events may have taken other things than out of this one.
-  static void restore(std::unique_ptr<Implementation>* at, std::span<const std::byte> saved);
-  static std::vector<std::size_t> numbers_of(std::span<const Thing> things);
-
-  void restore(const Snapshot& snapshot) {
-    check_snapshot(snapshot, points.r.size());
-    list_passages();
-    integration.restore(snapshot);
-    report = snapshot.report;
-    note_method();
-    report.time = snapshot.time;
-    form.resume(report.counters, report.times);
-
-    state.t = snapshot.time;
-    model.numbering.gather_points(snapshot.positions, points.r);
-    model.numbering.gather_points(snapshot.velocities, points.v);
-    state.work = {.supports = report.energy.work_of_supports,
-                  .forces = report.energy.work_of_forces,
-                  .potentials = report.energy.work_of_potentials,
-                  .friction = report.energy.work_of_friction};
-    work.prescribe_all(state.t, points.r.data(), points.v.data());
-    form.fetch_guests(points.r.data(), points.v.data());
-    outcome = complete_state(snapshot.memory.empty() && has_friction() ? nullptr : &snapshot);
-    integration.resume(snapshot);
-    measures.resume();
-    work.counters = snapshot.report.counters;  // the work of restoring does not count for the motion
-    std::erase_if(passages, [&](const Passage& passage) { return passage.time > snapshot.time; });
-    seen_passages = integration.watch().passages().size();
-    publish();
-  }
-
-  /// Completes the state at t from its points, at the beginning of a motion or (with `snapshot`) when one is resumed.
-  Outcome complete_state(const Snapshot* snapshot) {
-    const bool begins = snapshot == nullptr;
-    Outcome found = form.set_state(state.t, points.r.data(), points.v.data(), state.x.data(), state.v.data());
-    if (!begins) integration.restore_memory(*snapshot);
-    if (found.ok() && begins && has_friction()) {
-      Request at_start = integration.request(Gradients::Keep);
-      at_start.refuses_several = true;
-      found = form.begin(state.t, state.x.data(), state.v.data(), at_start, state.output());
-    } else if (found.ok() && integration.is_extrapolating()) {
-      found = integration.return_to_constraints();
-    } else {
-      // A start in points leaves the equations linearised there, unless coordinates are compared with constraints.
-      const bool is_linearised = begins && shared == nullptr && forms.tangent == nullptr;
-      if (found.ok() && !is_linearised) found = form.linearise(state.t, state.x.data());
-      if (found.ok()) found = form.accelerations(state.at(), integration.request(Gradients::Keep), state.output());
-    }
-    return found;
-  }
-
-  void write_points() {
-    form.write_points(state.at(), state.a.data(), state.reactions, points.r.data(), points.v.data(), points.w.data());
-  }
-
-  /// Finds points held rigid by prestress, which do not move although K alone would let them.
-  std::vector<Index> find_prestress_rigid_points() {
-    if (part.is_cut()) return {};
-    constexpr double rounding = 1e-12;  // a larger correction at the start means another system
-    if (!outcome.ok() || work.rank == model.numbering.first_idle_row() || report.start.relative > rounding) return {};
-    if (forms.normal == nullptr) return {};
-    return tanor::find_prestress_rigid_points(model.system, forms.normal->gradient_rank().list_dependences());
-  }
-
-  /// Returns true if some rank has such points.
-  bool are_some_rigid(const std::vector<Index>& here) { return form.largest(here.empty() ? 0.0 : 1.0) > 0.0; }
-
-  RankReport find_rank() {
-    write_points();
-    return forms.rank(points.r.data(), false);
-  }
-
-  void publish() {
-    write_points();
-    const Outcome known = write_solution(state.reactions, &now);
-    if (outcome.ok()) outcome = known;
-    report.counters = work.counters;
-    report.times = work.times;
-  }
-
-  /// Writes the state, in the user's order, with what was found with the accelerations there.
-  Outcome write_solution(const Reactions& found, Solution* at) { return write_solution(state.at(), found, at); }
-  Outcome write_solution(const Kinematics& here, const Reactions& found, Solution* at) {
-    const Numbering& numbering = model.numbering;
-    numbering.scatter_points(points.r, at->positions);
-    numbering.scatter_points(points.v, at->velocities);
-    numbering.scatter_points(points.w, at->accelerations);
-    if (forms.is_tangent()) {
-      work.coordinates.scatter(here.x, at->coordinates.data());
-      work.coordinates.scatter(here.v, at->coordinate_rates.data());
-    }
-    Outcome known = forms.reactions({here, points.at(here.t)}, {}, found, rows.data(), points.w.data());
-    numbering.scatter_rows(rows, at->multipliers);
-    numbering.scatter_points(points.w, at->reactions);
-    // The load of supports is eta + f there.
-    for (std::size_t i = 0; i < 3 * model.num_moving(); ++i) points.w[i] = 0.0;
-    for (std::size_t i = 3 * model.num_moving(); i < points.w.size(); ++i) points.w[i] += work.f[i];
-    numbering.scatter_points(points.w, at->support_forces);
-    return known;
-  }
-
-  /// Guards an evaluation at the present state, after which the motion goes on as if there had been none. It restores
-  /// what later solves start from, and the counters.
-  class Look {
-   public:
-    explicit Look(Implementation* at) : at_(*at), counters_(at->work.counters), times_(at->work.times) {
-      Memory memory(&kept_);
-      at_.form.exchange_memory(memory);
-    }
-    ~Look() {
-      Memory memory{std::span<const double>(kept_)};
-      at_.form.exchange_memory(memory);
-      at_.work.counters = counters_;
-      at_.work.times = times_;
-    }
-    Look(const Look&) = delete;
-    Look& operator=(const Look&) = delete;
-
-   private:
-    Implementation& at_;
-    Counters counters_;
-    PhaseTimes times_;
-    std::vector<double> kept_;
-  };
-
-  /// Solves at the state inside an observer, where accelerations may be those of a stage. The state keeps its own.
-  Solution solve_on_the_way() {
-    const Look look(this);
-    Solution at = make_solution(model.system, now.coordinates.size());
-    std::vector<double> at_a(form.size());
-    Reactions found = form.no_reactions();
-    at.outcome = form.accelerations(state.at(), integration.request(Gradients::Evaluate),
-                                    {at_a.data(), nullptr, nullptr, &found});
-    form.write_points(state.at(), at_a.data(), found, points.r.data(), points.v.data(), points.w.data());
-    if (at.outcome.ok()) {
-      at.outcome = write_solution(found, &at);
-    } else {
-      model.numbering.scatter_points(points.r, at.positions);
-      model.numbering.scatter_points(points.v, at.velocities);
-    }
-    return at;
-  }
-
-  std::vector<double> friction_forces() {
-    std::vector<double> tau(points.r.size()), at(points.r.size());
-    if (!is_advancing) {
-      form.write_friction(state.reactions, tau.data());
-    } else if (has_friction()) {
-      const Look look(this);
-      std::vector<double> at_a(form.size());
-      Reactions found = form.no_reactions();
-      const Outcome solved = form.accelerations(state.at(), integration.request(Gradients::Evaluate),
-                                                {at_a.data(), nullptr, nullptr, &found});
-      if (solved.ok()) form.write_friction(found, tau.data());
-    }
-    model.numbering.scatter_points(tau, at);
-    at.resize(3 * system().num_points());
-    return at;
-  }
-
-  Solution solution() {
-    Solution at = is_advancing ? solve_on_the_way() : now;
-    if (!is_advancing) at.outcome = outcome;
-    at.time = state.t;
-    write_points();
-    at.position_violation = form.largest(work.position_violation(state.t, points.r.data()));
-    for (auto array : {&Solution::positions, &Solution::velocities, &Solution::accelerations, &Solution::reactions,
-                       &Solution::support_forces})
-      (at.*array).resize(3 * system().num_points());
-    return at;
-  }
-
-  Certificate certify() {
-    if (part.is_cut()) throw InputError("/certificate", "nobody proves what lies on several ranks; take one rank");
-    const Look look(this);
-    std::vector<double> at_a(form.size()), at_eta(points.r.size()), at_tau(points.r.size());
-    SolveReport solved;
-    Reactions reactions;
-    Outcome found = form.accelerations(state.at(), integration.request(Gradients::Evaluate),
-                                       {at_a.data(), nullptr, &solved, &reactions});
-    if (!found.ok()) return make_failed_certificate(found);
-    form.write_points(state.at(), at_a.data(), reactions, points.r.data(), points.v.data(), points.w.data());
-    found = forms.reactions({state.at(), points.at(state.t)}, {}, reactions, rows.data(), at_eta.data());
-    if (!found.ok()) return make_failed_certificate(found);
-    form.write_friction(reactions, at_tau.data());
-    Certificate certificate =
-        tanor::certify(forms, {state.t, points.r, points.v, points.w, at_eta, rows, at_tau, solved.friction});
-    if (observables != nullptr) verify_observables(reactions, at_tau, &certificate);
-    return certificate;
-  }
-
-  /// Finds accelerations and multipliers at the state itself, after steps that left others behind.
-  Outcome refresh(Gradients gradients) {
-    return form.accelerations(state.at(), integration.request(gradients), state.output_without_power());
-  }
-
-  /// Chooses a first step from the time in which velocities or positions change considerably.
-  double first_step(double span) {
-    if (options.step > 0.0) return std::min(options.step, span);
-    write_points();
-    const std::vector<double> speeds = work.largest_norms(points.v.data());
-    const std::vector<double> accelerations = work.largest_norms(points.w.data());
-    double time = std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k < speeds.size(); ++k) {
-      if (accelerations[k] > 0.0) time = std::min(time, std::max(speeds[k], work.scales.speed(k)) / accelerations[k]);
-    }
-    time = -form.largest(-time);
-    if (!std::isfinite(time)) time = span;
-    return std::min(span, time * std::pow(options.rtol, 1.0 / integration.scheme().order()));
-  }
-
-  /// Refuses a call from the motion's own observers, events and callables, which may look at a step but not make
-  /// another.
-  void refuse_inside_advance(const char* what) const {
-    if (is_advancing)
-      throw InputError("",
-                       std::string(what) + " was called inside advance_to; an observer returns false to stop there");
-  }
-
-  Outcome advance(double t_end, const Observer& observer) {
-    refuse_inside_advance("advance_to");
-    struct Advancing {
-      bool& flag;
-      explicit Advancing(bool& is_advancing) : flag(is_advancing) { flag = true; }
-      ~Advancing() { flag = false; }
-    } const advancing(is_advancing);
-    if (!outcome.ok()) return outcome;
-    if (!(t_end > state.t) || !std::isfinite(t_end)) {
-      const auto [end, reached] = texts_apart(std::array{t_end, state.t});
-      throw InputError("/motion/t_end", end + " does not lie after the time reached, " + reached);
-    }
-    if (integration.scheme().is_adaptive() && integration.next_step == 0.0)
-      integration.next_step = first_step(t_end - state.t);
-    const auto goes_on = [&](const MotionReport& so_far) {
-      return measures.check_growth().ok() && (!observer || observer(so_far));
-    };
-    outcome = integration.advance(
-        t_end, [this](const StepResult& step) { take(step); }, goes_on);
-    if (!outcome.ok() && has_friction() && form.events() != nullptr && !integration.scheme().is_adaptive())
-      outcome.what += "; steps of a fixed length pass over how contacts stop and leave: take method dop853";
-    if (report.accuracy_warning.empty()) report.accuracy_warning = integration.explain_missed();
-    const bool rejected_last = !outcome.ok();
-    if (rejected_last || !integration.knows_acceleration()) {
-      if (rejected_last) integration.restore_good_memory();
-      const Outcome at_state = refresh(rejected_last ? Gradients::Evaluate : Gradients::Keep);
-      if (rejected_last && integration.knows_acceleration()) integration.restore_good_memory();
-      if (outcome.ok()) outcome = at_state;
-      if (outcome.ok() && state.t == t_end) measures.measure_acceleration();
-    }
-    if (outcome.ok()) outcome = measures.check_growth();
-    publish();
-    return outcome;
-  }
-
-  // Observables and events, in observing.cpp.
-  std::size_t add_observable(const Observable& what);
-  std::span<const Observed> observe();
-  void observe_step();
-  std::size_t add_event(const Event& event);
-  std::span<const Passage> list_passages();
-  /// Notes conditions that have become true at the present state. Returns what they ask for.
-  struct Acts {
-    std::vector<Thing> taken{};
-    bool stops = false;
-  };
-  Acts act();
-  /// Takes over requests, passages and extremes from a simulation of the same system with other things taken out.
-  void continue_from(const Implementation& before);
-  /// Advances and acts on conditions on the way.
-  static Outcome advance_through_events(std::unique_ptr<Implementation>* at, double t_end, const Observer& observer);
-  /// Replaces a simulation by one of its system without some things, at the same state.
-  static Outcome take_out(std::unique_ptr<Implementation>* at, std::vector<Thing> things);
-  /// Makes the simulation of a system without some things, at its start.
-  static std::unique_ptr<Implementation> make_without(const Implementation& of, std::vector<Thing> things);
-
-  /// Takes over an accepted step.
-  void take(const StepResult& step) {
-    form.recentre(state.t, state.x.data(), state.v.data(), state.a.data(), &state.reactions);
-    measures.take(step, outcome.ok());
-    observe_step();
-  }
 };
 
 }  // namespace tanor

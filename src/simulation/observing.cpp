@@ -82,9 +82,9 @@ std::size_t Simulation::Implementation::add_observable(const Observable& what) {
   return number;
 }
 
-std::span<const Observed> Simulation::Implementation::observe() {
+std::span<const Observed> Simulation::Implementation::observe(bool counts) {
   if (observables == nullptr) return {};
-  if (outcome.ok()) observables->take(look_at(observables->needs(Which::All)), Which::All);
+  if (outcome.ok()) observables->take(look_at(observables->needs(Which::All)), Which::All, counts);
   return observables->found();
 }
 
@@ -170,6 +170,7 @@ ObservedInstant Simulation::Implementation::look_inside(double t, const double* 
 /// Evaluates the observables once more, with the reactions that the certificate has found anew.
 void Simulation::Implementation::verify_observables(const Reactions& anew, std::span<const double> friction,
                                                     Certificate* certificate) {
+  if (observables == nullptr || certificate->checks.empty()) return;  // nothing moves
   const std::vector<std::vector<double>> first = observables->evaluate(look_at(observables->needs(Which::All)));
   if (seen.at.positions.empty()) seen.at = make_solution(model.system, now.coordinates.size());
   if (!write_solution(anew, &seen.at).ok()) return;
@@ -327,121 +328,6 @@ void Simulation::Implementation::continue_from(const Implementation& before) {
   if (before.observables == nullptr) return;
   observables = std::make_unique<Observables>(system(), taken);
   observables->add(*before.observables);
-}
-
-// ---- what is taken out ----
-
-std::unique_ptr<Simulation::Implementation> Simulation::Implementation::make_without(const Implementation& of,
-                                                                                     std::vector<Thing> things) {
-  const System whole = of.system();
-  auto made =
-      std::make_unique<Implementation>(without(whole, things), of.options, of.solver_options, of.part, of.t_begin);
-  const std::size_t num_outside = made->model.num_points() - whole.num_points();
-  made->forms.plan.points -= num_outside;
-  made->forms.plan.supports -= num_outside;
-  made->given = whole;
-  made->taken = std::move(things);
-  return made;
-}
-
-std::vector<std::size_t> Simulation::Implementation::numbers_of(std::span<const Thing> things) {
-  std::vector<std::size_t> numbers;
-  for (const Thing& thing : things)
-    for (const std::size_t number : {static_cast<std::size_t>(thing.list), thing.index,
-                                     thing.member.value_or(std::numeric_limits<std::size_t>::max())})
-      numbers.push_back(number);
-  return numbers;
-}
-
-void Simulation::Implementation::restore(std::unique_ptr<Implementation>* at, std::span<const std::byte> saved) {
-  (*at)->refuse_inside_advance("restore");
-  const Snapshot snapshot = unpack(saved, fingerprint_of((*at)->system()));
-  if (snapshot.taken != numbers_of((*at)->taken)) {
-    std::vector<Thing> things;
-    for (std::size_t k = 0; k + 2 < snapshot.taken.size(); k += 3) {
-      const std::size_t member = snapshot.taken[k + 2];
-      things.push_back({static_cast<Thing::List>(snapshot.taken[k]), snapshot.taken[k + 1],
-                        member == std::numeric_limits<std::size_t>::max() ? std::nullopt : std::optional(member)});
-    }
-    std::unique_ptr<Implementation> other = make_without(**at, std::move(things));
-    other->continue_from(**at);
-    *at = std::move(other);
-  }
-  (*at)->restore(snapshot);
-}
-
-Outcome Simulation::Implementation::take_out(std::unique_ptr<Implementation>* at, std::vector<Thing> things) {
-  Implementation& before = **at;
-  if (before.forms.is_tangent())
-    throw InputError("/events", "what coordinates place cannot be taken out; take solver.form normal");
-  const Energy energy_before = before.form.energy(before.state.t, before.state.x.data(), before.state.v.data());
-  const std::vector<std::byte> progress = before.save_progress();
-  std::vector<double> r = before.now.positions, v = before.now.velocities;
-  const std::size_t size = 3 * before.system().num_points();
-  things.insert(things.begin(), before.taken.begin(), before.taken.end());
-  std::unique_ptr<Implementation> after = make_without(before, std::move(things));
-  const System& system = after->model.system;
-  r.resize(size);
-  v.resize(size);
-  r.insert(r.end(), system.positions.begin() + static_cast<std::ptrdiff_t>(size), system.positions.end());
-  v.resize(r.size());
-  after->restore_progress(progress, r, v);
-  after->continue_from(before);
-
-  // What was held is lost: it counts as work, so that the drift remains that of the method.
-  const Energy energy = after->form.energy(after->state.t, after->state.x.data(), after->state.v.data());
-  const double lost = energy_before.kinetic + energy_before.potential - energy.kinetic - energy.potential;
-  EnergyReport& report = after->report.energy;
-  report.kinetic = energy.kinetic;
-  report.potential = energy.potential;
-  report.now = energy.kinetic + energy.potential;
-  report.work_of_forces -= lost;
-  after->state.work.forces -= lost;
-  const std::string rest = after->name_free_points();
-  for (Passage& passage : after->passages) {
-    const EventAction action = after->events[passage.event].action;
-    if (passage.time != after->state.t || (action != EventAction::Break && action != EventAction::Release)) continue;
-    passage.energy_lost = lost;
-    passage.rest = rest;
-  }
-  *at = std::move(after);
-  return (*at)->outcome;
-}
-
-Outcome Simulation::Implementation::advance_through_events(std::unique_ptr<Implementation>* at, double t_end,
-                                                           const Observer& observer) {
-  const auto act_fully = [at](bool* stops) -> Outcome {
-    *stops = false;
-    while (true) {
-      Acts acts = (*at)->act();
-      *stops = *stops || acts.stops;
-      if (acts.taken.empty()) return {};
-      std::string names;
-      for (const Thing& thing : acts.taken) names += (names.empty() ? "" : ", ") + Things((*at)->system()).name(thing);
-      if (Outcome found = take_out(at, std::move(acts.taken)); !found.ok())
-        return {found.status, "after " + names + " was taken out: " + found.what};
-    }
-  };
-  const auto has_conditions = [at] {
-    return std::ranges::any_of((*at)->conditions, [](const auto& condition) { return condition != nullptr; });
-  };
-  if (!has_conditions()) return (*at)->advance(t_end, observer);
-  bool stops = false;
-  (*at)->refuse_inside_advance("advance_to");
-  if (!(*at)->outcome.ok()) return (*at)->outcome;
-  if (Outcome found = act_fully(&stops); !found.ok() || stops) return found;
-  while (true) {
-    (*at)->list_passages();
-    const Outcome advanced = (*at)->advance(t_end, observer);
-    if (!advanced.ok()) return advanced;
-    const std::size_t seen = (*at)->seen_passages;
-    const std::span<const Passage> all((*at)->integration.watch().passages());
-    const bool is_met = std::ranges::any_of(all.subspan(seen), [&](const Passage& each) {
-      return each.time == (*at)->state.t && (*at)->conditions[each.event] != nullptr;
-    });
-    if (Outcome found = act_fully(&stops); !found.ok()) return found;
-    if (stops || !is_met || (*at)->state.t >= t_end) return (*at)->outcome;
-  }
 }
 
 }  // namespace tanor

@@ -89,7 +89,8 @@ void exchange_report(Archive& archive, Report& report) {
 
 template <class Archive, class AnySnapshot>
 void exchange(Archive& archive, AnySnapshot& snapshot) {
-  archive(snapshot.time, snapshot.positions, snapshot.velocities, snapshot.taken);
+  archive(snapshot.time, snapshot.positions, snapshot.velocities, snapshot.taken, snapshot.observed,
+          snapshot.observed_names);
   exchange_report(archive, snapshot.report);
   archive(snapshot.next_step, snapshot.last_error, snapshot.advance_begin, snapshot.advance_end,
           snapshot.discrete_state, snapshot.event_slopes, snapshot.memory, snapshot.drive_memory,

@@ -47,9 +47,9 @@ std::size_t Simulation::add_event(Event event) {
 std::size_t Simulation::add_observable(const Observable& observable) {
   return live(implementation_, "Simulation").add_observable(observable);
 }
-std::span<const Observed> Simulation::observe() {
+std::span<const Observed> Simulation::observe(bool counts) {
   const QuietTraps quiet;
-  return live(implementation_, "Simulation").observe();
+  return live(implementation_, "Simulation").observe(counts);
 }
 std::span<const Passage> Simulation::passages() const {
   return const_cast<Implementation&>(live(implementation_, "Simulation")).list_passages();

@@ -16,7 +16,7 @@
 
 namespace tanor {
 
-/// What is wrong with a text, and where.
+/// A fault of a text and its place.
 struct TextFault {
   std::size_t place;  ///< bytes from its beginning
   std::string problem;

@@ -326,9 +326,9 @@ TEST(FolderTest, NothingOfAnEquilibriumOrOfModesIsMixedIntoOtherResults) {
             (Words{"equilibrium.json", "mode_1", "mode_1.pvd", "shapes.npy", "summary.json", "trajectory",
                    "trajectory.pvd"}));
   write_text(folder / "o/mode_7.pvd.txt", "of a user");
-  EXPECT_EQ(
-      names_after({"run", at_rest, "--trajectory", "csv", "--out", "o"}),
-      (Words{"checkpoint", "equilibrium.json", "mode_7.pvd.txt", "report.txt", "summary.json", "trajectory.csv"}));
+  EXPECT_EQ(names_after({"run", at_rest, "--trajectory", "csv", "--out", "o"}),
+            (Words{"checkpoint", "equilibrium.json", "mode_7.pvd.txt", "observables.csv", "report.txt", "summary.json",
+                   "trajectory.csv"}));
 }
 
 /// Otherwise the scene at rest of an earlier search would pass for that of a search that found none.

@@ -128,7 +128,8 @@ TEST(Painleve, SeveralSolutionsAreToldWithTheirAccelerations) {
     ASSERT_EQ(told.size(), 2u) << answer.report.outcome.what;
     std::ranges::sort(wanted);
     std::ranges::sort(told);
-    for (std::size_t k = 0; k < 2; ++k) EXPECT_NEAR(told[k], wanted[k], 1e-10 * std::abs(wanted[k])) << k;
+    for (std::size_t k = 0; k < 2; ++k)
+      EXPECT_NEAR(told[k], wanted[k], 5e-4 * std::abs(wanted[k])) << k;  // four digits
   }
 }
 

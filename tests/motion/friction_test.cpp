@@ -97,7 +97,7 @@ TEST(RoughCircle, SpeedDecaysByTheClosedForm) {
 
 // ---- a block on a plane under a force that turns ----
 
-System make_block(double mu_s, double mu, double omega) {
+System make_viscous_block(double mu_s, double mu, double omega) {
   System system;
   system.positions = {0.0, 0.0, 0.0};
   system.masses = {1.5};
@@ -115,7 +115,7 @@ System make_block(double mu_s, double mu, double omega) {
 TEST(BlockOnAPlane, StartsToSlideWhereTheForceLeavesTheFrictionCone) {
   for (const double mu : {0.4, 0.25}) {
     const double mu_s = 0.4, omega = 0.7;
-    Simulation simulation(make_block(mu_s, mu, omega), {.rtol = 1e-10, .atol = 1e-12});
+    Simulation simulation(make_viscous_block(mu_s, mu, omega), {.rtol = 1e-10, .atol = 1e-12});
     ASSERT_TRUE(simulation.advance_to(0.7).ok()) << simulation.outcome().what;
     EXPECT_EQ(simulation.report().events, 1u);
     EXPECT_NEAR(simulation.report().last_event, std::atan(mu_s) / omega, 1e-9);

@@ -10,7 +10,7 @@ namespace tanor {
 namespace {
 
 /// Returns a block on a plane that slides at `speed` and is slowed down at `coefficient` times `gravity`.
-System make_block(double speed, double coefficient, double gravity) {
+System make_viscous_block(double speed, double coefficient, double gravity) {
   System system;
   system.add_point({.position = {0, 0, 0}, .velocity = {speed, 0, 0}, .mass = 1.0});
   system.constraints = {Planes{.name = "a", .points = {0}, .normal = {0, 0, 1}, .offset = 0.0}};
@@ -34,7 +34,7 @@ TEST_P(StopAtEnd, IsCertifiedWhicheverComesFirst) {
         MotionOptions options;
         options.method = GetParam();
         if (has_fixed_steps(options.method)) options.step = 0.01 * stop;
-        Simulation simulation(make_block(speed, coefficient, gravity), options);
+        Simulation simulation(make_viscous_block(speed, coefficient, gravity), options);
 
         ASSERT_TRUE(simulation.advance_to(t_end).ok()) << simulation.outcome().what;
 

@@ -63,7 +63,7 @@ class Observables(unittest.TestCase):
         self.assertLess(len(repr(make_cable(30000))), 400)
 
     def test_a_run_that_the_numbers_end_raises(self):
-        system = tanor.System([[0, 0, 0], [1, 0, 0]], supports=[tanor.Support([0])],
+        system = tanor.System([[0, 0, 0], [1, 0, 0]], velocities=[[0, 0, 0], [-1, 0, 0]], supports=[tanor.Support([0])],
                               constraints=[tanor.Rods([[0, 1]], length="1 - t", name="rod")])
         with self.assertRaises(tanor.Failed) as raised:
             tanor.run(tanor.Simulation(system), 2.0, 0.5)

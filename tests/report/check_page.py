@@ -31,7 +31,7 @@ def hostile_scene(folder: pathlib.Path) -> pathlib.Path:
 
 def saddle_scene(folder: pathlib.Path) -> pathlib.Path:
     """Beads on a saddle that breathes, from t = 100 s to 101 s."""
-    scene = {"tanor_scene": 1, "name": "saddle",
+    scene = {"tanor_scene": 1, "units": "si", "name": "saddle",
              "points": {"positions": [[5.8, 0.1, 0], [5.2, 0.9, 0], [4.3, -0.2, 0]]},
              "constraints": [{"name": "saddle", "kind": "formula", "points": [[0], [1], [2]],
                               "equation": "z1-0.4*(1+0.5*sin(t))*((x1-5)^2-y1^2)"}],
@@ -59,7 +59,7 @@ def guides_scene(folder: pathlib.Path) -> pathlib.Path:
                "axes": [[1, 1, 0], [0, 1, 1]]},
               {"name": "spiral", "kind": "helix", "points": [3], "origin": [2, 2, 0], "axis": [0.3, -0.2, 1], "radius": 0.5,
                "pitch": -0.4}]
-    scene = {"tanor_scene": 1, "name": "guides",
+    scene = {"tanor_scene": 1, "units": "si", "name": "guides",
              "points": {"positions": [[0.1, 0, 1], [2.7, 0, 0], [0.6, 2.6, 0.1], [2.5, 2, 0.1], [-0.6, 1.4, 0.1], [0.2, 2, 0.4]]},
              "constraints": guides,
              "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}],
@@ -71,7 +71,7 @@ def guides_scene(folder: pathlib.Path) -> pathlib.Path:
 
 def table_scene(folder: pathlib.Path) -> pathlib.Path:
     """A bead that sticks and slips on a table that tilts: more switches than a page lists."""
-    scene = {"tanor_scene": 1, "name": "table", "points": {"positions": [[0, 0, 0]], "masses": 0.1},
+    scene = {"tanor_scene": 1, "units": "si", "name": "table", "points": {"positions": [[0, 0, 0]], "masses": 0.1},
              "constraints": [{"name": "table", "kind": "plane", "points": [0], "normal": {"formula": ["0.4*sin(60*t)", "0", "1"]}}],
              "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}],
              "friction": [{"kind": "coulomb", "at": ["table"], "coefficient": 0.2, "static_coefficient": 0.25}],
@@ -86,7 +86,7 @@ STOPPED = {"stops_at_once": "1 + 0.1*t^2", "stops_halfway": "1 + 0.1*max(0, t - 
 
 def crane_scene(folder: pathlib.Path) -> pathlib.Path:
     """Two masses on a rope over two sheaves, a crank that moves, and a rope that is a formula."""
-    scene = {"tanor_scene": 1, "name": "crane",
+    scene = {"tanor_scene": 1, "units": "si", "name": "crane",
              "points": {"positions": [[0, 0, 0], [0, 0, -1], [3.4, 0, 0], [3.1, 0, -0.9], [2.2, 0, -0.4], [-1, 0, 0.5], [1.5, 0, -0.5],
                                       [-2, 0, 2], [-2.3, 0, 1.2], [0.9, 0, 2]],
                         "masses": [1, 1, 1, 1, 1, 1, 1.2, 1, 1, 1]},
@@ -107,7 +107,7 @@ def box_scene(folder: pathlib.Path) -> pathlib.Path:
     """Dumbbells in a periodic cell, two of which reach out of it."""
     places = [[0.2 + x, 0.3 + y, 0.5] for x in (0, 1, 2, 3.5) for y in (0, 1, 2)]
     positions = [place for x, y, z in places for place in ([x, y, z], [x + 0.6, y, z])]
-    scene = {"tanor_scene": 1, "name": "box", "points": {"positions": positions, "velocities": [[1, 0.2, 0]] * len(positions)},
+    scene = {"tanor_scene": 1, "units": "si", "name": "box", "points": {"positions": positions, "velocities": [[1, 0.2, 0]] * len(positions)},
              "constraints": [{"name": "dumbbells", "kind": "rod", "pairs": [[k, k + 1] for k in range(0, len(positions), 2)]}],
              "forces": [{"kind": "pair", "law": "lj", "box": [3, 3, 3], "cutoff": 1, "epsilon": 1e-6, "sigma": 0.3}],
              "motion": {"t_end": 0.2, "output_every": 0.05}}
@@ -166,7 +166,7 @@ def resting_scene(folder: pathlib.Path) -> pathlib.Path:
 
 def fixed_scene(folder: pathlib.Path) -> pathlib.Path:
     path = folder / "fixed.json"
-    path.write_text(json.dumps({"tanor_scene": 1, "points": {"positions": [[0, 0, 0]]}, "supports": [{"points": [0]}],
+    path.write_text(json.dumps({"tanor_scene": 1, "units": "si", "points": {"positions": [[0, 0, 0]]}, "supports": [{"points": [0]}],
                                 "motion": {"t_end": 1}}))
     return path
 

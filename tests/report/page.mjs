@@ -44,7 +44,8 @@ async function tryPage(browser, { folder, switches, scene, begin: toBegin }) {
   await browser.ask(`(() => { const bar = document.getElementById("time"); bar.value = 1; bar.dispatchEvent(new Event("input")); })()`);
   browser.expect((await browser.countPixels()).sum !== begin.sum, "the picture at the end is that of the start");
   const clock = await browser.ask(`document.getElementById("clock").textContent`);
-  browser.expect(clock.startsWith(`${+final.t.toPrecision(4)} s`), `the clock shows ${clock}`);
+  const { time } = await readData(browser, "units");
+  browser.expect(clock.startsWith(`${+final.t.toPrecision(4)} ${time}`), `the clock shows ${clock}`);
   if (motion.rods) {
     await compareTensions(browser, motion, readArray(folder, final, "multipliers").slice(0, motion.rods)); // rods come first
     await compareColours(browser, folder);
@@ -215,13 +216,13 @@ async function readErrorTime(browser, folder) {
 
 /** How long the motion is that was simulated, and where its picture and its histories begin. */
 async function readTimes(browser, final, motion, toBegin) {
-  const { t_start } = await readData(browser, "run"), wanted = toBegin ? Number(toBegin) : t_start;
+  const { t_start } = await readData(browser, "run"), { time } = await readData(browser, "units"), wanted = toBegin ? Number(toBegin) : t_start;
   const simulated = await browser.ask(`Array.from(document.querySelectorAll("#headline dt")).find((each) => each.textContent === "simulated").nextSibling.textContent`);
-  browser.expect(simulated === `${+(final.t - t_start).toPrecision(4)} s`, `${simulated} are simulated, from ${t_start} s to ${final.t} s`);
+  browser.expect(simulated === `${+(final.t - t_start).toPrecision(4)} ${time}`, `${simulated} are simulated, from ${t_start} s to ${final.t} s`);
   const begin = await browser.ask("tanorPage.begin"), notes = await browser.ask(`document.getElementById("view-notes").textContent`);
   const first = await readData(browser, "history.t[0]"); // after a step
   browser.expect(begin === wanted && first >= wanted && first - wanted < 0.2 * (final.t - wanted), `the picture begins at ${begin} s, the histories at ${first} s`);
-  browser.expect(notes.includes(`begin at t = ${+begin.toPrecision(4)} s`) === wanted > t_start, `beside the picture stands: ${notes}`);
+  browser.expect(notes.includes(`begin at t = ${+begin.toPrecision(4)} ${time}`) === wanted > t_start, `beside the picture stands: ${notes}`);
   browser.expect(notes.includes("Not drawn") === motion.without_picture.length > 0, `${motion.guides.length} guides, and beside the picture stands: ${notes}`);
 }
 
@@ -243,7 +244,8 @@ async function tryEvents(browser, events) {
 
 /** Every history tells the values of a time. */
 async function readCharts(browser) {
-  const words = await browser.ask(`Array.from(document.querySelectorAll(".charts .u-series:first-child"), (each) => [each.querySelector(".u-label").textContent, each.querySelector(".u-value").textContent]).filter(([label]) => label === "t, s").map(([, value]) => value)`);
+  const { time } = await readData(browser, "units");
+  const words = await browser.ask(`Array.from(document.querySelectorAll(".charts .u-series:first-child"), (each) => [each.querySelector(".u-label").textContent, each.querySelector(".u-value").textContent]).filter(([label]) => label === "t, ${time}").map(([, value]) => value)`);
   browser.expect(words.length >= 4 && words.every((each) => Number.isFinite(Number(each))), `the charts tell the times ${words}`);
 }
 
@@ -417,7 +419,7 @@ async function tryObservables(browser, folder) {
   const extremes = { least: [{ value: 0, t: 0, member: "links[3]" }], largest: [{ value: 100, t: 10, member: "" }] };
   const observables = [{ name: "torque of <the motor>", observable: "moment(crank, z)", unit: "N m", parts: [], members: [], ...extremes, t, rows: rows.map(([each]) => [each]) },
     { name: "tension(links)", observable: "tension(links)", unit: "", parts: [], members: ["links[0]", "links[1]"], ...extremes, t, rows }];
-  writeFileSync(copy, page.replace('"motion":', `"observables":${JSON.stringify(observables).replaceAll("<", "\\u003c")},"motion":`));
+  writeFileSync(copy, page.replace('"events_seen":', `"observables":${JSON.stringify(observables).replaceAll("<", "\\u003c")},"events_seen":`));
   await browser.open(pathToFileURL(resolve(copy)).href);
   await browser.ask("tanorPage.seek(tanorPage.end)");
   const cards = await browser.ask(`Array.from(document.querySelectorAll("#histories .card"), (card) => [card.querySelector("h3").textContent, ...Array.from(card.querySelectorAll(".u-value, .hint"), (each) => each.textContent)].join(" "))`);

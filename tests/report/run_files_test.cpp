@@ -294,6 +294,8 @@ TEST(SummaryTest, HasTheKeysOfTheContract) {
                                       "left_out",
                                       "method",
                                       "nearest_to_singular",
+                                      "observables",
+                                      "passages",
                                       "points",
                                       "rank",
                                       "rank_changes",
@@ -312,6 +314,7 @@ TEST(SummaryTest, HasTheKeysOfTheContract) {
                                       "t_reached",
                                       "tanor_version",
                                       "threads",
+                                      "units",
                                       "violation",
                                       "wall_s"}));
   EXPECT_EQ(list_keys(summary["wall_s"]),

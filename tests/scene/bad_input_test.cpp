@@ -72,14 +72,14 @@ const BadInput bad_inputs[] = {
      R"(scene.json: /constraints/0/a~1b~0c: found the key "a/b~c" twice, wanted once)"},
     {"KeyIsUnknown", three_points(R"("frictoin": [])"),
      R"(scene.json: /frictoin: found the unknown key "frictoin" (did you mean friction?), wanted one of tanor_scene, name, parameters, )"
-     R"(points, generate, import, supports, constraints, coordinates, forces, friction, motion, solver, equilibrium, modes)"},
+     R"(points, generate, import, supports, constraints, coordinates, forces, friction, observe, events, units, motion, solver, equilibrium, modes)"},
     {"KeyIsUnknownInside", three_points(R"("constraints": [{"kind": "plane", "points": [0], "normal": [0,0,1], )"
     R"("centre": [0,0,0]}])"),
      R"(scene.json: /constraints/0/centre: found the unknown key "centre", wanted one of kind, name, points, )"
      R"(normal, offset)"},
     {"KeyHasControlCharacters", three_points(R"("a\nb": 1)"),
      R"(scene.json: /a\u000ab: found the unknown key "a\u000ab", wanted one of tanor_scene, name, parameters, )"
-     R"(points, generate, import, supports, constraints, coordinates, forces, friction, motion, solver, equilibrium, modes)"},
+     R"(points, generate, import, supports, constraints, coordinates, forces, friction, observe, events, units, motion, solver, equilibrium, modes)"},
     {"VersionIsMissing", R"({"points": {"positions": [[0,0,0]]}})",
      R"(scene.json: /tanor_scene: missing, wanted 1, the version of the scene format)"},
     {"VersionIsUnknown", R"({"tanor_scene": 2, "points": {"positions": [[0,0,0]]}})",

@@ -159,7 +159,7 @@ TEST(ImportLeftOut, FramesOfPdbEndInAnyOfItsWays) {
     EXPECT_EQ(rods_of(scene).pairs, (Pairs{{0, 1}})) << text;
     EXPECT_EQ(scene.left_out, (Names{"import: what stands behind the first frame (1 more) of a.pdb is not read"}))
         << text;
-    EXPECT_EQ(scene.cell->xx, text.starts_with(cell) ? 10.0 : 0.0) << text;
+    EXPECT_EQ(scene.system.cell->xx, text.starts_with(cell) ? 10.0 : 0.0) << text;
   }
 }
 
@@ -254,10 +254,10 @@ TEST(ImportLeftOut, SectionsOfLammpsOfWhichNothingIsAskedAreNamed) {
 
 TEST(ImportLeftOut, ABoxThatIsNotFiniteIsNone) {
   const Scene pdb = import_text("a.pdb", "CRYST1      nan      nan      NaN    nan    nan    nan\n" + atom("    1", 0));
-  EXPECT_FALSE(pdb.cell);
+  EXPECT_FALSE(pdb.system.cell);
   EXPECT_EQ(pdb.left_out, Names{"import: the cell, which is not finite, of a.pdb is not read"});
   const Scene gro = import_text("a.gro", "t\n1\n    1SOL     OW    1   0.000   0.000   0.000\n nan nan nan\n");
-  EXPECT_FALSE(gro.cell);
+  EXPECT_FALSE(gro.system.cell);
   EXPECT_EQ(gro.left_out, Names{"import: the box, which is not finite, of a.gro is not read"});
   EXPECT_NE(import_error("a.gro", "t\n1\n    1SOL     OW    1   0.000   0.000   0.000\n 1 nan 1\n").find("nan"),
             std::string::npos);
@@ -267,13 +267,13 @@ TEST(ImportLeftOut, ACellOfZerosOrBlanksIsNone) {
   const Scene scene = import(R"("file": "import/cryst1_zero.pdb")");
   EXPECT_EQ(scene.system.num_points(), 4u);
   EXPECT_EQ(rods_of(scene).pairs.size(), 2u);
-  EXPECT_FALSE(scene.cell);
+  EXPECT_FALSE(scene.system.cell);
   for (const std::string cell : {"CRYST1\n", "CRYST1                                                P 1           1\n",
                                  "CRYST1    0.000    0.000    0.000  90.00  90.00  90.00 P 1           1\n",
                                  "CRYST1    1.000    1.000    1.000  90.00  90.00  90.00 P 1           1\n"})
-    EXPECT_FALSE(import_text("a.pdb", cell + atom("    1", 0)).cell) << cell;
+    EXPECT_FALSE(import_text("a.pdb", cell + atom("    1", 0)).system.cell) << cell;
   EXPECT_EQ(
-      import_text("a.pdb", "CRYST1   10.000    9.000    0.000  90.00  90.00  90.00\n" + atom("    1", 0)).cell->yy,
+      import_text("a.pdb", "CRYST1   10.000    9.000    0.000  90.00  90.00  90.00\n" + atom("    1", 0)).system.cell->yy,
       9.0);
   EXPECT_EQ(import_error("a.pdb", "CRYST1   10.000    9.000    8.000                     \n" + atom("    1", 0)),
             "s.json: /import/file: a.pdb, line 1: found \"\", wanted a finite number in columns 34 to 40");
