@@ -2,6 +2,7 @@
 
 #include "simulation/implementation.hpp"
 #include "simulation/taken_out.hpp"
+#include "system/members.hpp"
 
 namespace tanor {
 
@@ -16,6 +17,15 @@ std::unique_ptr<Simulation::Implementation> Simulation::Implementation::make_wit
   made->given = whole;
   made->taken = std::move(things);
   return made;
+}
+
+bool Simulation::Implementation::is_taken_out(std::size_t row) const {
+  return std::ranges::any_of(taken, [&](const Thing& thing) {
+    if (thing.list != Thing::List::Constraints) return false;
+    const std::size_t count = shape_of(system().constraints[thing.index]).rows_per_member;
+    const std::size_t first = now.first_row[thing.index] + *thing.member * count;
+    return first <= row && row < first + count;
+  });
 }
 
 std::vector<std::size_t> Simulation::Implementation::numbers_of(std::span<const Thing> things) {

@@ -102,6 +102,8 @@ std::span<const double> Simulation::coordinate_rates() const {
 RankReport Simulation::rank() {
   const QuietTraps quiet;
   RankReport report = live(implementation_, "Simulation").find_rank();
+  std::erase_if(report.dependences,
+                [this](const RowDependence& each) { return implementation_->is_taken_out(each.row); });
   const std::vector<std::size_t>& rigid = plan().prestress_rigid_equations;
   for (RowDependence& dependence : report.dependences) {
     if (std::binary_search(rigid.begin(), rigid.end(), dependence.row))

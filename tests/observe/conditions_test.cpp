@@ -50,6 +50,7 @@ TEST_P(Conditions, ARodBreaksAtItsTensionAndItsPointFliesOn) {
   EXPECT_NEAR(simulation.positions()[3], c - speed * s * dt, accuracy());
   EXPECT_NEAR(simulation.positions()[5], -s - speed * c * dt - 0.5 * fall * dt * dt, accuracy());
   EXPECT_EQ(simulation.multipliers()[0], 0.0);
+  EXPECT_TRUE(simulation.rank().dependences.empty());
   EXPECT_NEAR(simulation.observe()[0].largest[0].value, 39.24, 1e-6);
   EXPECT_TRUE(simulation.certify().passed()) << simulation.certify().line();
   EXPECT_NEAR(simulation.report().energy.drift_relative(), 0.0, 1e-8);
