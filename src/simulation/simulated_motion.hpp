@@ -53,7 +53,7 @@ struct SimulatedMotion {
   MotionMeasures measures{options, work, form, integration, &points, &report};
   bool is_advancing = false;
 
-  // What users have asked of the motion, see requests.hpp.
+  // Simulation::Implementation overrides these for what users ask of the motion.
   virtual void observe_step() {}
   virtual void verify_observables(const Reactions& /*anew*/, std::span<const double> /*friction*/,
                                   Certificate* /*certificate*/) {}
