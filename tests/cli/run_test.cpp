@@ -45,8 +45,8 @@ TEST(RunTest, WritesItsFolder) {
   EXPECT_EQ(ended.code, 0) << ended.err;
   EXPECT_EQ(ended.out, read_text(folder / "pendulum.out/report.txt"));
   EXPECT_TRUE(contains(ended.err, "t = 0.35 s reached")) << ended.err;
-  EXPECT_EQ(list_names(folder / "pendulum.out"),
-            (Words{"checkpoint", "report.txt", "summary.json", "trajectory", "trajectory.pvd", "trajectory.xyz"}));
+  EXPECT_EQ(list_names(folder / "pendulum.out"), (Words{"checkpoint", "observables.csv", "report.txt", "summary.json",
+                                                        "trajectory", "trajectory.pvd", "trajectory.xyz"}));
   EXPECT_EQ(list_names(folder / "pendulum.out/trajectory").size(), 5u);
   EXPECT_EQ(list_times(folder / "pendulum.out/trajectory.xyz"), (std::vector<double>{0, 0.1, 0.2, 3 * 0.1, 0.35}));
   const json summary = read_json(folder / "pendulum.out/summary.json");
