@@ -18,6 +18,7 @@ struct Simulation::Implementation final : SimulatedMotion {
   std::span<const Observed> observe(bool counts);
   void observe_step() override;
   void verify_observables(const Reactions& anew, std::span<const double> friction, Certificate* certificate) override;
+  ObservedInstant describe(const Solution& at, double t, const Energy& energy) const;
   ObservedInstant look_at(Needs needs);
   ObservedInstant look_inside(double t, const double* x, const double* x_dot, Needs needs);
   void look_on_the_way(Needs needs);

@@ -93,12 +93,9 @@ void Simulation::Implementation::observe_step() {
     observables->take(look_at(observables->needs(Which::OfEveryStep)), Which::OfEveryStep);
 }
 
-/// Returns what observables read at the present state.
-ObservedInstant Simulation::Implementation::look_at(Needs needs) {
-  if (is_advancing) look_on_the_way(needs);
-  const Solution& at = is_advancing ? seen.at : now;
-  if (needs.friction) seen.friction = friction_forces();
-  return {.time = state.t,
+/// Returns an answer, with the friction that was seen, as observables read it.
+ObservedInstant Simulation::Implementation::describe(const Solution& at, double t, const Energy& energy) const {
+  return {.time = t,
           .positions = at.positions,
           .velocities = at.velocities,
           .accelerations = at.accelerations,
@@ -106,9 +103,17 @@ ObservedInstant Simulation::Implementation::look_at(Needs needs) {
           .reactions = at.reactions,
           .support_forces = at.support_forces,
           .friction = seen.friction,
-          .kinetic = report.energy.kinetic,
-          .potential = report.energy.potential,
+          .kinetic = energy.kinetic,
+          .potential = energy.potential,
           .rank = work.rank};
+}
+
+/// Returns what observables read at the present state.
+ObservedInstant Simulation::Implementation::look_at(Needs needs) {
+  if (is_advancing) look_on_the_way(needs);
+  const Solution& at = is_advancing ? seen.at : now;
+  if (needs.friction) seen.friction = friction_forces();
+  return describe(at, state.t, {report.energy.kinetic, report.energy.potential});
 }
 
 /// Fills `seen.at`. Nothing is solved where the last step left the accelerations at its end.
@@ -154,17 +159,7 @@ ObservedInstant Simulation::Implementation::look_inside(double t, const double* 
     model.numbering.scatter_points(points.v, at.velocities);
   }
   if (needs.energy) energy = form.energy(t, x, x_dot);
-  return {.time = t,
-          .positions = at.positions,
-          .velocities = at.velocities,
-          .accelerations = at.accelerations,
-          .multipliers = at.multipliers,
-          .reactions = at.reactions,
-          .support_forces = at.support_forces,
-          .friction = seen.friction,
-          .kinetic = energy.kinetic,
-          .potential = energy.potential,
-          .rank = work.rank};
+  return describe(at, t, energy);
 }
 
 /// Evaluates the observables once more, with the reactions that the certificate has found anew.
@@ -177,17 +172,7 @@ void Simulation::Implementation::verify_observables(const Reactions& anew, std::
   seen.friction.resize(friction.size());
   model.numbering.scatter_points(friction, seen.friction);
   const Energy energy = form.energy(state.t, state.x.data(), state.v.data());
-  const std::vector<std::vector<double>> second = observables->evaluate({.time = state.t,
-                                                                         .positions = seen.at.positions,
-                                                                         .velocities = seen.at.velocities,
-                                                                         .accelerations = seen.at.accelerations,
-                                                                         .multipliers = seen.at.multipliers,
-                                                                         .reactions = seen.at.reactions,
-                                                                         .support_forces = seen.at.support_forces,
-                                                                         .friction = seen.friction,
-                                                                         .kinetic = energy.kinetic,
-                                                                         .potential = energy.potential,
-                                                                         .rank = work.rank});
+  const std::vector<std::vector<double>> second = observables->evaluate(describe(seen.at, state.t, energy));
   CertificateCheck check{.identity = "observables agree", .error = 0.0, .allowed = 0.0, .where = {}};
   const std::span<const Observed> found = observables->found();
   for (std::size_t k = 0; k < first.size(); ++k) {
