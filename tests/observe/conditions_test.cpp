@@ -125,6 +125,14 @@ TEST(ConditionsOnGroups, ASpringThatBreaksTellsItsEnergy) {
   EXPECT_NEAR(passage.energy_lost, 0.5 * 16.0 * 0.09, 1e-10);
   EXPECT_NEAR(simulation.positions()[3], 1.3 + 1.6 * (1.0 - t), 1e-10);
   EXPECT_NEAR(simulation.report().energy.drift_relative(), 0.0, 1e-9);
+
+  Simulation stopped(system, {.method = Method::Dop853, .rtol = 1e-12});
+  stopped.add_event({.when = "tension(spring) > 4.8", .action = EventAction::Break});
+  stopped.add_event({.when = "position(1).x > 1.3", .action = EventAction::Stop});
+  const Outcome outcome = stopped.advance_to(1.0);
+  ASSERT_TRUE(outcome.ok()) << outcome.what;
+  EXPECT_NEAR(stopped.time(), t, 1e-9);
+  EXPECT_NEAR(stopped.report().energy.drift_relative(), 0.0, 1e-9);
 }
 
 TEST(ConditionsOnGroups, AMotionThatWasSavedAfterABreakGoesOn) {
