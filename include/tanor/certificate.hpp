@@ -13,7 +13,8 @@ struct [[nodiscard]] CertificateCheck {
   std::string identity;  ///< in the paper's symbols, "K'w + phi = 0"
   double error = 0.0;
   double allowed = 0.0;  ///< at most `Certificate::fewest_digits`
-  std::string where;     ///< worst constraint or point; empty if there is none
+  std::string where{};   ///< worst constraint or point; empty if there is none
+  std::string words{};   ///< the identity in plain words, "Newton's law"
 };
 
 /// Verification of an answer (w, lambda, eta) by identities of the paper and by second methods for the same numbers.
@@ -50,7 +51,7 @@ struct [[nodiscard]] Certificate {
   TANOR_API bool passed() const;
   /// Returns the largest error of all checks.
   TANOR_API double certified_to() const;
-  /// Returns "certified to 3.1e-13", or "not certified: K'w + phi = 0 fails by 1.2e-4 at rods[17] (rounding explains
+  /// Returns "certified to 3.1e-13", or "not certified: Newton's law fails by 1.2e-4 at point 17 (rounding explains
   /// 1e-11)".
   TANOR_API std::string line() const;
 };

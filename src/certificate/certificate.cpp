@@ -37,7 +37,7 @@ std::string Certificate::line() const {
   };
   for (const CertificateCheck& check : checks) {
     if (check.error <= check.allowed) continue;
-    return "not certified: " + check.identity + " fails by " + digits(check.error) +
+    return "not certified: " + check.words + " fails by " + digits(check.error) +
            (check.where.empty() ? "" : " at " + check.where) + " (" + why_not(check) + ")";
   }
   if (checks.empty()) return "nothing to certify: no point moves";
@@ -46,7 +46,8 @@ std::string Certificate::line() const {
 
 Certificate make_failed_certificate(const Outcome& outcome) {
   Certificate certificate;
-  certificate.checks.push_back({"there is an answer: " + outcome.what, Certificate::none, 0.0, ""});
+  const std::string words = "there is an answer: " + outcome.what;
+  certificate.checks.push_back({words, Certificate::none, 0.0, "", words});
   return certificate;
 }
 

@@ -52,18 +52,17 @@ void Verifier::measure_scale() {
   for (double& own : acceleration_) own = own > 0.0 ? own : 1.0;
 }
 
-void Verifier::add(double* figure, const std::string& identity, double error, double allowed,
-                   const std::string& where) {
+void Verifier::add(double* figure, const Identity& identity, double error, double allowed, const std::string& where) {
   if (std::isnan(*figure) || !(error <= *figure)) *figure = error;
-  result_.checks.push_back({identity, error, std::min(allowed, fewest_digits), where});
+  result_.checks.push_back({identity.symbols, error, std::min(allowed, fewest_digits), where, identity.words});
 }
 
-void Verifier::add_row(double* figure, const std::string& identity, const Worst& worst, double allowed) {
+void Verifier::add_row(double* figure, const Identity& identity, const Worst& worst, double allowed) {
   const std::string where = worst.error > 0.0 ? equation_name(model_.system, worst.index) : "";
   add(figure, identity, worst.error, allowed, where);
 }
 
-void Verifier::add_point(double* figure, const std::string& identity, const Worst& worst, double allowed) {
+void Verifier::add_point(double* figure, const Identity& identity, const Worst& worst, double allowed) {
   const std::string where =
       worst.error > 0.0 ? "point " + text(model_.numbering.user_point[worst.index]) : std::string();
   add(figure, identity, worst.error, allowed, where);
@@ -94,14 +93,14 @@ void Verifier::verify_energies() {
     const double scale = std::max(at_point(acceleration_, i), model_.inverse_mass[i] * in_sum);
     worst.see(model_.inverse_mass[i] * norm(load(found.data(), i) - here) / scale, i);
   }
-  add_point(&result_.residual, "f = -dU/dr", worst, allowed + rounding_of_places());
+  add_point(&result_.residual, {"f = -dU/dr", "forces from their energies"}, worst, allowed + rounding_of_places());
 }
 
 /// Verifies M w = f if there are neither constraints nor coordinates.
 void Verifier::verify_free() {
   Vector rest(n_, 0.0);
   for (std::size_t i = 0; i < moving_; ++i) rest[i] = answer_.w[i] - w0_[i];
-  add_point(&result_.residual, "M w = f", worst_point(rest, acceleration_), 1e-14);
+  add_point(&result_.residual, {"M w = f", "Newton's law"}, worst_point(rest, acceleration_), 1e-14);
 }
 
 }  // namespace tanor

@@ -13,6 +13,11 @@
 
 namespace tanor {
 
+/// An identity in the paper's symbols, and in plain words that can fail.
+struct Identity {
+  std::string symbols, words;
+};
+
 /// Verifies one answer, identity by identity, and writes the certificate.
 class Verifier : private AnswerMeasures {
  public:
@@ -23,9 +28,9 @@ class Verifier : private AnswerMeasures {
  private:
   // ---- findings, in verifier.cpp ----
   void measure_scale();
-  void add(double* figure, const std::string& identity, double error, double allowed, const std::string& where);
-  void add_row(double* figure, const std::string& identity, const Worst& worst, double allowed);
-  void add_point(double* figure, const std::string& identity, const Worst& worst, double allowed);
+  void add(double* figure, const Identity& identity, double error, double allowed, const std::string& where);
+  void add_row(double* figure, const Identity& identity, const Worst& worst, double allowed);
+  void add_point(double* figure, const Identity& identity, const Worst& worst, double allowed);
   static constexpr double fewest_digits = Certificate::fewest_digits;
   /// The given force as identities write it: f, with friction f + tau.
   std::string given_force() const { return has_friction_ ? "f + tau" : "f"; }
@@ -70,7 +75,7 @@ class Verifier : private AnswerMeasures {
   void verify_coordinates();
   void verify_curve();
   void verify_both();
-  void verify_identity(const std::string& identity, double allowed);
+  void verify_identity(const std::string& symbols, double allowed);
   void solve_other();
   void compare_forms();
 

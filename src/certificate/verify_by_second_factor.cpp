@@ -31,8 +31,9 @@ void Verifier::verify_by_second_factor() {
   });
   for (std::size_t i = 0; i < moving_; ++i) w[i] -= answer_.w[i];
   // Both solutions have the same rounded positions; each is refined in w.
-  add_point(&result_.second_factorization, std::string("w by ") + second_->name() + " = w", worst_point(w, scale_),
-            refined(rcond_of_S_) + rounding_of_places());
+  add_point(&result_.second_factorization,
+            {std::string("w by ") + second_->name() + " = w", "accelerations by a second factorization"},
+            worst_point(w, scale_), refined(rcond_of_S_) + rounding_of_places());
   compare_multipliers(lambda);
 }
 
@@ -46,7 +47,9 @@ void Verifier::compare_multipliers(const Vector& lambda) {
   model_.gather.write_scaled(model_.parallel, K_.data(), difference.data(), model_.inverse_mass.data(),
                              model_.num_moving(), dw.data());
   const double rounding = rounding_of_places();
-  add_point(&result_.second_factorization, std::string("K lambda by ") + second_->name() + " = K lambda",
+  add_point(&result_.second_factorization,
+            {std::string("K lambda by ") + second_->name() + " = K lambda",
+             "forces of the constraints by a second factorization"},
             worst_point(dw, scale_), refined(rcond_of_S_) + rounding);
 
   const std::vector<bool> is_unique = forms_.normal->gradient_rank().report(answer_.r.data(), false).multipliers_unique;
@@ -61,7 +64,8 @@ void Verifier::compare_multipliers(const Vector& lambda) {
     const std::size_t row = user_row(a);
     if (row < d_ && is_unique[row]) worst.see(lengths[a] * std::abs(difference[a]) / size[work_.scales.of_row(a)], row);
   }
-  add_row(&result_.second_factorization, std::string("lambda by ") + second_->name() + " = lambda", worst,
+  add_row(&result_.second_factorization,
+          {std::string("lambda by ") + second_->name() + " = lambda", "multipliers by a second factorization"}, worst,
           (1e-12 + rounding) / rcond_of_S_);
 }
 
@@ -71,7 +75,8 @@ void Verifier::compare_multipliers(const Vector& lambda) {
 void Verifier::verify_euclidean(const Definitions& definitions) {
   euclidean_.emplace(work_, K_, *forms_.normal, second_factorization_, second_ ? &*second_ : nullptr, rcond_of_S_);
   if (!euclidean_->trouble().empty()) {
-    result_.left_out.push_back("(15), the direct problem: " + euclidean_->trouble());
+    result_.left_out.push_back("projector onto the tangent space, motion from the given forces: " +
+                               euclidean_->trouble());
     return;
   }
   const double condition = euclidean_->reciprocal_condition();
@@ -89,9 +94,10 @@ void Verifier::verify_euclidean(const Definitions& definitions) {
       dot_product += u_T[i] * u_N[i];
       square += u[i] * u[i];
     }
-    add_row(&result_.tangent_identity, "K'(I - K Gamma^-1 K')u = 0 (15)", rows_of(definitions, u_T, row_norms_, size),
-            allowed);
-    add(&result_.tangent_identity, "u_T'u_N = 0 (16)", std::abs(dot_product) / square, allowed, "");
+    add_row(&result_.tangent_identity, {"K'(I - K Gamma^-1 K')u = 0 (15)", "projector onto the tangent space"},
+            rows_of(definitions, u_T, row_norms_, size), allowed);
+    add(&result_.tangent_identity, {"u_T'u_N = 0 (16)", "right angle between tangent and normal part"},
+        std::abs(dot_product) / square, allowed, "");
   }
   verify_direct_problem(refined(condition) + rounding_of_places());
 }
@@ -106,7 +112,7 @@ void Verifier::verify_both_euclidean(const Vector& u, const Vector& u_N) {
   g.assemble(model_.parallel, A.data());
   const GramSolver::Quality quality = g.factorize(model_.parallel);
   if (!quality.positive_definite) {
-    result_.left_out.push_back("(15): G = A'A is singular to rounding");
+    result_.left_out.push_back("sum of the two projectors: A'A is singular to rounding");
     return;
   }
   Vector x(work_.coordinates.num_coordinates()), sum(n_, 0.0);
@@ -115,7 +121,7 @@ void Verifier::verify_both_euclidean(const Vector& u, const Vector& u_N) {
   work_.coordinates.apply(model_.parallel, A.data(), x.data(), sum.data());  // -A G^-1 A'u
   for (std::size_t i = 0; i < moving_; ++i) sum[i] += u[i] - u_N[i];
   const double rcond = std::min(quality.reciprocal_condition, euclidean_->reciprocal_condition());
-  add_point(&result_.tangent_identity, "A G^-1 A' + K Gamma^-1 K' = I (15)",
+  add_point(&result_.tangent_identity, {"A G^-1 A' + K Gamma^-1 K' = I (15)", "sum of the two projectors"},
             worst_point(sum, model_.largest_norm(u.data())), conditioned(rcond) + rounding_of_places());
 }
 
@@ -139,9 +145,11 @@ void Verifier::verify_direct_problem(double allowed) {
   for (double& own : largest) own = own > 0.0 ? own : 1.0;
   Vector rest(n_, 0.0);
   for (std::size_t i = 0; i < moving_; ++i) rest[i] = force[i] - left[i] - answer_.eta[i];
-  add_point(&result_.residual, "(M w " + minus_given_force() + ")_T = 0, the direct problem",
+  add_point(&result_.residual,
+            {"(M w " + minus_given_force() + ")_T = 0, the direct problem", "motion from the given forces"},
             worst_point(left, largest), allowed);
-  add_point(&result_.residual, "K Gamma^-1 K'(M w " + minus_given_force() + ") = eta, the direct problem",
+  add_point(&result_.residual,
+            {"K Gamma^-1 K'(M w " + minus_given_force() + ") = eta, the direct problem", "reactions from the motion"},
             worst_point(rest, largest), allowed);
 }
 

@@ -46,7 +46,7 @@ void Verifier::verify_equations(const Definitions& definitions, const Vector& us
     const std::size_t row = user_row(a);
     worst.see(std::abs(second[row]) / (row_norms_[row] * scale_[work_.scales.of_row(a)]), row);
   }
-  add_row(&result_.residual, "K'w + phi = 0", worst, 1e-10 + rounding);
+  add_row(&result_.residual, {"K'w + phi = 0", "constraints of accelerations"}, worst, 1e-10 + rounding);
 
   // M w = f + tau + K lambda
   Vector lambda(d_), K_lambda(n_), inner(n_);
@@ -71,7 +71,7 @@ void Verifier::verify_equations(const Definitions& definitions, const Vector& us
     double& own = cancelled[work_.scales.of_point(i)];
     own = std::max(own, terms[i]);
   }
-  add_point(&result_.residual, "M w = " + given_force() + " + K lambda", worst_point(rest, cancelled),
+  add_point(&result_.residual, {"M w = " + given_force() + " + K lambda", "Newton's law"}, worst_point(rest, cancelled),
             1e-10 + rounding);
 
   verify_power(definitions, user_v, lambda, K_lambda);
@@ -108,7 +108,7 @@ void Verifier::verify_branch(const Definitions& definitions, const Vector& user_
       if (is_users(group)) worst.see(least[row] / (row_norms_[row] * way), row);
   }
   if (!(worst.error > fewest_digits)) worst.error = 0.0;  // it tells yes or no, and nothing about digits
-  add_row(&result_.residual, "xi(r + s v + s^2/2 w) = 0", worst, fewest_digits);
+  add_row(&result_.residual, {"xi(r + s v + s^2/2 w) = 0", "path along the constraints"}, worst, fewest_digits);
 }
 
 /// Numbers the rows of lines that turn: 1 at the first line of a point, 2 at the next one, and 0 at all other rows.
@@ -215,7 +215,8 @@ void Verifier::verify_power(const Definitions& definitions, const Vector& user_v
     size += std::abs(lambda[a] * xi_t[a]);
   }
   // Velocities satisfy K'v + xi_t = 0 to the tolerance of their projection.
-  add(&result_.power_balance, "eta'v = -lambda'xi_t", size > 0.0 ? std::abs(sum) / size : 0.0, 1e-9, "");
+  add(&result_.power_balance, {"eta'v = -lambda'xi_t", "power of the constraints"},
+      size > 0.0 ? std::abs(sum) / size : 0.0, 1e-9, "");
 }
 
 /// Returns Q u = u - M^-1 K S^-1 K'u.
@@ -248,23 +249,24 @@ void Verifier::verify_normal_projector(const Definitions& definitions) {
   const Vector u = random_.points_by_M(), Qu = project_onto_tangent(u);
   const double size = worst_point_by_M(u, 1.0).error;
 
-  add_row(&result_.normal_identity, "K'Q u = 0", rows_of(definitions, Qu, measure_rows(model_.inverse_mass), size),
-          allowed);
+  add_row(&result_.normal_identity, {"K'Q u = 0", "projection along the constraints"},
+          rows_of(definitions, Qu, measure_rows(model_.inverse_mass), size), allowed);
 
   Vector rest = project_onto_tangent(Qu);
   for (std::size_t i = 0; i < n_; ++i) rest[i] -= Qu[i];
-  add_point(&result_.normal_identity, "Q Q u = Q u", worst_point_by_M(rest, size), allowed);
+  add_point(&result_.normal_identity, {"Q Q u = Q u", "projection that is done twice"}, worst_point_by_M(rest, size),
+            allowed);
 
   const Vector y = random_.points_by_M(), Qy = project_onto_tangent(y);
   const double asymmetry = std::abs(product(y, Qu) - product(u, Qy)) / (norm_of(u) * norm_of(y));
-  add(&result_.normal_identity, "y'M Q u = u'M Q y", asymmetry, allowed, "");
+  add(&result_.normal_identity, {"y'M Q u = u'M Q y", "symmetry of the projection"}, asymmetry, allowed, "");
 }
 
 /// With equal masses w_T lies in T and w_N in N: verifies w_T'M w_N = 0 with w_N = -K Gamma^-1 phi, Gamma = m S (36).
 void Verifier::verify_split() {
   if (!has_one_mass(model_)) return;
   if (something_sticks_) {
-    result_.left_out.push_back("w_T'M w_N = 0: S holds contacts that stick");
+    result_.left_out.push_back("right angle between tangent and normal acceleration: S holds contacts that stick");
     return;
   }
   // S x = -phi; w_N = M^-1 K x, since K Gamma^-1 = K (m S)^-1
@@ -276,8 +278,8 @@ void Verifier::verify_split() {
   // Without forces w_T is rounding of w_N, so that both are measured by the larger of w and M^-1 f.
   const double size = std::max(product(answer_.w, answer_.w), product(w0_, w0_));
   const double rcond = rcond_of_S_;
-  add(&result_.orthogonality, "w_T'M w_N = 0", size > 0.0 ? std::abs(product(w_T, w_N)) / size : 0.0,
-      conditioned(rcond) + rounding_of_places(), "");
+  add(&result_.orthogonality, {"w_T'M w_N = 0", "right angle between tangent and normal acceleration"},
+      size > 0.0 ? std::abs(product(w_T, w_N)) / size : 0.0, conditioned(rcond) + rounding_of_places(), "");
 }
 
 }  // namespace tanor

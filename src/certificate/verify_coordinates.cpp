@@ -39,7 +39,7 @@ void Verifier::verify_coordinates() {
   // A'(M w - f - tau) = 0, measured as the acceleration A H^-1 A'(M w - f - tau)
   Vector rest(n_, 0.0);
   for (std::size_t i = 0; i < moving_; ++i) rest[i] = answer_.w[i] - w0_[i];
-  add_point(&result_.residual, "A'(M w " + minus_given_force() + ") = 0",
+  add_point(&result_.residual, {"A'(M w " + minus_given_force() + ") = 0", "Newton's law along the coordinates"},
             worst_point(project_by_coordinates(rest), acceleration_), 1e-11 + 1e2 * eps / rcond);
 
   if (forms_.is_tangent()) verify_curve();
@@ -47,10 +47,11 @@ void Verifier::verify_coordinates() {
   const Vector u = random_.points_by_M(), y = random_.points_by_M();
   const Vector Pu = project_by_coordinates(u), PPu = project_by_coordinates(Pu), Py = project_by_coordinates(y);
   for (std::size_t i = 0; i < n_; ++i) rest[i] = PPu[i] - Pu[i];
-  add_point(&result_.tangent_identity, "P P u = P u, P = A H^-1 A'M",
+  add_point(&result_.tangent_identity, {"P P u = P u, P = A H^-1 A'M", "projection by coordinates that is done twice"},
             worst_point_by_M(rest, worst_point_by_M(u, 1.0).error), allowed);
   const double asymmetry = std::abs(product(y, Pu) - product(u, Py)) / (norm_of(u) * norm_of(y));
-  add(&result_.tangent_identity, "y'M P u = u'M P y", asymmetry, allowed, "");
+  add(&result_.tangent_identity, {"y'M P u = u'M P y", "symmetry of the projection by coordinates"}, asymmetry, allowed,
+      "");
 }
 
 /// Verifies w = d2 r(q(t), t)/dt2 by differences of positions alone, which share no derivative with A and psi. The
@@ -87,28 +88,31 @@ void Verifier::verify_curve() {
   std::optional<Worst> least = measure(middle_stencil, -4, h);
   if (!least) return;
   if (double allowed = enough + 1e2 * far; !(least->error > allowed))
-    return add_point(&result_.residual, "w = d2/dt2 r(q(t), t)", *least, allowed);
+    return add_point(&result_.residual, {"w = d2/dt2 r(q(t), t)", "accelerations as differences of positions"}, *least,
+                     allowed);
   for (const double step : {h, -h}) {
     const std::optional<Worst> side = measure(side_stencil, 0, step);
     if (side && side->error < least->error) least = side;
   }
-  add_point(&result_.residual, "w = d2/dt2 r(q(t), t)", *least, enough + 1e4 * far);
+  add_point(&result_.residual, {"w = d2/dt2 r(q(t), t)", "accelerations as differences of positions"}, *least,
+            enough + 1e4 * far);
 }
 
 /// Verifies A H^-1 A'M u + M^-1 K S^-1 K'u = u (9). Both projectors are orthogonal in the norm |M^1/2 .|, in which
 /// errors are measured, whatever the masses. For M u, in |M^-1/2 .|, the same numbers verify (10) = M (9) M^-1.
-void Verifier::verify_identity(const std::string& identity, double allowed) {
+void Verifier::verify_identity(const std::string& symbols, double allowed) {
   const Vector u = random_.points_by_M(), Qu = project_onto_tangent(u);
   Vector rest = project_by_coordinates(u);
   for (std::size_t i = 0; i < moving_; ++i) rest[i] -= Qu[i];
-  add_point(&result_.normal_identity, identity, worst_point_by_M(rest, worst_point_by_M(u, 1.0).error), allowed);
+  add_point(&result_.normal_identity, {symbols, "sum of the two projections"},
+            worst_point_by_M(rest, worst_point_by_M(u, 1.0).error), allowed);
 }
 
 void Verifier::verify_both() {
   const double rcond = std::min(forms_.tangent->reciprocal_condition(), forms_.normal->reciprocal_condition());
   const double allowed = conditioned(rcond) + rounding_of_places();
   if (something_sticks_) {
-    result_.left_out.push_back("(9), (10): S holds contacts that stick, the coordinates do not");
+    result_.left_out.push_back("sum of the two projections: S holds contacts that stick, the coordinates do not");
   } else {
     verify_identity("A H^-1 A'M + M^-1 K S^-1 K' = I (9)", allowed);
     verify_identity("M A H^-1 A' + K S^-1 K'M^-1 = I (10)", allowed);
@@ -125,7 +129,8 @@ void Verifier::verify_both() {
   for (std::size_t a = 0; a < num_rows_; ++a) {
     if (is_users(a)) worst.see(std::abs(rows[a]) / (row_norms_[user_row(a)] * size_of_Ax), user_row(a));
   }
-  add_row(&result_.bases_orthogonal, "K'A = 0 (3)", worst, 1e-11 + rounding_of_places());
+  add_row(&result_.bases_orthogonal, {"K'A = 0 (3)", "right angle between coordinates and constraints"}, worst,
+          1e-11 + rounding_of_places());
 
   compare_forms();
 }
@@ -149,8 +154,10 @@ void Verifier::compare_forms() {
     eta[i] = model_.inverse_mass[i / 3] * (eta[i] - answer_.eta[i]);
   }
   const double allowed = 1e-10 + rounding_of_places();
-  add_point(&result_.forms_agree, "w by A = w by K", worst_point(w, acceleration_), allowed);
-  add_point(&result_.forms_agree, "eta by A = eta by K", worst_point(eta, acceleration_), allowed);
+  add_point(&result_.forms_agree, {"w by A = w by K", "accelerations by coordinates and by constraints"},
+            worst_point(w, acceleration_), allowed);
+  add_point(&result_.forms_agree, {"eta by A = eta by K", "reactions by coordinates and by constraints"},
+            worst_point(eta, acceleration_), allowed);
 }
 
 }  // namespace tanor

@@ -204,9 +204,11 @@ void Verifier::verify_law(const std::vector<Sliding>& contacts) {
   }
   for (std::size_t i = 0; i < n_; ++i) law[i] -= answer_.tau[i];
   const double allowed = refined(rcond_of_S_) + rounding_of_places();
-  add_point(&result_.friction, "tau = tau(r, v, t, lambda) (41)", worst_point(law, largest), allowed);
-  add_point(&result_.friction, "tau'(v - u) <= 0", uphill, 1e-10);
-  if (something_sticks_) add_point(&result_.friction, "|tau| <= mu_s |N| where it sticks", above, allowed);
+  add_point(&result_.friction, {"tau = tau(r, v, t, lambda) (41)", "law of friction"}, worst_point(law, largest),
+            allowed);
+  add_point(&result_.friction, {"tau'(v - u) <= 0", "friction against the motion"}, uphill, 1e-10);
+  if (something_sticks_)
+    add_point(&result_.friction, {"|tau| <= mu_s |N| where it sticks", "limit of static friction"}, above, allowed);
 }
 
 /// At rest the law holds for accelerations: a contact that sticks has none, and one that begins to slide moves against
@@ -229,10 +231,14 @@ void Verifier::verify_rest(const std::vector<Sliding>& contacts) {
   }
   const double allowed = 1e-10 + rounding_of_places();
   if (something_sticks_) {
-    add_point(&result_.friction, "T'(v - u) = 0 where it sticks", moves, 1e-9);
-    add_point(&result_.friction, "T'w + phi = 0 where it sticks", stays, allowed);
+    add_point(&result_.friction, {"T'(v - u) = 0 where it sticks", "rest of velocities where points stick"}, moves,
+              1e-9);
+    add_point(&result_.friction, {"T'w + phi = 0 where it sticks", "rest of accelerations where points stick"}, stays,
+              allowed);
   }
-  if (starts) add_point(&result_.friction, "a_t against tau where sliding begins", turns, 1e-8);
+  if (starts)
+    add_point(&result_.friction, {"a_t against tau where sliding begins", "direction in which sliding begins"}, turns,
+              1e-8);
 }
 
 /// Compares the answer, found by the smallest form of (43), with the paper's own three blocks.
@@ -254,7 +260,7 @@ void Verifier::verify_friction_by_blocks() {
     blocks.outcome = {Status::NotConverged, "its iteration does not contract here"};
   }
   if (!blocks.outcome.ok()) {
-    result_.left_out.push_back("(43) by its three blocks: " + blocks.outcome.what);
+    result_.left_out.push_back("friction found another way: " + blocks.outcome.what);
     return;
   }
   Vector difference = inner_rows(blocks.multipliers), dw(n_, 0.0);
@@ -262,7 +268,9 @@ void Verifier::verify_friction_by_blocks() {
   model_.gather.write_scaled(model_.parallel, K_.data(), difference.data(), model_.inverse_mass.data(),
                              model_.num_moving(), dw.data());
   const double allowed = refined(rcond_of_S_) + rounding_of_places();
-  add_point(&result_.friction, "K lambda by (43) = K lambda", worst_point(dw, scale_), allowed);
+  add_point(&result_.friction,
+            {"K lambda by (43) = K lambda", "forces of the constraints with friction, found another way"},
+            worst_point(dw, scale_), allowed);
 }
 
 }  // namespace tanor

@@ -108,15 +108,9 @@ void print_answer(const Findings& found) {
         fmt::format("{} ({} refinements)", in_words(found.solved->residual, "{:.1e}"), found.solved->refinements));
 }
 
-void print_certificate(const Certificate& certificate) {
+void print_certificate(const Certificate& certificate, bool is_verbose) {
   print_heading("Certificate");
-  fmt::print("{:<48}{:>9}{:>20}\n", "identity", "error", "rounding explains");
-  for (const CertificateCheck& check : certificate.checks) {
-    const bool holds = check.error <= check.allowed;
-    const std::string row = fmt::format("{:<48}{:>9}{:>20}", check.identity, in_words(check.error, "{:.1e}"),
-                                        in_words(check.allowed, "{:.1e}"));
-    fmt::print("{}\n", holds ? row : report::Terminal::of(stdout).error(row + "  FAILS at " + check.where));
-  }
+  print_checks(certificate, is_verbose);
   for (const std::string& what : certificate.left_out) print("left out", what);
   print("certificate", certificate.line());
 }
@@ -153,13 +147,13 @@ Json describe(const Findings& found) {
   return json;
 }
 
-void print_findings(const Findings& found) {
+void print_findings(const Findings& found, bool is_verbose) {
   print("scene", found.scene);
   if (!found.friction.empty()) print("friction", found.friction);
   print_start(found);
   if (found.rank) print_rank(*found.rank, found.equations);
   if (found.solved) print_answer(found);
-  if (found.certificate) print_certificate(*found.certificate);
+  if (found.certificate) print_certificate(*found.certificate, is_verbose);
   if (!found.certificate && !found.trouble.empty()) print("result", found.trouble);
 }
 
@@ -168,7 +162,7 @@ void print_findings(const Findings& found) {
 ExitCode execute(const CheckOptions& options) {
   scene::Scene scene = prepare(scene::load_scene(options.scene));
   const Findings found = naming_file(options.scene, [&] { return find(&scene); });
-  options.json ? print_json(describe(found)) : print_findings(found);
+  options.json ? print_json(describe(found)) : print_findings(found, options.verbose);
   return found.trouble.empty() ? ExitCode::Done : tell(options.scene, found.trouble);
 }
 

@@ -27,6 +27,7 @@ struct RunOptions : CommonOptions {
   bool overwrite = false;                  ///< replaces the same run if it lies there and is not at its end
   std::optional<double> checkpoint_every;  ///< s of the clock, at most, between two checkpoints; default 60
   bool report = false;                     ///< writes a page for a browser, report.html
+  bool verbose = false;                    ///< prints the identities of the certificate too
 };
 
 /// `tanor solve`
@@ -50,6 +51,7 @@ struct InfoOptions : CommonOptions {
 /// `tanor check`: consistency of the start, rank, redundant constraints, conditioning, identities.
 struct CheckOptions : CommonOptions {
   std::filesystem::path scene;
+  bool verbose = false;  ///< prints the identities of the certificate in symbols
 };
 
 /// `tanor error-time`: compares each method at four step sizes or tolerances with a finer run of another method.

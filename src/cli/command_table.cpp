@@ -190,7 +190,8 @@ Command describe_run() {
                    {"--checkpoint-every", "S", interval(&options->checkpoint_every),
                     "also between frames, s of the clock; 0: as often as takes a twentieth of the time; default 60"},
                    {"--report", "", yes(&options->report),
-                    "write report.html too: the motion in 3-D, histories, certificate; tanor view opens it"}},
+                    "write report.html too: the motion in 3-D, histories, certificate; tanor view opens it"},
+                   {"--verbose", "", yes(&options->verbose), "print each identity of the certificate, with its number"}},
        .examples = {{"tanor run net.json --report", "simulate, and make a page for the browser"},
                     {"tanor run net.json --method rattle --step 1e-3", "another method, fixed steps"},
                     {"tanor run net.json --resume", "go on after Ctrl-C or a power cut"}}});
@@ -242,6 +243,7 @@ Command describe_check() {
        .text = "Tries the start against the constraints, finds the rank and names redundant constraints, and certifies "
                "the answer at t_start. It writes nothing.",
        .arguments = {scene_argument(options)},
+       .options = {{"--verbose", "", yes(&options->verbose), "the identities of the certificate in symbols"}},
        .examples = {{"tanor check bridge.json", "why does a run complain?"}}});
 }
 

@@ -72,6 +72,17 @@ void print_heading(std::string_view title) {
   fmt::print("\n{}\n", Terminal::of(stdout).bold(title));
 }
 
+void print_checks(const Certificate& certificate, bool with_symbols) {
+  fmt::print("{:<52}{:>9}{:>20}\n", "identity", "error", "rounding explains");
+  for (const CertificateCheck& check : certificate.checks) {
+    const std::string row =
+        fmt::format("{:<52}{:>9}{:>20}", with_symbols ? check.identity : check.words,
+                    report::in_words(check.error, "{:.1e}"), report::in_words(check.allowed, "{:.1e}"));
+    const bool holds = check.error <= check.allowed;
+    fmt::print("{}\n", holds ? row : Terminal::of(stdout).error(row + "  FAILS at " + check.where));
+  }
+}
+
 void print_page(std::string_view page) {
   const Terminal terminal = Terminal::of(stdout);
   while (!page.empty()) {

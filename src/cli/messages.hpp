@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include <tanor/certificate.hpp>
 #include <tanor/error.hpp>
 
 #include "cli/exit_code.hpp"
@@ -30,6 +31,8 @@ void print_lines(std::string_view text, std::size_t column = 4);
 void print_heading(std::string_view title);
 /// Prints a page of a run (`report::format_page`) on standard output, in as many lines as a terminal needs.
 void print_page(std::string_view page);
+/// Prints each check of a certificate on standard output, in plain words or with the paper's symbols.
+void print_checks(const Certificate& certificate, bool with_symbols);
 /// Prints JSON that somebody asked for, on standard output.
 void print_json(const nlohmann::ordered_json& json);
 /// Does the same from a file that was just written.

@@ -247,6 +247,7 @@ ExitCode execute(const RunOptions& options) {
     print_json_file(plan.directory / report::summary_name);
   } else if (!options.quiet) {
     print_page(page);
+    if (options.verbose && folder.certificate()) print_checks(*folder.certificate(), true);
   }
   if (ending.code != ExitCode::Done || !options.quiet) {
     print_message(describe_end(ending, simulation, scene.t_end, plan.directory),

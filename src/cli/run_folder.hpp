@@ -58,6 +58,8 @@ class RunFolder {
   /// run ended early. A last checkpoint is written only if the simulation can go on and stands at the last frame,
   /// because a checkpoint is never ahead of the frames.
   std::string finish(Simulation& simulation, const std::string& stopped_by, bool can_go_on);
+  /// Returns the last certificate, if there is one.
+  const std::optional<Certificate>& certificate() const { return facts_.certificate; }
   /// Marks the run as ended, since its motion cannot go on; then nothing is lost if the run is begun anew.
   void give_up();
 

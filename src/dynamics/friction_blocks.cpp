@@ -56,7 +56,7 @@ Outcome iterate_friction_blocks(MultiplierForm& normal, Workspace& work, const F
   model.numbering.scatter_rows(lambda, result->multipliers);
   model.numbering.scatter_points(tau, result->friction);
   if (has_converged) return {};
-  return {Status::NotConverged, "(43) does not converge at t = " + text(place.t)};
+  return {Status::NotConverged, "the iteration of friction does not converge at t = " + text(place.t)};
 }
 
 }  // namespace tanor

@@ -11,6 +11,7 @@ namespace {
 void bind_certificate(py::module_& module) {
   Record<CertificateCheck>(module, "CertificateCheck")
       .field("identity", &CertificateCheck::identity)
+      .field("words", &CertificateCheck::words)
       .field("error", &CertificateCheck::error)
       .field("allowed", &CertificateCheck::allowed)
       .field("where", &CertificateCheck::where);

@@ -18,7 +18,8 @@ Json describe_certificate(const std::optional<Certificate>& certificate) {
   const auto figure = [&](double Certificate::*which) { return certificate ? Json(*certificate.*which) : Json(); };
   Json checks = Json::array();
   for (const CertificateCheck& check : certificate ? certificate->checks : std::vector<CertificateCheck>()) {
-    checks.push_back({{"identity", check.identity},
+    checks.push_back({{"words", check.words},
+                      {"identity", check.identity},
                       {"error", check.error},
                       {"allowed", check.allowed},
                       {"where", json_or_null(check.where)}});

@@ -369,7 +369,7 @@ FrictionBlocks Dynamics::friction_by_blocks(const StateView& at) {
   Implementation& self = live(implementation_, "Dynamics");
   FrictionBlocks result{.outcome = self.stand_at(at), .multipliers = {}, .friction = {}};
   if (!result.outcome.ok()) return result;
-  if (!self.model.has_friction()) throw InputError("/friction", "there is none: (43) has nothing to find");
+  if (!self.model.has_friction()) throw InputError("/friction", "there is none, so that nothing is to be found");
   constexpr int most_iterations = 2000;
   result.outcome = iterate_friction_blocks(*self.forms.normal, self.work, {self.now.t, self.now.r, self.now.v},
                                            most_iterations, &result);

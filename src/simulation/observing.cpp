@@ -173,7 +173,8 @@ void Simulation::Implementation::verify_observables(const Reactions& anew, std::
   model.numbering.scatter_points(friction, seen.friction);
   const Energy energy = form.energy(state.t, state.x.data(), state.v.data());
   const std::vector<std::vector<double>> second = observables->evaluate(describe(seen.at, state.t, energy));
-  CertificateCheck check{.identity = "observables agree", .error = 0.0, .allowed = 0.0, .where = {}};
+  constexpr const char* what = "second evaluation of the observables";
+  CertificateCheck check{.identity = what, .words = what};
   const std::span<const Observed> found = observables->found();
   for (std::size_t k = 0; k < first.size(); ++k) {
     double size = 0.0, difference = 0.0;
@@ -185,7 +186,7 @@ void Simulation::Implementation::verify_observables(const Reactions& anew, std::
       difference = std::max(difference, std::abs(first[k][i] - second[k][i]));
     }
     const double error = size > 0.0 ? difference / size : 0.0;
-    if (!(error <= check.error)) check = {check.identity, error, 0.0, found[k].name};
+    if (!(error <= check.error)) check = {what, error, 0.0, found[k].name, what};
   }
   // Forces from two solves differ by the rounding of S.
   constexpr double digits = 1e3 * std::numeric_limits<double>::epsilon();

@@ -23,7 +23,7 @@ export interface Run {
   t_resumed: number | null;
   t_end: number;
   t_reached: number;
-  certificate: { checks: { identity: string; error: Figure }[] };
+  certificate: { checks: { words: string; identity: string; error: Figure }[] };
   certificate_line: string;
   certified_to: Figure;
   certificate_passed: boolean | null; // null if there is none

@@ -82,7 +82,7 @@ export function fillDetails(data: PageData, seek: (time: number) => void): void 
     || (run.is_running ? "It is made at the end." : run.wants_certificate ? `None was made: ${run.has_started ? "the motion did not arrive" : "there is no start"}.` : "No certificate was asked for.");
   find("checks").replaceChildren(...run.certificate.checks.map((check) => {
     const row = make("tr");
-    row.append(make("td", check.identity), make("td", words(check.error)));
+    row.append(Object.assign(make("td", check.words), { title: check.identity }), make("td", words(check.error)));
     return row;
   }));
   fillList("left-out", run.left_out.map((what) => make("li", what)), "nothing");
