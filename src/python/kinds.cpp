@@ -9,6 +9,7 @@
 #include <typeinfo>
 #include <variant>
 
+#include "python/carried.hpp"
 #include "python/functions.hpp"
 #include "python/header_docs.hpp"
 #include "python/scene_file.hpp"
@@ -171,6 +172,7 @@ void for_each_described(const Visit& visit) {
 template <class Group, class Value>
 void read_field(const Given& given, const FieldOf<Group, Value>& field, Group* group) {
   const Given own = given[field.name];
+  if (take_carried(own, &(group->*field.value))) return;
   if constexpr (std::is_same_v<Value, ConstraintKernel>) {
     read(own, group->tuples.empty() ? 1 : static_cast<int>(group->tuples[0].size()), &(group->*field.value));
   } else if constexpr (std::is_same_v<Value, ForceKernel>) {
@@ -200,6 +202,24 @@ Struct read_struct(const Given& given) {
   Struct result;
   for_each_described<Struct>([&](const auto& field) { read_field(given, field, &result); });
   return result;
+}
+
+/// Returns the object of Python's class of that name that describes a struct.
+template <class Struct>
+py::object give_struct(const Struct& group) {
+  py::dict fields;
+  for_each_described<Struct>([&](const auto& field) { fields[field.name] = give(group.*field.value); });
+  if constexpr (std::is_same_v<Struct, UserFriction>) fields["num_multipliers"] = 0;    // its kernel is carried
+  if constexpr (std::is_same_v<Struct, UserCoordinates>) fields["names"] = py::list();  // likewise
+  return py::module_::import("tanor").attr(name_of_struct<Struct>().c_str())(**fields);
+}
+
+template <class Entry>
+py::list give_entries(const std::vector<Entry>& entries) {
+  py::list list;
+  for (const Entry& entry : entries)
+    list.append(std::visit([](const auto& group) { return give_struct(group); }, entry));
+  return list;
 }
 
 /// Reads one of the kinds of a list.
@@ -291,6 +311,13 @@ void AnyOf<std::variant<Groups...>>::describe(const char* list, py::list* all) {
   (python::describe<Groups>(list, std::string(KindOf<Groups>::name), all), ...);
 }
 
+/// Returns the name of units that have one.
+py::object give_units(const Units& units) {
+  for (const char* name : {"none", "si", "lj", "real", "metal"})
+    if (units == units_from_name(name)) return py::str(name);
+  return give(units);
+}
+
 }  // namespace
 
 std::vector<Constraint> read_constraints(const py::object& constraints) {
@@ -311,10 +338,12 @@ System read_system(const py::object& object) {
   } else {
     read(given["masses"], &system.masses);
   }
-  std::string units;
-  read(given["units"], &units);
-  system.units = units_from_name(units);
-  if (!object.attr("cell").is_none()) {
+  if (!take_carried(given["units"], &system.units)) {
+    std::string units;
+    read(given["units"], &units);
+    system.units = units_from_name(units);
+  }
+  if (!take_carried(given["cell"], &system.cell) && !object.attr("cell").is_none()) {
     Vector3 edges{};
     read(given["cell"], &edges);
     system.cell = Cell{.xx = edges[0], .yy = edges[1], .zz = edges[2]};
@@ -329,6 +358,33 @@ System read_system(const py::object& object) {
   system.friction = read_entries<Friction>(given["friction"], "a list of laws of friction");
   system.coordinates = read_entries<Coordinates>(given["coordinates"], "a list of coordinates");
   return system;
+}
+
+py::object give_system(const System& system) {
+  const auto rows = [](const std::vector<double>& numbers) { return copy(numbers, 3); };
+  py::list supports;
+  for (const Support& each : system.supports) supports.append(give_struct(each));
+  py::dict fields;
+  fields["positions"] = rows(system.positions);
+  fields["masses"] = give(system.masses);
+  fields["velocities"] = system.velocities.empty() ? py::object(py::none()) : rows(system.velocities);
+  fields["supports"] = supports;
+  fields["constraints"] = give_entries(system.constraints);
+  fields["forces"] = give_entries(system.forces);
+  fields["friction"] = give_entries(system.friction);
+  fields["coordinates"] = give_entries(system.coordinates);
+  fields["name"] = system.name;
+  fields["cell"] = system.cell ? give(system.cell) : py::object(py::none());
+  fields["units"] = give_units(system.units);
+  return py::module_::import("tanor").attr("System")(**fields);
+}
+
+py::object give_motion_options(const MotionOptions& options) {
+  return give_struct(options);
+}
+
+py::object give_solver_options(const SolverOptions& options) {
+  return give_struct(options);
 }
 
 SolverOptions read_solver_options(const py::object& options) {
@@ -359,6 +415,10 @@ MotionOptions motion_of_scene(const py::object& object) {
   return py::isinstance<SceneFile>(object) ? object.cast<SceneFile&>().read().motion : MotionOptions{};
 }
 
+double start_of_scene(const py::object& object) {
+  return py::isinstance<SceneFile>(object) ? object.cast<SceneFile&>().read().t_start : 0.0;
+}
+
 void add_requests_of_scene(const py::object& object, Simulation* simulation) {
   if (!py::isinstance<SceneFile>(object)) {
     for (const Observable& each : default_observables(simulation->system())) simulation->add_observable(each);
@@ -371,6 +431,8 @@ void add_requests_of_scene(const py::object& object, Simulation* simulation) {
 
 void bind_system_functions(py::module_& module) {
   using py::arg;
+  py::class_<Carried>(module, "Carried", "A function, a kernel or a cell of a scene, for the field in which it stands.")
+      .def("__deepcopy__", [](const Carried& self, const py::dict&) { return self; });
   module.def(
       "validate",
       [](const py::object& object, double time) {

@@ -21,8 +21,14 @@ BucklingOptions read_buckling_options(const py::object& options);
 /// Return what the file of a Scene says, or the defaults for a System.
 SolverOptions options_of_scene(const py::object& system_or_scene);
 MotionOptions motion_of_scene(const py::object& system_or_scene);
+double start_of_scene(const py::object& system_or_scene);  // s
 /// Adds the observables and the events of a scene; of a system, the default observables.
 void add_requests_of_scene(const py::object& system_or_scene, Simulation* simulation);
+
+/// Return what C++ holds as objects of Python's classes: `read_system` of them is the same system.
+py::object give_system(const System& system);
+py::object give_motion_options(const MotionOptions& options);
+py::object give_solver_options(const SolverOptions& options);
 
 /// Binds checks of a whole System, as the library has them.
 void bind_system_functions(py::module_& module);

@@ -84,17 +84,32 @@ void bind_scene(py::module_& module) {
       .def_property_readonly(
           "name", [](SceneFile& self) { return self.read().name; }, "(str) of the system")
       .def_property_readonly(
-          "t_end", [](SceneFile& self) { return self.read().has_end() ? self.read().t_end : 0.0; },
-          "(float) s; 0: not given")
+          "t_start", [](SceneFile& self) { return self.read().t_start; }, "(float) s")
+      .def_property_readonly(
+          "t_end",
+          [](SceneFile& self) { return self.read().has_end() ? std::optional(self.read().t_end) : std::nullopt; },
+          "(float | None) s; None: not given")
       .def_property_readonly(
           "output_every", [](SceneFile& self) { return self.read().output_every; }, "(float) s; 0: start and end only")
+      .def_property_readonly(
+          "system", [](SceneFile& self) { return give_system(self.read().system); },
+          "(System) what the file describes, as objects of one's own to read and to change")
+      .def_property_readonly(
+          "motion", [](SceneFile& self) { return give_motion_options(self.read().motion); },
+          "(MotionOptions) how the file asks for steps")
+      .def_property_readonly(
+          "solver", [](SceneFile& self) { return give_solver_options(self.read().solver); },
+          "(SolverOptions) how the file asks for solutions")
       .def_property_readonly(
           "num_points", [](SceneFile& self) { return self.read().system.num_points(); }, "(int) supports included")
       .def_property_readonly(
           "old_names", [](SceneFile& self) { return self.read().old_names; },
           "(list[str]) names of an older version that the file uses, with those of today")
       .def("__repr__",
-           [](const SceneFile& self) { return "Scene(" + py::repr(py::str(self.file)).cast<std::string>() + ")"; })
+           [](SceneFile& self) {
+             return "Scene(" + py::repr(py::str(self.file)).cast<std::string>() + ", " +
+                    py::repr(give_system(self.read().system)).cast<std::string>() + ")";
+           })
       .def(py::pickle(&get_state, &set_state));
 }
 

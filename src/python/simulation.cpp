@@ -59,12 +59,12 @@ py::bytes to_bytes(const std::vector<std::byte>& saved) {
 /// A Simulation with the description from which it was made.
 class Run {
  public:
-  Run(py::object the_system, py::object motion, py::object solver, double t_start)
+  Run(py::object the_system, py::object motion, py::object solver, std::optional<double> t_start)
       : system(std::move(the_system)),
         motion_(std::move(motion)),
         solver_(std::move(solver)),
-        t_start_(t_start),
-        simulation_(make(system, motion_, solver_, t_start)) {}
+        t_start_(t_start.value_or(start_of_scene(system))),
+        simulation_(make(system, motion_, solver_, t_start_)) {}
 
   const py::object system;
 
@@ -177,7 +177,7 @@ system   a System or a Scene
 motion   MotionOptions; None: those of the scene, or the defaults
 solver   SolverOptions; likewise
 options  fields of MotionOptions and SolverOptions by name: Simulation(system, rtol=1e-10)
-t_start  s
+t_start  s; None: that of the scene, or 0
 Raises InputError, naming the place.
 )doc";
 
@@ -205,7 +205,7 @@ void bind_simulation(py::module_& module) {
   using py::arg;
   const py::none none;
   py::class_<Run> type(module, "Simulation", simulation_doc);
-  type.def(py::init([](const py::object& system, py::object motion, py::object solver, double t_start,
+  type.def(py::init([](const py::object& system, py::object motion, py::object solver, std::optional<double> t_start,
                        const py::kwargs& options) {
              if (!options.empty()) {
                const py::tuple both = py::module_::import("tanor.description")
@@ -216,7 +216,7 @@ void bind_simulation(py::module_& module) {
              }
              return std::make_unique<Run>(system, motion, solver, t_start);
            }),
-           arg("system"), arg("motion") = none, arg("solver") = none, arg("t_start") = 0.0)
+           arg("system"), arg("motion") = none, arg("solver") = none, arg("t_start") = none)
       .def(py::pickle([](Run& self) { return self.state(); }, &Run::from_state))
       .def("advance_to", &Run::advance_to, arg("t_end"), arg("progress") = none, R"doc(
 Steps to exactly t_end, s, or to an event that stops; after a failure the state is that of the last good step.

@@ -54,9 +54,10 @@ export class Browser {
     });
   }
 
-  /** Gives the page another width, as a phone has it; without one, that of before. */
-  setWidth(width = this.#screen.width) {
-    return this.call("Emulation.setDeviceMetricsOverride", { ...this.#screen, width });
+  /** Gives the page another width, as a phone has it; without one, that of before. What is drawn follows two frames later. */
+  async setWidth(width = this.#screen.width) {
+    await this.call("Emulation.setDeviceMetricsOverride", { ...this.#screen, width });
+    await this.ask("new Promise((go) => requestAnimationFrame(() => requestAnimationFrame(go)))");
   }
 
   expect(holds, what) { if (!holds) this.fail(what); }

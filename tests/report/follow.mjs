@@ -9,7 +9,7 @@ async function tryFollowing(browser) {
   browser.expect(await browser.ask(`!document.getElementById("running").hidden`), "nothing says that the run goes on");
   const seen = await browser.ask("tanorPage.end");
   browser.expect(await browser.wait(`tanorPage.end > ${seen}`, 60), "no newer state of the run is shown");
-  browser.expect(await browser.ask("tanorPage.time === tanorPage.end"), "the view does not stay at the end");
+  browser.expect(await browser.wait("tanorPage.time === tanorPage.end", 10), "the view does not stay at the end");
   console.log("running"); // and whoever started the run may end it
   browser.expect(await browser.wait("!tanorPage.run.is_running", 60), "the end of the run is not shown");
   browser.expect((await browser.countPixels()).drawn > 200, "hardly a pixel is drawn");

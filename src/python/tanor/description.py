@@ -71,7 +71,7 @@ def _short_repr(self: Any) -> str:
 def split_options(system: Any, motion: Any, solver: Any, options: dict) -> tuple:
     """MotionOptions and SolverOptions from their fields by name; what was given whole is kept and changed in a copy."""
     if isinstance(system, _core.Scene):
-        raise TypeError("options of a scene are given to Scene(file, ...)")
+        motion, solver = motion or system.motion, solver or system.solver
     parts = [motion or KINDS["MotionOptions"](), solver or KINDS["SolverOptions"]()]
     names = [{field.name for field in dataclasses.fields(part)} for part in parts]
     for name in options:

@@ -113,11 +113,11 @@ def _record_of(observed: list) -> numpy.dtype:
 class _Line:
     """Tells on one line of the terminal, or of a notebook's cell, how far a run is."""
 
-    def __init__(self, t_end: float) -> None:
-        self.t_end, self.shown = t_end, -1
+    def __init__(self, begin: float, end: float) -> None:
+        self.begin, self.end_time, self.shown = begin, end, -1
 
     def __call__(self, report: MotionReport) -> None:
-        percent = int(100.0 * report.time / self.t_end) if self.t_end > 0.0 else 0
+        percent = int(100.0 * (report.time - self.begin) / (self.end_time - self.begin))
         if percent != self.shown:
             self.shown = percent
             print(f"\r{percent:3d} %, {report.steps} steps of {report.method}", end="", file=sys.stderr, flush=True)
@@ -138,7 +138,7 @@ def run(simulation: Simulation, t_end: float, every: float = 0.0,
     An event that stops ends the run, too; see `simulation.time`.
     """
     if progress is True:
-        progress = _Line(t_end)
+        progress = _Line(simulation.time, t_end)
     times, positions, velocities, rows, multipliers = [], [], [], [], []
     observed = simulation.observe()
     record = _record_of(observed)
@@ -174,7 +174,7 @@ def end_at_output(t_end: float, every: float) -> float:
     if every <= 0.0:
         return t_end
     nearest = float(numpy.round(t_end / every)) * every
-    return nearest if abs(nearest - t_end) <= 4.0 * numpy.finfo(float).eps * t_end else t_end
+    return nearest if abs(nearest - t_end) <= 4.0 * numpy.finfo(float).eps * abs(t_end) else t_end
 
 
 def next_output_time(time: float, every: float, t_end: float) -> float:
@@ -193,6 +193,6 @@ def run_scene(scene: Scene | str | os.PathLike, progress: Callable[[MotionReport
     """
     if not isinstance(scene, Scene):
         scene = Scene(scene)
-    if not scene.t_end > 0.0:
+    if scene.t_end is None:
         raise ValueError(f"{scene.file}: /motion/t_end is missing; give it there, or as t_end of Scene")
     return run(Simulation(scene), scene.t_end, scene.output_every, progress, check)

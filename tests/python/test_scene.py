@@ -1,0 +1,95 @@
+"""A scene and a system are one thing: Scene.system is read, changed and simulated as if it had been written in Python."""
+
+import copy
+import json
+import os
+import pathlib
+import tempfile
+import unittest
+
+import numpy
+import tanor
+
+EXAMPLES = pathlib.Path(os.environ["TANOR_EXAMPLES"])
+
+
+def write(folder: str, scene: dict) -> str:
+    path = pathlib.Path(folder) / "scene.json"
+    path.write_text(json.dumps({"tanor_scene": 1, **scene}))
+    return str(path)
+
+
+CRANE = {
+    "units": {"length": "mm", "force": "N"}, "name": "crane",
+    "points": {"positions": [[0, 0, 0], [0, 0, -1], [1.5, 0, 0.5], [2, 0, 2], [0.5, 0, 0]], "masses": [1, 2, 3, 4, 5]},
+    "supports": [{"name": "trolley", "points": [0], "motion": {"formula": ["0.1*sin(t)", "0", "0"]}}],
+    "constraints": [{"name": "rope", "kind": "rod", "pairs": [[0, 1]], "length": {"formula": "1-0.1*t"}},
+                    {"name": "wire", "kind": "formula", "points": [[2]], "equation": "z-x^2+1.75"},
+                    {"name": "table", "kind": "plane", "points": [3], "normal": [0, 0, 1], "offset": 2}],
+    "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]},
+               {"kind": "formula", "points": [4], "force": ["-x", "sin(t)", "0"]}],
+    "friction": [{"kind": "coulomb", "at": "table", "mu": 0.3}],
+    "motion": {"rtol": 1e-11, "t_end": 1}}
+
+
+class SceneAsSystem(unittest.TestCase):
+    def expect_same(self, scene: tanor.Scene) -> None:
+        one = tanor.Simulation(scene)
+        other = tanor.Simulation(scene.system, scene.motion, scene.solver, scene.t_start)
+        for name in ("positions", "accelerations", "multipliers", "reactions"):
+            numpy.testing.assert_array_equal(getattr(one.solution(), name), getattr(other.solution(), name))
+
+    def test_every_example_is_the_same_as_its_system(self):
+        tried = 0
+        for file in sorted(EXAMPLES.glob("*.json")):
+            try:
+                scene = tanor.Scene(file)
+            except tanor.InputError:  # it reads a file that is to be fetched
+                continue
+            with self.subTest(file.name):
+                self.expect_same(scene)
+            tried += 1
+        self.assertGreater(tried, 5)
+
+    def test_functions_kernels_and_units_are_carried(self):
+        with tempfile.TemporaryDirectory() as folder:
+            scene = tanor.Scene(write(folder, CRANE))
+        self.expect_same(scene)
+        end = [tanor.run(tanor.Simulation(each, scene.motion), 1.0).positions[-1] for each in (scene.system, copy.deepcopy(scene.system))]
+        numpy.testing.assert_array_equal(*end)
+        self.assertEqual(tanor.Simulation(scene.system).observe()[0].unit, "N")
+
+    def test_what_a_scene_holds_is_seen_and_changed(self):
+        scene = tanor.Scene(EXAMPLES / "net.json")
+        system = scene.system
+        self.assertEqual(system.constraints[0].pairs.shape, (760, 2))
+        numpy.testing.assert_array_equal(system.masses, 0.1)
+        self.assertIn("400 points", repr(scene))
+        self.assertLess(len(repr(scene)), 600)
+        self.assertEqual((scene.motion.method, scene.t_end), (scene.motion.method, 0.5))
+        system.forces[0].acceleration = (0, 0, -1.62)  # on the moon
+        ratio = tanor.Simulation(system).solution().multipliers / tanor.Simulation(scene).solution().multipliers
+        numpy.testing.assert_allclose(ratio, 1.62 / 9.81, rtol=1e-9)
+        numpy.testing.assert_array_equal(scene.system.forces[0].acceleration, (0, 0, -9.81))  # the scene is as it was
+
+    def test_a_scene_begins_at_its_own_time_and_takes_options_by_name(self):
+        with tempfile.TemporaryDirectory() as folder:
+            fall = {"points": {"positions": [[0, 0, 0]], "masses": 1}, "motion": {"t_start": -5, "t_end": -3, "output_every": 1},
+                    "forces": [{"kind": "formula", "points": [0], "force": ["t", "0", "0"]}]}
+            scene = tanor.Scene(write(folder, fall))
+        run = tanor.run_scene(scene)
+        numpy.testing.assert_array_equal(run.times, [-5, -4, -3])
+        # x'' = t from rest at t = -5
+        numpy.testing.assert_allclose(run.positions[:, 0, 0], [t**3 / 6 - 12.5 * t - 125 / 3 for t in run.times], atol=1e-12)
+        self.assertEqual(tanor.Simulation(scene, method="rk4", step=0.1).report.method, "rk4")
+
+    def test_a_carried_value_stands_where_it_belongs(self):
+        with tempfile.TemporaryDirectory() as folder:
+            system = tanor.Scene(write(folder, CRANE)).system
+        system.constraints[2].offset = system.supports[0].displacement
+        with self.assertRaisesRegex(tanor.InputError, "/constraints/2/offset"):
+            tanor.validate(system)
+
+
+if __name__ == "__main__":
+    unittest.main()
