@@ -60,6 +60,7 @@ def argument(text: str) -> str:
     if name == "saved":
         kind = ARGUMENTS[name]
     kind = kind.replace("List[", "list[").replace("tanor::python::", "")
+    kind = re.sub(r"Optional\[(\w+)\]", r"\1 | None", kind)
     return f"{name}: {kind}" + (f" = {default}" if default else "")
 
 
