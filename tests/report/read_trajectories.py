@@ -23,7 +23,7 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 
-from periodic_trajectories import IMPORTED, PERIODIC, RING, TILTED, UPRIGHT, check_periodic
+from periodic_trajectories import CORNER, IMPORTED, PERIODIC, RING, TILTED, UPRIGHT, check_periodic
 from trajectory_readers import (FORMATS, LAMMPS, PVPYTHON, MDAnalysis, ase, ask_versions, h5py, read_dump, read_npz,
                                 vtk_to_numpy, vtkXMLPolyDataReader)
 
@@ -301,10 +301,11 @@ def main() -> int:
     for file in ("trajectory.xyz", "trajectory.dump", "trajectory_rods.dump", "trajectory.csv", "trajectory.npz"):
         assert (folder / "parts" / file).read_bytes() == (folder / "whole" / file).read_bytes(), file
     (folder / "ring.data").write_text(RING, encoding="utf-8")
-    for name, scene, edges, rods in (("upright", PERIODIC, UPRIGHT, [[0, 1]]), ("tilted", IMPORTED, TILTED, [[0, 1], [1, 2], [2, 0]])):
+    for name, scene, edges, rods, corner in (("upright", PERIODIC, UPRIGHT, [[0, 1]], [0, 0, 0]),
+                                             ("tilted", IMPORTED, TILTED, [[0, 1], [1, 2], [2, 0]], CORNER)):
         (folder / "scene.json").write_text(json.dumps(scene), encoding="utf-8")
         run(tanor, folder, "--out", name)
-        check_periodic(folder / name, edges, rods)
+        check_periodic(folder / name, edges, rods, corner)
     if "--page" in sys.argv:
         write_page(pathlib.Path(sys.argv[sys.argv.index("--page") + 1]), folder / "whole", folder / "packed")
     print("read back:", ", ".join(["numpy", "csv", "gzip", *(name for name, reader in readers.items() if reader)]))
