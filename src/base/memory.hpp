@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
@@ -46,6 +47,16 @@ class Memory {
   }
   void exchange(Vec3& vector) {
     for (double* const component : {&vector.x, &vector.y, &vector.z}) exchange(*component);
+  }
+  void exchange(std::vector<double>& array) {
+    if (!reads()) {
+      appended_->insert(appended_->end(), array.begin(), array.end());
+      return;
+    }
+    const std::size_t there = std::min(array.size(), read_.size() - next_);
+    std::copy_n(read_.begin() + static_cast<std::ptrdiff_t>(next_), there, array.begin());
+    next_ += there;
+    misses_some_ = misses_some_ || there < array.size();
   }
   template <class Number>
   void exchange(std::vector<Number>& array) {

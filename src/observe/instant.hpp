@@ -16,14 +16,21 @@ struct ObservedInstant {
   std::size_t rank = 0;                                          ///< of K
 };
 
-/// Tells which parts of it some observables read, beside positions and velocities.
+/// Tells which parts of it some observables read.
 struct Needs {
-  bool forces = false;  ///< multipliers, reactions, loads of supports, accelerations
+  bool places = false;       ///< positions and velocities
+  bool multipliers = false;  ///< alone
+  bool forces = false;       ///< multipliers, reactions, loads of supports, accelerations, and places
   bool friction = false;
   bool energy = false;
   bool rank = false;
 
+  /// Returns true if they read what only a solve tells.
+  bool solves() const { return multipliers || forces || friction; }
+
   Needs& operator|=(const Needs& other) {
+    places |= other.places;
+    multipliers |= other.multipliers;
     forces |= other.forces;
     friction |= other.friction;
     energy |= other.energy;

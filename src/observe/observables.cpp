@@ -75,10 +75,11 @@ void Observables::take(const ObservedInstant& at, Which which, bool counts) {
     Observed& seen = found_[k];
     texts_[k].evaluate(at, &seen);
     if (!counts) continue;
-    const std::size_t parts = seen.least.size();
-    for (std::size_t i = 0; i < seen.values.size(); ++i) {
-      const std::string& member = seen.members.empty() ? seen.member : seen.members[i / parts];
-      widen(seen.values[i], at.time, member, &seen.least[i % parts], &seen.largest[i % parts]);
+    const std::size_t parts = seen.least.size(), members = std::max<std::size_t>(1, seen.members.size());
+    for (std::size_t k = 0; k < members; ++k) {
+      const std::string& member = seen.members.empty() ? seen.member : seen.members[k];
+      for (std::size_t p = 0; p < parts; ++p)
+        widen(seen.values[k * parts + p], at.time, member, &seen.least[p], &seen.largest[p]);
     }
   }
 }

@@ -52,7 +52,8 @@ std::size_t ObservedText::Term::evaluate(const ObservedInstant& at) const {
     if (part && *part < parts) return first[*part];
     return parts == 1 ? first[0] : std::sqrt(std::inner_product(first, first + parts, first, 0.0));
   };
-  numbers.resize(columns());
+  const std::size_t own_members = num_members(), own_parts = num_parts();
+  numbers.resize(own_members * own_parts);
   if (is_reduced()) {
     std::size_t best = 0;
     for (std::size_t k = 1; k < members; ++k)
@@ -62,7 +63,7 @@ std::size_t ObservedText::Term::evaluate(const ObservedInstant& at) const {
     numbers[0] = number_of(best);
     return best;
   }
-  if (num_members() == 1 && members != 1) {
+  if (own_members == 1 && members != 1) {
     for (std::size_t p = 0; p < parts; ++p) {
       double sum = 0.0;
       for (std::size_t k = 0; k < members; ++k)
@@ -70,8 +71,8 @@ std::size_t ObservedText::Term::evaluate(const ObservedInstant& at) const {
       values[p] = sum;
     }
   }
-  for (std::size_t k = 0; k < num_members(); ++k) {
-    if (num_parts() == 1)
+  for (std::size_t k = 0; k < own_members; ++k) {
+    if (own_parts == 1)
       numbers[k] = number_of(k);
     else
       std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(k * parts), parts,

@@ -69,9 +69,11 @@ class Multipliers final : public Members {
   std::vector<std::string> parts() const override {
     return rows_per_member_ == 2 ? std::vector<std::string>{"0", "1"} : std::vector<std::string>{};
   }
-  Needs needs() const override { return {.forces = true}; }
+  std::size_t num_parts() const override { return rows_per_member_; }
+  Needs needs() const override { return {.multipliers = true}; }
   void evaluate(const ObservedInstant& at, double* values) const override {
-    for (std::size_t k = 0; k < count_ * rows_per_member_; ++k) values[k] = factor_ * at.multipliers[first_row_ + k] + 0.0;  // no -0
+    for (std::size_t k = 0; k < count_ * rows_per_member_; ++k)
+      values[k] = factor_ * at.multipliers[first_row_ + k] + 0.0;  // no -0
     forget_absent(rows_per_member_, values);
   }
 
@@ -88,7 +90,7 @@ class Pull final : public Members {
       : Members(things, thing), group_(std::get<Group>(things.system().forces[thing.index])) {
     for (std::size_t k = first_; k < first_ + count_; ++k) numbers_.push_back(numbers_of(things.system(), k));
   }
-  Needs needs() const override { return {}; }
+  Needs needs() const override { return {.places = true}; }
   void evaluate(const ObservedInstant& at, double* values) const override {
     for (std::size_t k = 0; k < count_; ++k) {
       const auto [i, j] = group_.pairs[first_ + k];
@@ -172,6 +174,7 @@ class PointVectors final : public Quantity {
   std::size_t num_members() const override { return points_.size(); }
   std::string name_member(std::size_t k) const override { return names_[k]; }
   std::vector<std::string> parts() const override { return xyz(); }
+  std::size_t num_parts() const override { return 3; }
   bool is_sum() const override { return is_sum_; }
   Needs needs() const override { return needs_; }
   void evaluate(const ObservedInstant& at, double* values) const override {
@@ -198,8 +201,8 @@ class PointVectors final : public Quantity {
 template <Dimension dimension, std::span<const double> ObservedInstant::*array, bool needs_forces>
 std::unique_ptr<Quantity> make_of_points(const Things& things, const Arguments& arguments) {
   arguments.require(1, 1, "points");
-  auto result =
-      std::make_unique<PointVectors>(things, things.points(arguments[0]), array, Needs{.forces = needs_forces});
+  auto result = std::make_unique<PointVectors>(things, things.points(arguments[0]), array,
+                                               Needs{.places = true, .forces = needs_forces});
   result->dimension = dimension;
   return result;
 }
@@ -279,6 +282,7 @@ class ForceOfConstraints final : public Quantity {
     dimension = Dimension::Forces;
   }
   std::vector<std::string> parts() const override { return xyz(); }
+  std::size_t num_parts() const override { return 3; }
   Needs needs() const override { return {.forces = true}; }
   void evaluate(const ObservedInstant& at, double* values) const override {
     const double* const eta = forces_.evaluate(at);
@@ -343,7 +347,7 @@ std::unique_ptr<Quantity> make_moment(const Things& things, const Arguments& arg
 class DistanceOfPoints final : public Quantity {
  public:
   DistanceOfPoints(Index i, Index j) : i_(i), j_(j) { dimension = Dimension::Length; }
-  Needs needs() const override { return {}; }
+  Needs needs() const override { return {.places = true}; }
   void evaluate(const ObservedInstant& at, double* values) const override {
     values[0] = norm(load(at.positions.data(), j_) - load(at.positions.data(), i_));
   }
@@ -360,7 +364,7 @@ std::unique_ptr<Quantity> make_distance(const Things& things, const Arguments& a
 class AngleAtPoint final : public Quantity {
  public:
   AngleAtPoint(Index i, Index corner, Index j) : i_(i), corner_(corner), j_(j) { dimension = Dimension::Angle; }
-  Needs needs() const override { return {}; }
+  Needs needs() const override { return {.places = true}; }
   void evaluate(const ObservedInstant& at, double* values) const override {
     const Vec3 here = load(at.positions.data(), corner_);
     const Vec3 a = load(at.positions.data(), i_) - here, b = load(at.positions.data(), j_) - here;
@@ -400,7 +404,7 @@ class PotentialOfForce final : public Quantity {
     dimension = Dimension::Energy;
     r_.resize(system_.positions.size());
   }
-  Needs needs() const override { return {}; }
+  Needs needs() const override { return {.places = true}; }
   void evaluate(const ObservedInstant& at, double* values) const override {
     numbering_.gather_points(at.positions, r_);
     forces_.set_time(at.time);

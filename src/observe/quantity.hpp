@@ -26,14 +26,13 @@ class Quantity {
   virtual std::optional<Thing> thing(std::size_t) const { return {}; }
   /// Returns the names of the parts of a member, "x", "y", "z" or none for a number.
   virtual std::vector<std::string> parts() const { return {}; }
+  virtual std::size_t num_parts() const { return std::max<std::size_t>(1, parts().size()); }
   /// Returns true if the members of a vector are added up where nothing else is said.
   virtual bool is_sum() const { return false; }
   /// Returns true if all members were taken out, so that there are no numbers.
   virtual bool is_gone() const { return false; }
   virtual Needs needs() const = 0;
   virtual void evaluate(const ObservedInstant& at, double* values) const = 0;
-
-  std::size_t num_parts() const { return std::max<std::size_t>(1, parts().size()); }
 
   Dimension dimension = Dimension::None;
 };

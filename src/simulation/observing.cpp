@@ -119,13 +119,15 @@ ObservedInstant Simulation::Implementation::look_at(Needs needs) {
 /// Fills `seen.at`. Nothing is solved where the last step left the accelerations at its end.
 void Simulation::Implementation::look_on_the_way(Needs needs) {
   if (seen.at.positions.empty()) seen.at = make_solution(model.system, now.coordinates.size());
-  if (needs.forces && !integration.knows_acceleration()) {
-    seen.at = solve_on_the_way();
+  const Parts parts = needs.forces || needs.places || !needs.multipliers ? Parts::All : Parts::Multipliers;
+  if ((needs.forces || needs.multipliers) && !integration.knows_acceleration()) {
+    solve_on_the_way(parts, &seen.at);
+    if (!seen.at.outcome.ok()) std::ranges::fill(seen.at.multipliers, std::numeric_limits<double>::quiet_NaN());
     return;
   }
-  write_points();
-  if (needs.forces) {
-    seen.at.outcome = write_solution(state.reactions, &seen.at);
+  if (needs_points(parts)) write_points();
+  if (needs.forces || needs.multipliers) {
+    seen.at.outcome = write_solution(state.at(), state.reactions, parts, &seen.at);
   } else {
     model.numbering.scatter_points(points.r, seen.at.positions);
     model.numbering.scatter_points(points.v, seen.at.velocities);
@@ -138,7 +140,7 @@ ObservedInstant Simulation::Implementation::look_inside(double t, const double* 
   if (seen.at.positions.empty()) seen.at = make_solution(model.system, now.coordinates.size());
   Solution& at = seen.at;
   Energy energy;
-  if (needs.forces || needs.friction) {
+  if (needs.solves()) {
     const Look look(this);
     std::vector<double> at_a(form.size());
     Reactions found = form.no_reactions();
@@ -151,7 +153,7 @@ ObservedInstant Simulation::Implementation::look_inside(double t, const double* 
       seen.friction.resize(tau.size());
       model.numbering.scatter_points(tau, seen.friction);
     }
-    if (at.outcome.ok()) at.outcome = write_solution(here, found, &at);
+    if (at.outcome.ok()) at.outcome = write_solution(here, found, Parts::All, &at);
     if (!at.outcome.ok()) std::ranges::fill(at.multipliers, std::numeric_limits<double>::quiet_NaN());
   } else {
     form.write_points(here, state.a.data(), state.reactions, points.r.data(), points.v.data(), points.w.data());
@@ -226,7 +228,7 @@ std::size_t Simulation::Implementation::add_event(const Event& event) {
     };
     function.direction = Event::Direction::Rising;
     function.stops = true;
-    function.solves = needs.forces || needs.friction;
+    function.solves = needs.solves();
     if (function.name.empty()) function.name = event.when;
   }
   integration.watch().add(std::move(function));

@@ -52,6 +52,10 @@ struct SimulatedMotion {
   std::vector<double> rows;     // [d]
   MotionMeasures measures{options, work, form, integration, &points, &report};
   bool is_advancing = false;
+  struct {
+    std::vector<double> a, memory;
+    Reactions found;
+  } on_the_way;  // scratch of solves inside observers
 
   // Simulation::Implementation overrides these for what users ask of the motion.
   virtual void observe_step() {}
@@ -248,10 +252,22 @@ struct SimulatedMotion {
     report.times = work.times;
   }
 
+  /// What `write_solution` writes. In normal form the state holds the places that multipliers need.
+  enum class Parts { All, Multipliers };
+  bool needs_points(Parts parts) const { return parts == Parts::All || forms.is_tangent(); }
+
   /// Writes the state, in the user's order, with what was found with the accelerations there.
-  Outcome write_solution(const Reactions& found, Solution* at) { return write_solution(state.at(), found, at); }
-  Outcome write_solution(const Kinematics& here, const Reactions& found, Solution* at) {
+  Outcome write_solution(const Reactions& found, Solution* at) {
+    return write_solution(state.at(), found, Parts::All, at);
+  }
+  Outcome write_solution(const Kinematics& here, const Reactions& found, Parts parts, Solution* at) {
     const Numbering& numbering = model.numbering;
+    if (parts == Parts::Multipliers) {
+      const Kinematics places = forms.is_tangent() ? points.at(here.t) : here;
+      Outcome known = forms.reactions({here, places}, {}, found, rows.data(), nullptr);
+      numbering.scatter_rows(rows, at->multipliers);
+      return known;
+    }
     numbering.scatter_points(points.r, at->positions);
     numbering.scatter_points(points.v, at->velocities);
     numbering.scatter_points(points.w, at->accelerations);
@@ -274,11 +290,12 @@ struct SimulatedMotion {
   class Look {
    public:
     explicit Look(SimulatedMotion* at) : at_(*at), counters_(at->work.counters), times_(at->work.times) {
-      Memory memory(&kept_);
+      at_.on_the_way.memory.clear();
+      Memory memory(&at_.on_the_way.memory);
       at_.form.exchange_memory(memory);
     }
     ~Look() {
-      Memory memory{std::span<const double>(kept_)};
+      Memory memory{std::span<const double>(at_.on_the_way.memory)};
       at_.form.exchange_memory(memory);
       at_.work.counters = counters_;
       at_.work.times = times_;
@@ -290,25 +307,24 @@ struct SimulatedMotion {
     SimulatedMotion& at_;
     Counters counters_;
     PhaseTimes times_;
-    std::vector<double> kept_;
   };
 
   /// Solves at the state inside an observer, where accelerations may be those of a stage. The state keeps its own.
-  Solution solve_on_the_way() {
+  void solve_on_the_way(Parts parts, Solution* at) {
     const Look look(this);
-    Solution at = make_solution(model.system, now.coordinates.size());
-    std::vector<double> at_a(form.size());
-    Reactions found = form.no_reactions();
-    at.outcome = form.accelerations(state.at(), integration.request(Gradients::Evaluate),
-                                    {at_a.data(), nullptr, nullptr, &found});
-    form.write_points(state.at(), at_a.data(), found, points.r.data(), points.v.data(), points.w.data());
-    if (at.outcome.ok()) {
-      at.outcome = write_solution(found, &at);
+    on_the_way.a.resize(form.size());
+    if (on_the_way.found.lambda.empty()) on_the_way.found = form.no_reactions();
+    at->outcome = form.accelerations(state.at(), integration.request(Gradients::Evaluate),
+                                     {on_the_way.a.data(), nullptr, nullptr, &on_the_way.found});
+    if (needs_points(parts) || !at->outcome.ok())
+      form.write_points(state.at(), on_the_way.a.data(), on_the_way.found, points.r.data(), points.v.data(),
+                        points.w.data());
+    if (at->outcome.ok()) {
+      at->outcome = write_solution(state.at(), on_the_way.found, parts, at);
     } else {
-      model.numbering.scatter_points(points.r, at.positions);
-      model.numbering.scatter_points(points.v, at.velocities);
+      model.numbering.scatter_points(points.r, at->positions);
+      model.numbering.scatter_points(points.v, at->velocities);
     }
-    return at;
   }
 
   std::vector<double> friction_forces() {
@@ -329,8 +345,9 @@ struct SimulatedMotion {
   }
 
   Solution solution() {
-    Solution at = is_advancing ? solve_on_the_way() : now;
-    if (!is_advancing) at.outcome = outcome;
+    Solution at = now;
+    at.outcome = outcome;
+    if (is_advancing) solve_on_the_way(Parts::All, &at);
     at.time = state.t;
     write_points();
     at.position_violation = form.largest(work.position_violation(state.t, points.r.data()));

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "allocation/counting_allocator.hpp"
+#include "allocation/steady_steps.hpp"
 #include "motion/extreme_scenes.hpp"
 #include "motion/toys.hpp"
 
@@ -66,6 +67,23 @@ TEST_P(StepPastSingularConfigurationsTest, AllocatesNothing) {
   EXPECT_EQ(simulation.report().singular_passages.count, 7u);
   EXPECT_EQ(allocations, 0u);
 }
+
+class StepWithObservablesTest : public testing::TestWithParam<Method> {};
+
+/// The tensions of all rods, their largest, a load and a place are looked at after every step, in memory that stays.
+TEST_P(StepWithObservablesTest, AllocatesNothing) {
+  MotionOptions options{.method = GetParam(), .rtol = 1e-8, .atol = 1e-10};
+  if (has_fixed_steps(options.method)) options.step = 1e-3;
+  Simulation simulation(scenes::make_chain(50), options, {.threads = 1});
+  for (const char* text : {"each tension(rods)", "max tension(rods)", "load(anchor)", "position(7).z"})
+    simulation.add_observable({.text = text, .every_step = true});
+
+  EXPECT_EQ(allocation::count_in_steady_steps(&simulation), 0u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, StepWithObservablesTest,
+                         testing::Values(Method::Rk4, Method::Dopri5, Method::Taylor, Method::Rattle),
+                         [](const auto& instance) { return std::string(name_of(instance.param)); });
 
 // The sample leaves out the compositions, which take steps of `rattle`, and the implicit methods.
 INSTANTIATE_TEST_SUITE_P(Methods, StepPastSingularConfigurationsTest,
