@@ -211,6 +211,33 @@ TN_API int tn_violation(tn_system* system, tn_const_points x, tn_report* report)
  * the share of such points among its moving points. A null `group` means all points. */
 TN_API int tn_removed_dof(tn_system* system, tn_const_points x, const uint8_t* group, double* removed);
 
+/* ---- observables: docs/observables.md has their language ---- */
+
+/** Adds an observable such as "max tension(rod0)", "load(support0)" or "moment(support0, z)". `number` (may be null)
+ * receives its number. Names are those of rows; all supports together are "support0", in the order of the points, which
+ * have the host's numbers. Only the host knows its forces one by one, so there is no potential(), energy(), pressure(),
+ * virial() and friction(). A text that cannot be read is TN_EINVAL, with the column and what would be right. */
+TN_API int tn_add_observable(tn_system* system, const char* text, size_t* number);
+/** Removes an observable; those behind it move up by one. It serves those whose thing was removed. */
+TN_API int tn_remove_observable(tn_system* system, size_t number);
+/** Does what tn_solve does, and evaluates all observables; `time` is their t. If no observable needs forces, the data
+ * of f may be null; then nothing is solved. In a periodic cell points stand at the images that their constraints join.
+ * An edit makes the texts be read again; TN_EINVAL names one whose thing was removed, and nothing is observed. */
+TN_API int tn_observe(tn_system* system, double time, tn_const_points x, tn_const_points v, tn_const_points f,
+                      tn_points w, const tn_wanted* wanted, tn_report* report);
+/** Writes the values at the last tn_observe, NaN before it: one for each column. `*size` is the room at `values` and
+ * receives the number of values. If `values` is null, the call only asks for that number. */
+TN_API int tn_observed(tn_system* system, size_t number, double* values, size_t* size);
+/** Writes the name of a column, such as "load(support0).x" or "tension(rod0): rod0[17]", as tn_row_name does. */
+TN_API int tn_column_name(tn_system* system, size_t number, size_t column, char* text, size_t size);
+
+typedef enum tn_which { TN_LEAST = 1, TN_LARGEST = 2 } tn_which;
+/** Tells the least or the largest value of all calls of tn_observe, with its time and the member whose value it was
+ * ("rod0[17]", or empty), as tn_row_name writes names. `part` is 0 for numbers, and 0, 1, 2 for x, y, z of vectors.
+ * `value`, `time` and `member` may be null. */
+TN_API int tn_extreme(tn_system* system, size_t number, size_t part, tn_which which, double* value, double* time,
+                      char* member, size_t size);
+
 /* ---- the time loop, for a host that has none ---- */
 
 /** Progress of a run after a step. */

@@ -15,8 +15,8 @@ from typing import NamedTuple
 # library and nothing else.
 PUBLIC_HEADERS = ["export", "version", "build_info", "error", "jet", "forward", "curved", "expression", "time_function", "kernel", "recorded", "user_kernel", "kinds/*", "kinds",
                   "units", "cell", "system", "warnings", "ranks",
-                  "solver_options", "certificate", "dynamics", "constrainer", "velocity_verlet", "inverse_dynamics", "direct_problem", "equilibrium", "modes",
-                  "report_fields", "observables", "motion", "enum_names", "statics_names", "tanor"]
+                  "solver_options", "certificate", "dynamics", "report_fields", "observables", "constrainer", "velocity_verlet", "inverse_dynamics",
+                  "direct_problem", "equilibrium", "modes", "motion", "enum_names", "statics_names", "tanor"]
 
 
 class Sees(NamedTuple):
@@ -60,7 +60,7 @@ ROOMS = {
     "motion":   Sees("base dynamics/mechanics.hpp dynamics/roles.hpp dynamics/corner_functions.hpp dynamics/implicit_equations.hpp "
                      "dynamics/instant.hpp dynamics/power.hpp", "motion", ""),
     "simulation": Sees("base system evaluate assembly schur friction dynamics ranks observe certificate motion", "enum_names", "Eigen/"),
-    "host":     Sees("base system evaluate assembly schur dynamics", "velocity_verlet", "tanor.h"),
+    "host":     Sees("base system evaluate assembly schur dynamics observe", "velocity_verlet", "tanor.h"),
     "embed":    Sees("", "constrainer", "mpi.h atom.h comm.h domain.h error.h fix.h force.h group.h input.h lammps.h "
                      "modify.h update.h OpenMM.h openmm/"),
     "mpi":      Sees("system/members.hpp system/fingerprint.hpp base/disjoint_sets.hpp base/groups.hpp base/checksum.hpp cli "

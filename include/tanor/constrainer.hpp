@@ -14,6 +14,7 @@
 #include <tanor/dynamics.hpp>
 #include <tanor/error.hpp>
 #include <tanor/export.hpp>
+#include <tanor/observables.hpp>
 #include <tanor/solver_options.hpp>
 #include <tanor/system.hpp>
 
@@ -243,6 +244,24 @@ class TANOR_API Constrainer {
   /// Computes accelerations and multipliers of this instant: S lambda = -(phi + K'M^-1 f). The virial is exact: with
   /// rigid molecules the atomic and the molecular pressure agree to rounding. Supports count as not accelerated.
   ConstraintReport solve(const HostState& at);
+
+  // ---- observables ----
+  //
+  // Names are those of rows, such as "rod0[17]"; all supports together are "support0", in the order of the points,
+  // which have the host's numbers. Only the host knows its forces one by one, so there is no potential(), energy(),
+  // pressure(), virial() and friction(). In a periodic cell points stand at the images that their constraints join.
+  // After an edit the texts are read again, in a time that grows with the number of constraints.
+
+  /// Adds an observable, see docs/observables.md, and returns its number. `every_step` has no meaning here: each
+  /// `observe` counts for the extremes. Throws InputError, after which nothing has changed, if the text cannot be read.
+  std::size_t add_observable(const Observable& observable);
+  /// Removes an observable; those behind it move up by one. It serves those whose thing was removed.
+  void remove_observable(std::size_t number);
+  /// Does what `solve` does, and evaluates all observables. If no observable needs forces, `at.forces` may be absent;
+  /// then nothing is solved. Throws InputError, naming it, if an edit removed a thing of which an observable speaks.
+  ConstraintReport observe(const HostState& at);
+  /// Returns the observables by their numbers, with the values of the last `observe`, NaN before it.
+  std::span<const Observed> observed() const;
 
   /// Projects the forces, f += K lambda with S lambda = -K'M^-1 f, so that they do not act on the constraints. It
   /// serves minimisers; those whose variables have no masses give all points the mass 1.

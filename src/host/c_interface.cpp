@@ -2,14 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
-#include <exception>
 #include <memory>
 #include <new>
 #include <optional>
-#include <span>
 #include <string>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -18,140 +14,14 @@
 #include <tanor/velocity_verlet.hpp>
 #include <tanor/version.hpp>
 
+#include "host/c_call.hpp"
 #include "host/c_members.hpp"
 #include "host/host_input.hpp"
 #include "host/point_address.hpp"
 
-/// A handle, whose Constrainer is made on first use; before that a cell may be set.
-struct tn_system {
-  std::vector<double> masses, positions;  // given to tn_create; kept until `made`
-  std::optional<tanor::PeriodicCell> cell;
-  tanor::PeriodicCell old_cell;  // of the next tn_constrain_positions
-  bool has_old_cell = false;
-  tanor::SolverOptions options;
-  double tolerance = 0.0;  // of constrained positions
-  std::optional<tanor::Constrainer> made;
-  std::string error;
-
-  tanor::Constrainer& constrainer() {
-    if (made) return *made;
-    if (cell)
-      made.emplace(masses, std::vector<tanor::Constraint>{}, positions, tanor::Periodicity{*cell, {}}, options);
-    else
-      made.emplace(masses, std::vector<tanor::Constraint>{}, positions, options);
-    masses = positions = {};
-    return *made;
-  }
-};
-
 namespace {
 
 using namespace tanor;
-
-std::string& create_error() {
-  static thread_local std::string error;
-  return error;
-}
-
-int code_of(Status status) {
-  switch (status) {
-    case Status::Ok:
-      return TN_OK;
-    case Status::Singular:
-      return TN_SINGULAR;
-    case Status::Contradictory:
-      return TN_CONTRADICTORY;
-    case Status::NotConverged:
-      return TN_NOT_CONVERGED;
-    case Status::NotFinite:
-      return TN_NOT_FINITE;
-    case Status::StepTooSmall:
-    case Status::NoSolution:
-    case Status::NotUnique:
-      break;
-  }
-  return TN_EINTERNAL;
-}
-
-const Outcome& outcome_of(const Outcome& outcome) {
-  return outcome;
-}
-const Outcome& outcome_of(const ConstraintReport& report) {
-  return report.outcome;
-}
-
-/// Lets no exception pass. What `call`, which returns an Outcome or a report with one, throws becomes a code, and its
-/// text goes into `error`.
-template <class Call>
-int guard(std::string* error, const Call& call) noexcept {
-  try {
-    try {
-      const auto result = call();
-      const Outcome& outcome = outcome_of(result);
-      if (!outcome.ok()) *error = outcome.what;
-      return code_of(outcome.status);
-    } catch (const InputError& wrong) {
-      *error = (wrong.where().empty() ? "" : wrong.where() + ": ") + wrong.what();
-      return TN_EINVAL;
-    } catch (const std::bad_alloc&) {
-      *error = "no memory";
-      return TN_ENOMEM;
-    } catch (const std::exception& defect) {
-      *error = defect.what();
-      return TN_EINTERNAL;
-    }
-  } catch (...) {
-    return TN_EINTERNAL;  // there is no memory for the text either
-  }
-}
-
-/// Does the same for calls on a handle, which may be null.
-template <class Call>
-int guard(tn_system* system, const Call& call) noexcept {
-  if (system == nullptr)
-    return guard(&create_error(), []() -> Outcome { throw InputError("", "the system is a null pointer"); });
-  return guard(&system->error, [&] {
-    if constexpr (std::is_void_v<decltype(call(*system))>)
-      return call(*system), Outcome{};
-    else
-      return call(*system);
-  });
-}
-
-PointArray array_of(const tn_points& points) {
-  return {points.data, points.stride, points.index};
-}
-ConstPointArray array_of(const tn_const_points& points) {
-  return {points.data, points.stride, points.index};
-}
-
-/// Returns the part of a struct that its `size` covers; the rest is zero.
-template <class Struct>
-Struct known_part(const Struct* given) {
-  Struct result{};
-  if (given == nullptr) return result;
-  if (given->size < sizeof(given->size))
-    throw InputError("", "size = " + std::to_string(given->size) + " of a struct is not sizeof it");
-  std::memcpy(&result, given, std::min<std::size_t>(given->size, sizeof(Struct)));
-  return result;
-}
-
-void require(const void* pointer, const char* name) {
-  if (pointer == nullptr) throw InputError("", std::string(name) + " is a null pointer");
-}
-
-/// Returns a list of `count` numbers, which may be absent.
-template <class Number>
-std::span<const Number> list_of(const Number* numbers, size_t count) {
-  return {numbers, numbers != nullptr ? count : 0};
-}
-
-/// Returns the same list, which must be there.
-template <class Number>
-std::span<const Number> list_of(const Number* numbers, size_t count, const char* name) {
-  if (count > 0) require(numbers, name);
-  return list_of(numbers, count);
-}
 
 PeriodicCell make_cell(const double* edges, const int* repeats) {
   require(edges, "cell");
@@ -161,41 +31,9 @@ PeriodicCell make_cell(const double* edges, const int* repeats) {
   return result;
 }
 
-ConstraintForces forces_of(const tn_wanted& wanted, const Constrainer& constrainer) {
-  ConstraintForces result;
-  if (wanted.multipliers != nullptr) result.multipliers = {wanted.multipliers, constrainer.num_rows()};
-  result.forces = array_of(wanted.forces);
-  result.stress = array_of(wanted.stress);
-  return result;
-}
-
 /// Writes the ids of `count` members from `first` on.
 void write_ids(ConstraintId first, size_t count, int64_t* ids) {
   for (size_t k = 0; ids != nullptr && k < count; ++k) ids[k] = first + static_cast<ConstraintId>(k);
-}
-
-/// Writes as much of the report as `size` of the struct covers.
-void write_numbers(const ConstraintReport& found, tn_report* report) {
-  tn_report own{};
-  own.size = report->size;
-  own.iterations = found.iterations;
-  own.violation = found.violation;
-  own.correction = found.correction;
-  own.worst_row = found.worst_row == ConstraintReport::no_row ? -1 : static_cast<std::int64_t>(found.worst_row);
-  own.largest_turn = found.largest_turn;
-  own.work = found.work;
-  std::copy(found.virial.begin(), found.virial.end(), own.virial);
-  std::memcpy(report, &own, std::min<std::size_t>(report->size, sizeof(own)));
-}
-
-/// Calls find(constrainer, system) with the same care and writes what it found to `report`, which may be null.
-template <class Find>
-int report_on(tn_system* system, tn_report* report, const Find& find) noexcept {
-  return guard(system, [&](tn_system& self) {
-    ConstraintReport found = find(self.constrainer(), self);
-    if (report != nullptr) write_numbers(found, report);
-    return found;
-  });
 }
 
 }  // namespace
@@ -347,13 +185,8 @@ int tn_rows(tn_system* system, int64_t id, size_t* first, size_t* count) {
 }
 
 int tn_row_name(tn_system* system, size_t row, char* text, size_t size) {
-  return guard(system, [&](tn_system& self) {
-    const std::string name = self.constrainer().row_name(row);
-    if (text == nullptr || size == 0) throw InputError("", "there is no room for the name of a row");
-    const std::size_t length = std::min(name.size(), size - 1);
-    std::memcpy(text, name.data(), length);
-    text[length] = '\0';
-  });
+  return guard(system,
+               [&](tn_system& self) { write_text(self.constrainer().row_name(row), text, size, "the name of a row"); });
 }
 
 // ---- a step ----
@@ -391,13 +224,7 @@ int tn_constrain_velocities(tn_system* system, double dt, tn_const_points x, tn_
 int tn_solve(tn_system* system, tn_const_points x, tn_const_points v, tn_const_points f, tn_points w,
              const tn_wanted* wanted, tn_report* report) {
   return report_on(system, report, [&](Constrainer& constrainer, const tn_system&) {
-    const tn_wanted own = known_part(wanted);
-    return constrainer.solve({.positions = array_of(x),
-                              .velocities = array_of(v),
-                              .forces = array_of(f),
-                              .accelerations = array_of(w),
-                              .wanted = forces_of(own, constrainer),
-                              .measures = own.measures != 0});
+    return constrainer.solve(state_of(x, v, f, w, wanted, constrainer));
   });
 }
 
@@ -472,14 +299,8 @@ int tn_run(tn_system* system, const tn_loop* loop, size_t* steps) {
 
 int tn_save(tn_system* system, void* data, size_t* size) {
   return guard(system, [&](tn_system& self) {
-    require(size, "size");
     const std::vector<std::byte> bytes = self.constrainer().save();
-    const size_t room = std::exchange(*size, bytes.size());
-    if (data == nullptr) return;
-    if (room < bytes.size())
-      throw InputError("",
-                       "there is room for " + std::to_string(room) + " of " + std::to_string(bytes.size()) + " bytes");
-    std::memcpy(data, bytes.data(), bytes.size());
+    write_list<std::byte>(bytes, static_cast<std::byte*>(data), size, "bytes");
   });
 }
 

@@ -10,6 +10,7 @@
 #include "base/quiet_traps.hpp"
 #include "host/handle_state.hpp"
 #include "host/host_input.hpp"
+#include "host/host_observables.hpp"
 #include "host/host_parts.hpp"
 #include "host/point_address.hpp"
 
@@ -39,6 +40,14 @@ struct Constrainer::Implementation : HostParts {
     return call(find, [](ConstrainedHost&, PartReport*) {});
   }
   void write_supports(const ConstraintForces& wanted);
+  ConstraintReport solve(const HostState& at);
+  void write_solution(const HostState& at);
+  HostObservables& add_observables() {
+    if (observables == nullptr) observables = std::make_unique<HostObservables>(*this);
+    return *observables;
+  }
+
+  std::unique_ptr<HostObservables> observables{};  // null if there are none
 };
 
 namespace {
@@ -301,19 +310,25 @@ ConstraintReport Constrainer::constrain_velocities(const VelocityStep& step) {
 
 // ---- an instant ----
 
-ConstraintReport Constrainer::solve(const HostState& at) {
-  Call self(implementation_);
-  self->check(at.positions, at.time, at.wanted);
-  require_array(at.velocities, self->num_points(), "velocities");
-  require_array(at.forces, self->num_points(), "forces");
-  check_array(at.accelerations, self->num_points(), 3, "accelerations");
-  ConstraintReport report =
-      self->call([&](ConstrainedHost& part, PartReport* own) { part.find_accelerations(at, own); },
-                 [&](ConstrainedHost& part, PartReport*) { part.write_accelerations(at); });
-  if (!report.outcome.ok()) return report;
-  self->clear_supports(at.accelerations, 3);
-  self->write_supports(at.wanted);
+ConstraintReport Constrainer::Implementation::solve(const HostState& at) {
+  check(at.positions, at.time, at.wanted);
+  require_array(at.velocities, num_points(), "velocities");
+  require_array(at.forces, num_points(), "forces");
+  check_array(at.accelerations, num_points(), 3, "accelerations");
+  ConstraintReport report = call([&](ConstrainedHost& part, PartReport* own) { part.find_accelerations(at, own); });
+  if (report.outcome.ok()) write_solution(at);
   return report;
+}
+
+/// Writes what the last solve found to the arrays of `at`.
+void Constrainer::Implementation::write_solution(const HostState& at) {
+  for_each([&](ConstrainedHost& part, PartReport*) { part.write_accelerations(at); });
+  clear_supports(at.accelerations, 3);
+  write_supports(at.wanted);
+}
+
+ConstraintReport Constrainer::solve(const HostState& at) {
+  return Call(implementation_)->solve(at);
 }
 
 ConstraintReport Constrainer::project_forces(ConstPointArray positions, PointArray forces, double time,
@@ -333,6 +348,39 @@ ConstraintReport Constrainer::project_positions(PointArray positions, double tim
   self->check(positions, time);
   return self->call([&](ConstrainedHost& part, PartReport* own) { part.find_nearest(positions, time, own); },
                     [&](ConstrainedHost& part, PartReport* own) { part.write_nearest(positions, own); });
+}
+
+// ---- observables ----
+
+std::size_t Constrainer::add_observable(const Observable& observable) {
+  const QuietTraps quiet;
+  return live(implementation_, "Constrainer").add_observables().add(observable);
+}
+
+void Constrainer::remove_observable(std::size_t number) {
+  const QuietTraps quiet;
+  live(implementation_, "Constrainer").add_observables().remove(number);
+}
+
+ConstraintReport Constrainer::observe(const HostState& at) {
+  Call self(implementation_);
+  HostObservables& observables = self->add_observables();
+  self->check(at.positions, at.time, at.wanted);
+  require_array(at.velocities, self->num_points(), "velocities");
+  const Needs needs = observables.prepare(at.positions);
+  ConstraintReport report;
+  if (at.forces || needs.forces) {
+    report = self->solve(at);
+    if (!report.outcome.ok()) return report;
+    self->write_solution(observables.own_arrays(at));
+  }
+  observables.take(at, [&] { return self->find_rank(at.positions, at.time).rank; });
+  return report;
+}
+
+std::span<const Observed> Constrainer::observed() const {
+  const auto& observables = live(implementation_, "Constrainer").observables;
+  return observables == nullptr ? std::span<const Observed>() : observables->observed();
 }
 
 // ---- questions ----

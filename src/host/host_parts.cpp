@@ -36,12 +36,14 @@ std::string HostParts::with_names(const HostPart& part, const std::string& text)
 // ---- edits ----
 
 ConstraintId HostParts::add(Constraint group, std::vector<std::array<int, 3>> images) {
+  ++num_edits_;
   has_changed_ = true;
   if (!images.empty() && !inventory_.has_images()) partition_.touch_all();  // all others have images too, from now on
   return inventory_.add(std::move(group), std::move(images));
 }
 
 void HostParts::remove(std::span<const ConstraintId> ids) {
+  ++num_edits_;
   for (const ConstraintId id : ids) partition_.touch_constraint(id);
   inventory_.remove(ids);
   has_changed_ = true;
@@ -67,6 +69,7 @@ void HostParts::set_mass(Index point, double mass) {
 }
 
 void HostParts::renumber(std::vector<Index> of_host, std::span<const double> masses) {
+  ++num_edits_;
   points_.keep(of_host);
   partition_.drop_left_points();
   for (std::size_t i = 0; i < of_host.size(); ++i) {

@@ -30,6 +30,8 @@ class HostParts {
 
   // ---- edits, already checked; the next `plan` plans them ----
 
+  /// Returns how often constraints or the numbers of points have changed.
+  std::size_t num_edits() const { return num_edits_; }
   /// Adds a group on points by their numbers in `points`, see Inventory::add.
   ConstraintId add(Constraint group, std::vector<std::array<int, 3>> images);
   void remove(std::span<const ConstraintId> ids);
@@ -85,7 +87,8 @@ class HostParts {
   IslandPartition partition_{points_, inventory_};
   PartBuilder builder_;
   PartHistory history_{&points_, inventory_};
-  bool has_changed_ = true;                 // since the last plan
+  bool has_changed_ = true;  // since the last plan
+  std::size_t num_edits_ = 0;
   std::vector<std::size_t> large_, small_;  // numbers of parts
   std::vector<PartReport> reports_;         // [part] of the last call
   std::vector<Index> supports_;

@@ -117,8 +117,7 @@ ConstraintId Inventory::id_of_row(std::size_t row) const {
 }
 
 std::string Inventory::member_name(ConstraintId id) const {
-  const Group& group = group_of(id);
-  return group.name + "[" + text(id - group.first) + "]";
+  return group_of(id).name + "[" + text(member_number(id)) + "]";
 }
 
 std::string Inventory::row_name(std::size_t row) const {

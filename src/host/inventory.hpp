@@ -47,6 +47,11 @@ class Inventory {
     return static_cast<std::size_t>(number < 0 ? ~number : number);
   }
   const std::string& group_name(std::size_t group) const { return groups_[group].name; }
+  std::size_t num_groups() const { return groups_.size(); }
+  /// Returns how many members were added, 0 if none of them is left.
+  std::size_t group_size(std::size_t group) const { return shape_of(groups_[group].all).members; }
+  /// Returns the constraint's place in the group that was added.
+  std::size_t member_number(ConstraintId id) const { return static_cast<std::size_t>(id - group_of(id).first); }
   /// Returns a name such as "rods[17]", by the place in the group that was added.
   std::string member_name(ConstraintId id) const;
   bool has_name(const std::string& name) const { return names_.contains(name); }

@@ -106,7 +106,31 @@ std::string Things::list_name(Thing::List list, std::size_t index) const {
 
 std::string Things::name(const Thing& thing) const {
   const std::string name = list_name(thing.list, thing.index);
-  return thing.member ? name + "[" + text(*thing.member) + "]" : name;
+  if (!thing.member) return name;
+  const std::span<const std::size_t> left = numbers(thing);
+  return name + "[" + text(left.empty() ? *thing.member : left[*thing.member]) + "]";
+}
+
+std::span<const std::size_t> Things::numbers(const Thing& thing) const {
+  if (host_ == nullptr || thing.list != Thing::List::Constraints) return {};
+  return host_->groups[thing.index].left;
+}
+
+/// Returns the place of the member with a number in names.
+std::size_t Things::place_of(std::size_t number, const Thing& thing, const Argument& argument) const {
+  const std::span<const std::size_t> left = numbers(thing);
+  const std::size_t count = left.empty() ? num_members(thing) : host_->groups[thing.index].size;
+  if (number >= count) argument.fail(name(thing) + " has " + text_of_count(count, "member") + ", counted from 0");
+  if (left.empty()) return number;
+  const auto place = std::ranges::lower_bound(left, number);
+  if (place == left.end() || *place != number) argument.fail(name(thing) + "[" + text(number) + "] was removed");
+  return static_cast<std::size_t>(place - left.begin());
+}
+
+void Things::require_forces(const Arguments& arguments) const {
+  if (host_ == nullptr) return;
+  throw TextFault{arguments.place, std::string(arguments.quantity) +
+                                       " needs each of the forces, and a host gives their sum on each point alone"};
 }
 
 bool Things::is_absent(const Thing& member) const {
@@ -139,13 +163,12 @@ Thing Things::find(const Argument& argument, std::span<const Thing::List> lists)
     const auto member = read_number<std::size_t>(name.substr(bracket + 1, name.size() - bracket - 2));
     name = name.substr(0, bracket);
     if (std::optional<Thing> found = member ? find_name(name) : std::nullopt) {
-      const std::size_t count = num_members(*found);
-      if (*member >= count)
-        argument.fail(this->name(*found) + " has " + text_of_count(count, "member") + ", counted from 0");
-      found->member = member;
+      found->member = place_of(*member, *found, argument);
       return *found;
     }
   }
+  if (host_ != nullptr && std::ranges::count(host_->removed, name) > 0)
+    argument.fail("'" + std::string(name) + "' was removed");
   std::vector<std::string> known;
   std::string words;
   for (const Thing::List list : lists) {

@@ -49,12 +49,24 @@ struct Thing {
   friend bool operator==(const Thing&, const Thing&) = default;
 };
 
+/// What is special about the system of a host: edits have changed it, and its forces are sums on points.
+struct HostNames {
+  struct Group {
+    std::size_t size = 0;             ///< number of members that were added
+    std::vector<std::size_t> left{};  ///< [member] its number among these, ascending; empty if all are left
+  };
+  std::vector<Group> groups;         ///< of constraints
+  std::vector<std::string> removed;  ///< groups without a member left
+};
+
 /// Finds by their names what a system has. Names are those of entries of lists (`constraint_name`, …), with "[3]"
 /// behind them for a member. In quotes they may hold anything.
 class Things {
  public:
-  /// `absent` are members that were taken out of the system. Both must outlive this.
-  explicit Things(const System& system, std::span<const Thing> absent = {}) : system_(system), absent_(absent) {}
+  /// `absent` are members that were taken out of the system. `host` is given if it is that of a host. All must outlive
+  /// this.
+  explicit Things(const System& system, std::span<const Thing> absent = {}, const HostNames* host = nullptr)
+      : system_(system), absent_(absent), host_(host) {}
 
   const System& system() const { return system_; }
 
@@ -73,13 +85,19 @@ class Things {
   std::string name_point(Index point) const;
   std::size_t num_members(const Thing& thing) const;
   bool is_absent(const Thing& member) const;
+  /// Returns the numbers that the members of a thing have in names; empty if these are 0, 1, 2, …
+  std::span<const std::size_t> numbers(const Thing& thing) const;
+  /// Throws TextFault if the quantity needs to know each force, and a host gives their sums.
+  void require_forces(const Arguments& arguments) const;
 
  private:
+  std::size_t place_of(std::size_t number, const Thing& thing, const Argument& argument) const;
   std::string list_name(Thing::List list, std::size_t index) const;
   std::size_t list_size(Thing::List list) const;
 
   const System& system_;
   std::span<const Thing> absent_;
+  const HostNames* host_;
 };
 
 }  // namespace tanor

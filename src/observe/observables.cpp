@@ -45,7 +45,22 @@ std::size_t Observables::add(const Observable& what) {
 }
 
 void Observables::add(const Observables& others) {
-  for (std::size_t k = 0; k < others.given_.size(); ++k) found_[add(others.given_[k])] = others.found_[k];
+  for (std::size_t k = 0; k < others.given_.size(); ++k) {
+    Observed& own = found_[add(others.given_[k])];
+    const Observed& before = others.found_[k];
+    if (own.parts != before.parts) continue;  // another kind of thing has the name now
+    own.least = before.least;
+    own.largest = before.largest;
+    if (own.members == before.members) own.values = before.values;
+    own.member = before.member;
+  }
+}
+
+void Observables::remove(std::size_t number) {
+  const auto place = static_cast<std::ptrdiff_t>(number);
+  texts_.erase(texts_.begin() + place);
+  given_.erase(given_.begin() + place);
+  found_.erase(found_.begin() + place);
 }
 
 Needs Observables::needs(Which which) const {

@@ -13,14 +13,16 @@ namespace tanor {
 /// The observables of a motion: their numbers at the last instant, and their extremes.
 class Observables {
  public:
-  /// The system must outlive this.
-  explicit Observables(const System& system, std::span<const Thing> absent = {})
-      : system_(system), things_(system, absent) {}
+  /// The system and the names must outlive this.
+  explicit Observables(const System& system, std::span<const Thing> absent = {}, const HostNames* host = nullptr)
+      : system_(system), things_(system, absent, host) {}
 
   /// Adds one. Throws InputError with the text, the column and what would be right.
   std::size_t add(const Observable& what);
   /// Adds those of others, with their extremes.
   void add(const Observables& others);
+  /// Removes one; those behind it move up by one.
+  void remove(std::size_t number);
   bool empty() const { return found_.empty(); }
   /// Returns what all of them read, or those of every step alone.
   enum class Which { All, OfEveryStep };

@@ -27,14 +27,16 @@ class Members : public Quantity {
       : thing_(thing),
         name_(things.name({thing.list, thing.index})),
         first_(thing.member.value_or(0)),
-        count_(thing.member ? 1 : things.num_members(thing)) {
+        count_(thing.member ? 1 : things.num_members(thing)),
+        numbers_(things.numbers(thing)) {
     for (std::size_t k = 0; k < count_; ++k)
       if (things.is_absent({thing.list, thing.index, first_ + k})) absent_.push_back(k);
   }
 
   std::size_t num_members() const override { return count_; }
-  std::string name_member(std::size_t k) const override { return name_ + "[" + std::to_string(first_ + k) + "]"; }
-
+  std::string name_member(std::size_t k) const override {
+    return name_ + "[" + std::to_string(numbers_.empty() ? first_ + k : numbers_[first_ + k]) + "]";
+  }
   bool is_gone() const override { return count_ > 0 && absent_.size() == count_; }
   std::optional<Thing> thing(std::size_t k) const override { return Thing{thing_.list, thing_.index, first_ + k}; }
 
@@ -50,6 +52,7 @@ class Members : public Quantity {
   std::size_t first_, count_;
 
  private:
+  std::span<const std::size_t> numbers_;
   std::vector<std::size_t> absent_;
 };
 
@@ -225,6 +228,7 @@ std::unique_ptr<Quantity> make_load(const Things& things, const Arguments& argum
 
 std::unique_ptr<Quantity> make_friction(const Things& things, const Arguments& arguments) {
   arguments.require(1, 1, "points");
+  things.require_forces(arguments);
   auto result = std::make_unique<PointVectors>(things, things.points(arguments[0]), &ObservedInstant::friction,
                                                Needs{.friction = true});
   result->dimension = Dimension::Forces;
@@ -432,13 +436,15 @@ std::unique_ptr<Quantity> make_kinetic(const Things&, const Arguments& arguments
 
 std::unique_ptr<Quantity> make_potential(const Things& things, const Arguments& arguments) {
   arguments.require(0, 1, "force");
+  things.require_forces(arguments);
   if (arguments.size() == 1) return std::make_unique<PotentialOfForce>(things, things.find(arguments[0], forces_alone));
   return std::make_unique<Known>(Dimension::Energy, Needs{.energy = true},
                                  [](const ObservedInstant& at) { return at.potential; });
 }
 
-std::unique_ptr<Quantity> make_energy(const Things&, const Arguments& arguments) {
+std::unique_ptr<Quantity> make_energy(const Things& things, const Arguments& arguments) {
   arguments.require(0, 0, "");
+  things.require_forces(arguments);
   return std::make_unique<Known>(Dimension::Energy, Needs{.energy = true},
                                  [](const ObservedInstant& at) { return at.kinetic + at.potential; });
 }

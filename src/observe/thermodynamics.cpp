@@ -149,6 +149,7 @@ class Stress final : public Quantity {
 
 void require_cell(const Things& things, const Arguments& arguments) {
   arguments.require(0, 0, "");
+  things.require_forces(arguments);
   if (!things.system().cell || !(things.system().cell->volume() > 0.0))
     throw TextFault{arguments.place,
                     std::string(arguments.quantity) + " needs a periodic cell, and the system has none"};

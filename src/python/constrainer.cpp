@@ -82,6 +82,8 @@ ConstraintReport constrain_velocities(HostHandle& handle, double step, const py:
   return handle.run([&](Constrainer& c) { return c.constrain_velocities(call); });
 }
 
+/// Calls Constrainer::solve or Constrainer::observe.
+template <auto solve>
 ConstraintReport solve_host(HostHandle& handle, const py::object& positions, const py::object& velocities,
                             const py::object& forces, const py::object& accelerations, const py::object& multipliers,
                             const py::object& constraint_forces, const py::object& stress, const py::object& index,
@@ -94,7 +96,7 @@ ConstraintReport solve_host(HostHandle& handle, const py::object& positions, con
                        .wanted = arrays.wanted(multipliers, constraint_forces, stress),
                        .time = time,
                        .measures = measures};
-  return handle.run([&](Constrainer& c) { return c.solve(call); });
+  return handle.run([&](Constrainer& c) { return (c.*solve)(call); });
 }
 
 ConstraintReport project_forces(HostHandle& handle, const py::object& positions, const py::object& forces,
@@ -250,6 +252,38 @@ index      int32 [n], as in constrain_positions)doc")
            "bool [n]: each independent row counts by its share of such points among those of its points that move.");
 }
 
+/// Binds observables.
+void bind_observables(py::class_<HostHandle>* type) {
+  using py::arg;
+  const py::none none;
+  type->def("add_observable", &HostHandle::add_observable, arg("what"), py::kw_only(), arg("name") = "", R"doc(
+Observes "max tension(rod0)", "load(support0)" and the like (docs/observables.md); returns the observable's number. All
+supports together are support0. Only the caller knows the forces one by one, so there is no potential(), energy(),
+pressure(), virial() and friction(). Raises InputError, with the column, if the text cannot be read.
+
+what  its text
+name  in results; the text if it is empty)doc")
+      .def("remove_observable", &HostHandle::remove_observable, arg("number"),
+           "Removes an observable; those behind it move up by one.")
+      .def("observe", &solve_host<&Constrainer::observe>, arg("positions"), arg("velocities"), arg("forces") = none,
+           py::kw_only(), arg("accelerations") = none, arg("multipliers") = none, arg("constraint_forces") = none,
+           arg("stress") = none, arg("index") = none, arg("time") = 0.0, arg("measures") = true, R"doc(
+What solve does, and all observables there. Without forces nothing is solved; then no observable may need them. Raises
+InputError, naming it, if an edit removed a thing of which an observable speaks.
+
+positions, velocities, forces  float64 [n, 3]
+The others as in solve.)doc")
+      .def_property_readonly(
+          "observed",
+          [](HostHandle& handle) {
+            return handle.run([](const Constrainer& c) {
+              const std::span<const Observed> all = c.observed();
+              return std::vector<Observed>(all.begin(), all.end());
+            });
+          },
+          "(list[Observed]) the observables, with the values of the last observe; NaN before it");
+}
+
 }  // namespace
 
 // NOLINTNEXTLINE(readability-function-size): a list
@@ -287,7 +321,7 @@ step        h: multipliers are 2 nu/h; 0: they are the impulses nu
 positions   float64 [n, 3]
 velocities  float64 [n, 3], written
 The others as in constrain_positions.)doc")
-      .def("solve", &solve_host, arg("positions"), arg("velocities"), arg("forces"), py::kw_only(),
+      .def("solve", &solve_host<&Constrainer::solve>, arg("positions"), arg("velocities"), arg("forces"), py::kw_only(),
            arg("accelerations") = none, arg("multipliers") = none, arg("constraint_forces") = none,
            arg("stress") = none, arg("index") = none, arg("time") = 0.0, arg("measures") = true, R"doc(
 Accelerations and multipliers of this instant, S lambda = -(phi + K'M^-1 f). The virial is exact.
@@ -338,6 +372,7 @@ The others as in constrain_positions.)doc")
            })
       .def(py::pickle([](HostHandle& handle) { return handle.state(); }, &HostHandle::from_state));
   bind_edits(&type);
+  bind_observables(&type);
 }
 
 }  // namespace tanor::python

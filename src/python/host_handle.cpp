@@ -170,6 +170,19 @@ void HostHandle::renumber(const py::object& from, const py::object& masses, cons
   edits_.append(py::make_tuple("renumber", numbers, now));
 }
 
+// ---- observables ----
+
+std::size_t HostHandle::add_observable(const std::string& text, const std::string& name) {
+  const std::size_t number = run([&](Constrainer& c) { return c.add_observable({.name = name, .text = text}); });
+  edits_.append(py::make_tuple("observe", text, name));
+  return number;
+}
+
+void HostHandle::remove_observable(std::size_t number) {
+  run([&](Constrainer& c) { c.remove_observable(number); });
+  edits_.append(py::make_tuple("forget", number));
+}
+
 // ---- copies ----
 
 py::bytes HostHandle::save() {
@@ -239,6 +252,10 @@ void HostHandle::replay(Constrainer* constrainer) const {
       (void)constrainer->add(read_constraint(edit[1]), points_to_read(edit[3], {"positions"}), read_images(edit[2]));
     } else if (name == "remove") {
       constrainer->remove(edit[1].cast<std::vector<ConstraintId>>());
+    } else if (name == "observe") {
+      constrainer->add_observable({.name = edit[2].cast<std::string>(), .text = edit[1].cast<std::string>()});
+    } else if (name == "forget") {
+      constrainer->remove_observable(edit[1].cast<std::size_t>());
     } else {
       constrainer->renumber(edit[1].cast<std::vector<std::int64_t>>(), edit[2].cast<std::vector<double>>());
     }

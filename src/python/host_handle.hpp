@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <span>
+#include <string>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -21,7 +22,7 @@ PeriodicCell read_cell(const py::object& cell, const py::object& repeats);
 std::vector<std::array<int, 3>> read_images(const py::object& images);
 
 /// A Constrainer with its description and the edits since, from which copies are made. Copies replay in their order the
-/// groups that came and went and the points that were renumbered, because ids tell that order. Of lengths, masses,
+/// groups and observables that came and went and the points that were renumbered, because ids tell that order. Of lengths, masses,
 /// positions and the cell they need only the present ones.
 class HostHandle : public Handle<Constrainer> {
  public:
@@ -45,6 +46,9 @@ class HostHandle : public Handle<Constrainer> {
   void set_masses(const py::object& points, const py::object& masses);
   void renumber(const py::object& from, const py::object& masses, const py::object& positions, const py::object& index);
 
+  std::size_t add_observable(const std::string& text, const std::string& name);
+  void remove_observable(std::size_t number);
+
   py::bytes save();
   void restore(const py::bytes& saved);
 
@@ -62,7 +66,7 @@ class HostHandle : public Handle<Constrainer> {
   void take_positions(const ConstPointArray& positions);
 
   Description description_;
-  py::list edits_;                          // ("add", ...), ("remove", ids), ("renumber", from, masses)
+  py::list edits_;                          // ("add", ...), ("remove", ids), ("renumber", from, masses), ("observe", …)
   std::map<ConstraintId, Length> lengths_;  // lengths that were set
   std::vector<double> masses_, positions_;  // [n], [3 n]: present masses; positions that were given last
   py::object saved_ = py::none();           // saved state of the original, until the copy is made

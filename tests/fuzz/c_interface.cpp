@@ -60,11 +60,12 @@ class Host {
 
   void call() {
     using Call = void (Host::*)();
-    constexpr Call calls[] = {&Host::add_rods,     &Host::add_rods,    &Host::add,      &Host::remove,
-                              &Host::set_lengths,  &Host::set_masses,  &Host::renumber, &Host::set_box,
-                              &Host::expect_edits, &Host::plan,        &Host::ask,      &Host::solve,
-                              &Host::step,         &Host::step,        &Host::project,  &Host::run_loop,
-                              &Host::save_restore, &Host::other_state, &Host::move,     &Host::measure};
+    constexpr Call calls[] = {&Host::add_rods,       &Host::add_rods,    &Host::add,      &Host::remove,
+                              &Host::set_lengths,    &Host::set_masses,  &Host::renumber, &Host::set_box,
+                              &Host::expect_edits,   &Host::plan,        &Host::ask,      &Host::solve,
+                              &Host::step,           &Host::step,        &Host::project,  &Host::run_loop,
+                              &Host::save_restore,   &Host::other_state, &Host::move,     &Host::measure,
+                              &Host::add_observable, &Host::observe};
     (this->*calls[bytes_.below(std::size(calls))])();
   }
 
@@ -208,6 +209,35 @@ class Host {
     const Arrays before{w_};
     check(tn_solve(system_, const_points(x_), const_points(v_), const_points(f_), points(w_), &wanted, &found), {&w_},
           before);
+  }
+  void add_observable() {
+    constexpr const char* texts[] = {"tension(rod0)",      "max tension(rod1)",   "load(support0)",
+                                     "moment(rod0, z, 0)", "temperature()",       "force(plane1)",
+                                     "tension(rod0[1])",   "position(all)",       "2*distance(0, 3) + t",
+                                     "energy()",           "each load(support0)", "angle(0, 1, "};
+    std::size_t number = 0;
+    check(tn_add_observable(system_, texts[bytes_.below(std::size(texts))], &number), {}, {});
+  }
+  void observe() {
+    const tn_wanted wanted = want();
+    tn_report found = report();
+    const Arrays before{w_};
+    const bool solves = bytes_.below(4) != 0;
+    check(tn_observe(system_, bytes_.number(), const_points(x_), const_points(v_),
+                     solves ? const_points(f_) : tn_const_points{}, points(w_), &wanted, &found),
+          {&w_}, before);
+    const auto number = static_cast<std::size_t>(bytes_.below(3));
+    std::size_t size = 0;
+    if (tn_observed(system_, number, nullptr, &size) != TN_OK) return;
+    std::vector<double> values(size);
+    check(tn_observed(system_, number, values.data(), &size), {}, {});
+    std::array<char, 16> name;
+    double value = 0.0, time = 0.0;
+    check(tn_column_name(system_, number, bytes_.byte(), name.data(), name.size()), {}, {});
+    check(tn_extreme(system_, number, bytes_.below(4), static_cast<tn_which>(bytes_.below(3)), &value, &time,
+                     name.data(), static_cast<std::size_t>(bytes_.below(17))),
+          {}, {});
+    if (bytes_.below(4) == 0) check(tn_remove_observable(system_, number), {}, {});
   }
   void project() {
     const tn_wanted wanted = want();

@@ -19,7 +19,8 @@ int main(void) {
   const double masses[2] = {INFINITY, 2.0};
   const int32_t index[2] = {2, 0}, pair[2] = {0, 1}, wrong_pair[2] = {0, 7};
   struct particle points[3] = {{1, {0.5, 0, 0}, {0, 0, 0}}, {2, {9, 9, 9}, {9, 9, 9}}, {1, {0, 0, 0}, {0, 0, 0}}};
-  double old[9] = {0}, f[6] = {0}, tension = 0.0, lambda[1] = {0};
+  double old[9] = {0}, f[6] = {0}, tension = 0.0, lambda[1] = {0}, load = 0.0;
+  size_t size = 1;
   tn_points x, v, none = {NULL, 0, NULL};
   tn_const_points x_now, v_now, x_old, forces;
   tn_wanted wanted = {0};
@@ -71,6 +72,11 @@ int main(void) {
     /* What turns the bob, and what its weight leaves to the rod. */
     tension = mass * speed2 / length - mass * g * points[0].x[2] / length;
     failures += check(fabs(-lambda[0] - tension) < 1e-10 * tension, "the tension is m v^2/l + m g cos");
+    failures += check(tn_add_observable(system, "load(support0).norm", NULL) == TN_OK, tn_last_error(system));
+    failures += check(tn_observe(system, 1.0, x_now, v_now, forces, none, NULL, NULL) == TN_OK, tn_last_error(system));
+    failures += check(tn_observed(system, 0, &load, &size) == TN_OK, tn_last_error(system));
+    failures += check(fabs(load - tension) < 1e-10 * tension, "the support carries the tension");
+    printf("the support carries %.3f N\n", load);
     failures += check(fabs(report.virial[0] + report.virial[1] + report.virial[2] - lambda[0] * length) <
                           1e-10 * tension * length,
                       "the virial is lambda L");

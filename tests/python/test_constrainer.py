@@ -96,6 +96,27 @@ class StepsOnTheHostsArrays(unittest.TestCase):
         again = pickle.loads(pickle.dumps(host.constrainer))
         self.assertAlmostEqual(again.violation(host.r).violation, 1.0, places=12)
 
+    def test_observables_are_those_of_solve_also_in_copies(self):
+        host = Host()
+        constrainer = host.constrainer
+        self.assertEqual(constrainer.add_observable("max tension(rods)", name="most"), 0)
+        constrainer.add_observable("load(support0).z")
+        host.r[:] = 0.1 * numpy.arange(11)[:, None] * (0, 0, -1)
+        multipliers = numpy.zeros(10)
+        self.assertTrue(constrainer.observe(host.r, host.v, host.f, multipliers=multipliers, time=2.5).ok)
+        most, load = constrainer.observed
+        self.assertEqual(most.values[0], -multipliers.min())
+        self.assertAlmostEqual(most.values[0], 9.81, 12)
+        self.assertEqual((most.name, most.largest[0].t, most.largest[0].member), ("most", 2.5, "rods[0]"))
+        self.assertAlmostEqual(load.values[0], -9.81, 12)
+        self.assertEqual(load.columns, ["load(support0).z"])
+        with self.assertRaisesRegex(tanor.InputError, "column 13: no constraints or forces are named 'rod'.*mean rods"):
+            constrainer.add_observable("max tension(rod)")
+        constrainer.remove_observable(0)
+        copied = copy.deepcopy(constrainer)
+        copied.observe(host.r, host.v, host.f)
+        self.assertEqual([each.values[0] for each in copied.observed], [load.values[0]])
+
     def test_an_index_reads_and_writes_rows_in_another_order(self):
         host = Host()
         order = numpy.random.default_rng(1).permutation(20)[:11].astype("int32")
