@@ -131,6 +131,13 @@ Json describe_guides(const std::vector<Guide>& guides, const std::vector<Recorde
   return list;
 }
 
+Json describe_rod_groups(const ShownParts& shown) {
+  Json groups = Json::array();
+  for (const auto& [name, first, members] : shown.rod_groups)
+    groups.push_back({{"name", name}, {"first", first}, {"members", members}});
+  return groups;
+}
+
 Json describe_ties(const ShownParts& shown) {
   Json ties = Json::array();
   for (const auto& [kind, name, points, sheaves, row] : shown.ties)
@@ -160,6 +167,7 @@ Json describe_motion(const System& system, const Recording& recording, const std
   bytes->add("held", recording.held());
   Json motion{{"points", shown.num_points},
               {"rods", shown.rods.size()},
+              {"rod_groups", describe_rod_groups(shown)},
               {"times", times},
               {"frames_seen", recording.frames_seen()},
               {"supports", supports},

@@ -20,12 +20,13 @@ std::size_t count_rows(const Constraint& constraint) {
 
 /// Adds the members of a constraint that a line from point to point shows, those whose points are all shown.
 template <class Group>
-void add_ties(const Group& group, std::size_t row, const std::vector<std::int32_t>& slots, ShownParts* shown) {
+void add_ties(const Group& group, const std::string& name, std::size_t row, const std::vector<std::int32_t>& slots,
+              ShownParts* shown) {
   constexpr std::size_t most = 64;
   if constexpr (std::is_same_v<Group, Pulleys> || std::is_same_v<Group, UserConstraints>) {
     const auto& members = group.*KindOf<Group>::members;
     for (std::size_t k = 0; k < members.size() && shown->ties.size() < most; ++k) {
-      ShownParts::Tie tie{std::string(KindOf<Group>::name), group.name, {}, {}, row + k};
+      ShownParts::Tie tie{std::string(KindOf<Group>::name), name + "[" + std::to_string(k) + "]", {}, {}, row + k};
       for (const Index point : members[k]) tie.points.push_back(slots[point]);
       if constexpr (std::is_same_v<Group, Pulleys>) tie.sheaves = {group.a, group.b};
       if (tie.points.size() > 1 && std::ranges::all_of(tie.points, [](std::int32_t slot) { return slot >= 0; }))
@@ -63,18 +64,25 @@ ShownParts choose_parts(const System& system, std::span<const Index> chosen) {
 
   std::vector<bool> is_touched(shown.num_points, false);
   std::size_t row = 0;
-  for (const Constraint& constraint : system.constraints) {
+  for (std::size_t g = 0; g < system.constraints.size(); ++g) {
+    const Constraint& constraint = system.constraints[g];
+    const std::string name = constraint_name(system, g);
     if (const auto* rods = std::get_if<Rods>(&constraint)) {
+      ShownParts::RodGroup group{name, shown.rods.size(), {}};
       for (std::size_t k = 0; k < rods->pairs.size(); ++k) {
         const std::int32_t i = slots[rods->pairs[k][0]], j = slots[rods->pairs[k][1]];
         if (i < 0 || j < 0) continue;
         const Vector3 offset = rods->offsets.empty() ? Vector3{} : rods->offsets[k];
         shown.rods.push_back({i, offset == Vector3{} ? j : add_image(j, offset, &shown)});
         shown.rod_rows.push_back(row + k);
+        group.members.push_back(k);
         is_touched[i] = is_touched[j] = true;
       }
+      const bool is_shown = !group.members.empty();
+      if (group.members.size() == rods->pairs.size()) group.members.clear();
+      if (is_shown) shown.rod_groups.push_back(std::move(group));
     }
-    std::visit([&](const auto& group) { add_ties(group, row, slots, &shown); }, constraint);
+    std::visit([&](const auto& group) { add_ties(group, name, row, slots, &shown); }, constraint);
     row += count_rows(constraint);
   }
   for (std::size_t k = 0; k < shown.num_points; ++k) {

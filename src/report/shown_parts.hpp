@@ -18,7 +18,15 @@ struct ShownParts {
   std::vector<bool> is_support;                   ///< m
   std::vector<std::array<std::int32_t, 2>> rods;  ///< both ends, as positions in `points` followed by `images`
   std::vector<std::size_t> rod_rows;              ///< row of each rod among the multipliers
-  std::vector<std::int32_t> loose_points;         ///< positions in `points` that no shown rod touches
+
+  /// A group of rods some of which are shown.
+  struct RodGroup {
+    std::string name;
+    std::size_t first;                 ///< number of its first rod in `rods`
+    std::vector<std::size_t> members;  ///< number of each shown rod in the group; empty if all are shown
+  };
+  std::vector<RodGroup> rod_groups;
+  std::vector<std::int32_t> loose_points;  ///< positions in `points` that no shown rod touches
 
   /// The end r_j + offset of a rod across the edge of a periodic sample. The rod is drawn beside its point i, not
   /// across the sample.
@@ -30,7 +38,7 @@ struct ShownParts {
 
   /// A rope over sheaves, or a formula of several points, which is drawn from point to point.
   struct Tie {
-    std::string kind, name;            ///< of its constraint
+    std::string kind, name;            ///< of its constraint, such as "rope[0]"
     std::vector<std::int32_t> points;  ///< positions in `points`
     std::vector<Vector3> sheaves;      ///< m, which it passes after its first point
     std::size_t row;                   ///< among the multipliers

@@ -41,6 +41,9 @@ TEST(ShownPartsTest, WithoutAChoiceEverythingIsShown) {
   EXPECT_EQ(shown.is_support, (std::vector<bool>{true, false, false, false, false}));
   EXPECT_EQ(shown.rods, (std::vector<std::array<std::int32_t, 2>>{{0, 1}, {1, 2}, {2, 3}}));
   EXPECT_EQ(shown.rod_rows, (std::vector<std::size_t>{2, 3, 4}));
+  ASSERT_EQ(shown.rod_groups.size(), 1u);
+  EXPECT_EQ(shown.rod_groups[0].name, "rods");
+  EXPECT_TRUE(shown.rod_groups[0].members.empty());
   EXPECT_EQ(shown.loose_points, (std::vector<std::int32_t>{4}));
 }
 
@@ -50,6 +53,9 @@ TEST(ShownPartsTest, RodsAreShownWhenBothEndsAre) {
   EXPECT_EQ(shown.is_support, (std::vector<bool>{false, false, true}));
   EXPECT_EQ(shown.rods, (std::vector<std::array<std::int32_t, 2>>{{1, 0}}));
   EXPECT_EQ(shown.rod_rows, (std::vector<std::size_t>{4}));
+  ASSERT_EQ(shown.rod_groups.size(), 1u);
+  EXPECT_EQ(shown.rod_groups[0].first, 0u);
+  EXPECT_EQ(shown.rod_groups[0].members, (std::vector<std::size_t>{2}));
   EXPECT_EQ(shown.loose_points, (std::vector<std::int32_t>{2}));
   std::vector<double> rows;
   gather_points(shown, count_up(15, 0.0), &rows);

@@ -249,6 +249,10 @@ async function readCharts(browser) {
   browser.expect(words.length >= 4 && words.every((each) => Number.isFinite(Number(each))), `the charts tell the times ${words}`);
 }
 
+/** The name of each rod that is shown: its group and its number there. */
+const nameRods = ({ rods, rod_groups }) => rod_groups.flatMap(({ name, first, members }, k) =>
+  Array.from({ length: (rod_groups[k + 1]?.first ?? rods) - first }, (_, rod) => `${name}[${members.length ? members[rod] : rod}]`));
+
 /** The tension that is written, and all that colours show, against -lambda. */
 async function compareTensions(browser, motion, multipliers) {
   const largest = multipliers.reduce((most, x) => Math.max(most, Math.abs(x)), 0);
@@ -262,7 +266,7 @@ async function compareTensions(browser, motion, multipliers) {
   const step = motion.ranges.tensions.at(-1).reduce((a, b) => b - a) / 65534;
   browser.expect(worst <= 1.01 * step + 1e-6 * largest, `tensions differ by ${worst} N, a step of 16 bits is ${step} N`);
   // Rods in compression are listed, the most pushed one first.
-  const listed = await browser.ask(`Array.from(document.querySelectorAll("#pushed li"), (row) => Number(row.textContent.split(" ")[1].split("(")[0]))`);
+  const names = nameRods(motion), listed = (await browser.ask(`Array.from(document.querySelectorAll("#pushed li span:first-child"), (each) => each.textContent)`)).map((name) => names.indexOf(name.split(" (")[0]));
   const pushed = multipliers.filter((x) => x > 3 * step).length;
   browser.expect(listed.length >= Math.min(40, pushed) && listed.every((rod, k) => multipliers[rod] > 0 && (k === 0 || multipliers[listed[k - 1]] >= multipliers[rod] - 2 * step)),
     `${listed.length} rods are listed as pushed, ${pushed} are`);
@@ -353,7 +357,9 @@ async function tryLooks(browser) {
     const p = tanorPage.camera.position.clone().fromBufferAttribute(a, 0).project(tanorPage.camera);
     return [box.x + (box.width * (p.x + 1)) / 2, box.y + (box.height * (1 - p.y)) / 2];
   })()`;
-  await browser.ask(`document.getElementById("fit").click(); tanorPage.choose(1); scrollTo(0, 0)`);
+  await browser.ask(`document.getElementById("fit").click(); tanorPage.choose(2); scrollTo(0, 0)`);
+  const title = await browser.ask(`document.querySelector("#chosen h3").textContent`);
+  browser.expect(title === "tension of links[2] (3–4)", `the third rod is chosen as ${title}`);
   const [x, y] = await browser.ask(where);
   for (const type of ["mousePressed", "mouseReleased"]) await browser.call("Input.dispatchMouseEvent", { type, x, y, button: "left", clickCount: 1 });
   browser.expect(await browser.wait(`tanorPage.chosen.kind === "point"`, 5), `a click on a support chooses ${JSON.stringify(await browser.ask("tanorPage.chosen"))}`);
@@ -437,6 +443,7 @@ async function tryRestPage(browser, folder, weight) {
   const [, sum] = await cells("loads"), tensions = await cells("tensions"), { rods } = await readData(browser, "motion");
   browser.expect(weight === "unknown" ? sum[4] === "not known" : Math.abs(parseFloat(sum[4]) + Number(weight)) < 1e-3 * weight, `the supports carry ${sum}, the weight is ${weight} N`);
   browser.expect(tensions.length === rods + 1, `${tensions.length - 1} of ${rods} rods are listed`);
+  browser.expect(tensions.slice(1).map(([name]) => name).sort().join() === "links[0] (0–1),links[1] (1–2)", `the rods are ${tensions}`);
   if (modes) {
     const listed = (await cells("modes")).slice(1).map((row) => parseFloat(row[1]));
     browser.expect(listed.length === modes.count && listed.every((each, k) => Math.abs(each - modes.frequency_hz[k]) < 1e-3 * each), `the modes have ${listed} Hz, not ${modes.frequency_hz}`);

@@ -8,8 +8,11 @@ const most_listed = 40;
 /** Returns the number of a point of the scene that a rod ends at, also where that is an image of it. */
 const pointOf = ({ points, images }: Motion, end: number) => (end < points ? end : images[end - points][0]);
 
-export const nameRod = (motion: Motion, { rods }: Arrays, rod: number) =>
-  `rod ${rod} (${pointOf(motion, rods[2 * rod])}–${pointOf(motion, rods[2 * rod + 1])})`;
+/** Returns "links[3] (4–5)": the rod's group and its number there, and the points that it joins. */
+export function nameRod(motion: Motion, { rods }: Arrays, rod: number): string {
+  const { name, first, members } = motion.rod_groups.findLast((group) => group.first <= rod)!;
+  return `${name}[${members[rod - first] ?? rod - first}] (${pointOf(motion, rods[2 * rod])}–${pointOf(motion, rods[2 * rod + 1])})`;
+}
 
 /** Fills the kinds of things that can be chosen. */
 export function fillKinds(motion: Motion, { held }: Arrays): void {

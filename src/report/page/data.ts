@@ -103,9 +103,17 @@ export interface Tie {
   sheaves: number[][];
 }
 
+/** A group of rods, of which all or some members are shown. */
+export interface RodGroup {
+  name: string;
+  first: number; // its first rod among those that are shown
+  members: number[]; // number of each rod in the group; empty if all are shown
+}
+
 export interface Motion {
   points: number;
   rods: number;
+  rod_groups: RodGroup[];
   times: number[];
   frames_seen: number;
   supports: number[];
