@@ -16,7 +16,7 @@
 
 #include <tanor/constrainer.hpp>
 
-/// \file What the calls of <tanor.h> have in common.
+/// \file The common parts of the calls of <tanor.h>.
 
 /// A handle, whose Constrainer is made on first use; before that a cell may be set.
 struct tn_system {

@@ -36,7 +36,7 @@ class HostObservables {
   std::span<const Observed> observed() const { return now_->observables->found(); }
 
  private:
-  /// What the texts were read for.
+  /// The texts, and the system for which they were read.
   struct Reading {
     System system;
     HostNames names;

@@ -23,9 +23,12 @@ Lattice::Lattice(const PeriodicCell& cell) : repeats_(cell.repeats) {
     throw InputError("/cell", "the three edges of a cell are finite and span space, also those that do not repeat");
 }
 
+/// A coordinate that is no number has no image, or it would spoil the others.
 Vec3 Lattice::round(Vec3 fraction) const {
-  return {repeats_[0] ? std::nearbyint(fraction.x) : 0.0, repeats_[1] ? std::nearbyint(fraction.y) : 0.0,
-          repeats_[2] ? std::nearbyint(fraction.z) : 0.0};
+  const auto nearest = [&](double x, std::size_t k) {
+    return repeats_[k] && std::isfinite(x) ? std::nearbyint(x) : 0.0;
+  };
+  return {nearest(fraction.x, 0), nearest(fraction.y, 1), nearest(fraction.z, 2)};
 }
 
 double Lattice::smallest_height() const {

@@ -49,7 +49,7 @@ struct Thing {
   friend bool operator==(const Thing&, const Thing&) = default;
 };
 
-/// What is special about the system of a host: edits have changed it, and its forces are sums on points.
+/// The names in the system of a host, which edits have changed, and whose forces are sums on points.
 struct HostNames {
   struct Group {
     std::size_t size = 0;             ///< number of members that were added

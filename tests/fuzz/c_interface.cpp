@@ -60,12 +60,11 @@ class Host {
 
   void call() {
     using Call = void (Host::*)();
-    constexpr Call calls[] = {&Host::add_rods,       &Host::add_rods,    &Host::add,      &Host::remove,
-                              &Host::set_lengths,    &Host::set_masses,  &Host::renumber, &Host::set_box,
-                              &Host::expect_edits,   &Host::plan,        &Host::ask,      &Host::solve,
-                              &Host::step,           &Host::step,        &Host::project,  &Host::run_loop,
-                              &Host::save_restore,   &Host::other_state, &Host::move,     &Host::measure,
-                              &Host::add_observable, &Host::observe};
+    constexpr Call calls[] = {&Host::add_rods,     &Host::add_rods,    &Host::add,      &Host::remove,
+                              &Host::set_lengths,  &Host::set_masses,  &Host::renumber, &Host::set_box,
+                              &Host::expect_edits, &Host::plan,        &Host::ask,      &Host::solve,
+                              &Host::step,         &Host::step,        &Host::project,  &Host::run_loop,
+                              &Host::save_restore, &Host::other_state, &Host::move,     &Host::measure};
     (this->*calls[bytes_.below(std::size(calls))])();
   }
 
@@ -167,7 +166,13 @@ class Host {
     std::size_t first = 0, count = 0;
     check(tn_rows(system_, bytes_.byte() - 1, &first, &count), {}, {});
     std::array<char, 16> name;
-    check(tn_row_name(system_, bytes_.byte(), name.data(), static_cast<std::size_t>(bytes_.below(17))), {}, {});
+    const std::size_t row = bytes_.byte();
+    check(tn_row_name(system_, row, name.data(), static_cast<std::size_t>(bytes_.below(17))), {}, {});
+    constexpr const char* texts[] = {"tension(rod0)",      "max tension(rod1)",   "load(support0)",
+                                     "moment(rod0, z, 0)", "temperature()",       "force(plane1)",
+                                     "tension(rod0[1])",   "position(all)",       "energy()",
+                                     "angle(0, 1, ",       "each load(support0)", "2*distance(0, 3) + t"};
+    check(tn_add_observable(system_, texts[row % std::size(texts)], nullptr), {}, {});
   }
 
   /// Makes room for the optional results of a call.
@@ -209,35 +214,23 @@ class Host {
     const Arrays before{w_};
     check(tn_solve(system_, const_points(x_), const_points(v_), const_points(f_), points(w_), &wanted, &found), {&w_},
           before);
+    observe(wanted);
   }
-  void add_observable() {
-    constexpr const char* texts[] = {"tension(rod0)",      "max tension(rod1)",   "load(support0)",
-                                     "moment(rod0, z, 0)", "temperature()",       "force(plane1)",
-                                     "tension(rod0[1])",   "position(all)",       "2*distance(0, 3) + t",
-                                     "energy()",           "each load(support0)", "angle(0, 1, "};
-    std::size_t number = 0;
-    check(tn_add_observable(system_, texts[bytes_.below(std::size(texts))], &number), {}, {});
-  }
-  void observe() {
-    const tn_wanted wanted = want();
-    tn_report found = report();
+  /// Reads no bytes, so that inputs that were found before mean what they did.
+  void observe(const tn_wanted& wanted) {
     const Arrays before{w_};
-    const bool solves = bytes_.below(4) != 0;
-    check(tn_observe(system_, bytes_.number(), const_points(x_), const_points(v_),
-                     solves ? const_points(f_) : tn_const_points{}, points(w_), &wanted, &found),
-          {&w_}, before);
-    const auto number = static_cast<std::size_t>(bytes_.below(3));
-    std::size_t size = 0;
-    if (tn_observed(system_, number, nullptr, &size) != TN_OK) return;
-    std::vector<double> values(size);
-    check(tn_observed(system_, number, values.data(), &size), {}, {});
-    std::array<char, 16> name;
-    double value = 0.0, time = 0.0;
-    check(tn_column_name(system_, number, bytes_.byte(), name.data(), name.size()), {}, {});
-    check(tn_extreme(system_, number, bytes_.below(4), static_cast<tn_which>(bytes_.below(3)), &value, &time,
-                     name.data(), static_cast<std::size_t>(bytes_.below(17))),
-          {}, {});
-    if (bytes_.below(4) == 0) check(tn_remove_observable(system_, number), {}, {});
+    const tn_const_points f = wanted.measures != 0 ? const_points(f_) : tn_const_points{};
+    const int code = tn_observe(system_, v_[0], const_points(x_), const_points(v_), f, points(w_), &wanted, nullptr);
+    check(code, {&w_}, before);
+    for (std::size_t k = 0, size = 0; tn_observed(system_, k, nullptr, &size) == TN_OK; ++k) {
+      std::vector<double> values(size);
+      check(tn_observed(system_, k, values.data(), &size), {}, {});
+      std::array<char, 16> name;
+      check(tn_column_name(system_, k, size - 1, name.data(), name.size()), {}, {});
+      for (const tn_which which : {TN_LEAST, TN_LARGEST})
+        check(tn_extreme(system_, k, size % 4, which, nullptr, nullptr, name.data(), name.size()), {}, {});
+    }
+    if (code == TN_EINVAL) check(tn_remove_observable(system_, 0), {}, {});
   }
   void project() {
     const tn_wanted wanted = want();

@@ -50,7 +50,7 @@ TEST(HostObservables, OfAPendulumAreClosedForms) {
 
   EXPECT_NEAR(value("max tension(rod0)"), T, 1e-12 * T);
   EXPECT_NEAR(value("-multiplier(rod0[0])/2"), T / 2.0, 1e-12 * T);
-  // What the support carries is the pull of the rod and what the host's forces do there.
+  // The support carries the pull of the rod and the force of the host on it.
   EXPECT_NEAR(value("load(support0).x"), T * s + 0.25, 1e-12 * T);
   EXPECT_NEAR(value("load(support0).y"), 0.5, 1e-12 * T);
   EXPECT_NEAR(value("load(support0[0]).z"), -T * c - 0.75, 1e-12 * T);

@@ -432,5 +432,26 @@ TEST(PeriodicCellErrors, NameWrongCellsLengthsAndImages) {
   EXPECT_TRUE(with.constrain_velocities({.positions = ring.r, .velocities = v}).outcome.ok());
 }
 
+/// A point that nothing holds may be anywhere: its other coordinates stay as they are.
+TEST(PeriodicCells, ACoordinateThatIsNoNumberSpoilsNoOther) {
+  const std::vector<double> masses(3, 1.0), old{0.2, 1, 1, 1.2, 1, 1, 2, 2, 2};
+  Constrainer constrainer(masses, {Rods{"rods", {{0, 1}}, {}, {}}}, old,
+                          {.cell = {.edges = {{{4, 0, 0}, {0.5, 4, 0}, {0.1, 0.2, 4}}}}});
+  for (const double wrong : {nan, infinity}) {
+    std::vector<double> r = old, v(9, 0.0);
+    r[7] = wrong;
+
+    const ConstraintReport report =
+        constrainer.constrain_positions({.step = 0.01, .old_positions = old, .positions = r, .velocities = v});
+
+    EXPECT_TRUE(report.outcome.ok()) << report.outcome.what;
+    EXPECT_EQ(r[6], 2.0);
+    EXPECT_EQ(r[8], 2.0);
+    r[3] = wrong;
+    EXPECT_EQ(constrainer.constrain_positions({.step = 0.01, .old_positions = old, .positions = r}).outcome.status,
+              Status::NotFinite);
+  }
+}
+
 }  // namespace
 }  // namespace tanor::host
