@@ -369,7 +369,7 @@ ConstraintReport Constrainer::observe(const HostState& at) {
   require_array(at.velocities, self->num_points(), "velocities");
   const Needs needs = observables.prepare(at.positions);
   ConstraintReport report;
-  if (at.forces || needs.forces) {
+  if (at.forces || needs.solves()) {
     report = self->solve(at);
     if (!report.outcome.ok()) return report;
     self->write_solution(observables.own_arrays(at));
