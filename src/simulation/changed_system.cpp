@@ -126,8 +126,6 @@ void Simulation::Implementation::restore(std::unique_ptr<Implementation>* at, st
 
 Outcome Simulation::Implementation::take_out(std::unique_ptr<Implementation>* at, std::vector<Thing> things) {
   Implementation& before = **at;
-  if (before.forms.is_tangent())
-    throw InputError("/events", "what coordinates place cannot be taken out; take solver.form normal");
   const Energy energy_before = before.form.energy(before.state.t, before.state.x.data(), before.state.v.data());
   const std::vector<std::byte> progress = before.save_progress();
   std::vector<double> r = before.now.positions, v = before.now.velocities;

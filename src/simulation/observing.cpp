@@ -218,6 +218,8 @@ std::size_t Simulation::Implementation::add_event(const Event& event) {
   } else {
     if (event.value) throw InputError("/event", "\"" + event.name + "\" has both a function and a condition");
     if (!part.is_whole()) throw InputError("/event", "conditions need the whole system on one rank");
+    if (forms.is_tangent() && (event.action == EventAction::Break || event.action == EventAction::Release))
+      throw InputError("/event", "what coordinates place cannot be taken out; take solver.form normal");
     conditions.push_back(read_condition(Things(system(), taken), event));
     const Condition* const condition = conditions.back().get();
     const Needs needs = condition->needs();

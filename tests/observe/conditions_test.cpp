@@ -184,5 +184,14 @@ TEST(ConditionsOnGroups, WhatCannotBreakIsRefused) {
   EXPECT_NE(refuse({.when = "position(all) > 2"}).find("single numbers"), std::string::npos);
 }
 
+/// It is refused before the motion, not when the rod breaks.
+TEST(ConditionsOnGroups, CoordinatesKeepWhatTheyPlace) {
+  System system = make_pendulum();
+  system.coordinates = {ChainAngles{"angles", {1}, 0, 1.0, {}}};
+  Simulation simulation(system, {}, {.form = Form::Tangent});
+  EXPECT_EQ(error_of([&] { simulation.add_event({.when = "tension(rod) > 1", .action = EventAction::Break}); }),
+            "/event: what coordinates place cannot be taken out; take solver.form normal");
+}
+
 }  // namespace
 }  // namespace tanor
