@@ -66,6 +66,9 @@ class SceneAsSystem(unittest.TestCase):
         numpy.testing.assert_array_equal(system.masses, 0.1)
         self.assertIn("400 points", repr(scene))
         self.assertLess(len(repr(scene)), 600)
+        shown = scene._repr_html_()
+        self.assertEqual((shown.count("<circle"), shown.count("<path")), (400, 760))
+        self.assertLess(len(tanor.Scene(EXAMPLES / "melt_generated.json")._repr_html_()), 400_000)
         self.assertEqual((scene.motion.method, scene.motion.rtol, scene.t_end), ("dopri5", 1e-6, 0.6))
         system.forces[0].acceleration = (0, 0, -1.62)  # on the moon
         accelerations = tanor.Simulation(system).accelerations  # a flat net falls freely, but for its supports

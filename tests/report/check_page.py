@@ -97,6 +97,7 @@ def crane_scene(folder: pathlib.Path) -> pathlib.Path:
                              {"name": "cord", "kind": "formula", "points": [[7, 8, 9]],
                               "equation": "sqrt((x2-x1)^2+(z2-z1)^2)+sqrt((x3-x2)^2+(z3-z2)^2)-4.2"}],
              "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}],
+             "observe": [{"name": "torque", "what": "moment(support1, y, [3, 0, 0])"}, "max tension(links)", "load(support0)"],
              "motion": {"start": "project", "t_end": 1, "output_every": 0.02}}
     path = folder / "crane.json"
     path.write_text(json.dumps(scene))

@@ -39,6 +39,7 @@ async function tryPage(browser, { folder, switches, scene, begin: toBegin }) {
   await readTimes(browser, final, motion, toBegin);
   await tryEvents(browser, events);
   await readCharts(browser);
+  await compareObservables(browser, folder);
 
   // Scrub as a hand does, to the end: what is shown there is the end of the run.
   await browser.ask(`(() => { const bar = document.getElementById("time"); bar.value = 1; bar.dispatchEvent(new Event("input")); })()`);
@@ -453,6 +454,25 @@ async function tryRestPage(browser, folder, weight) {
   }
   await tryWidths(browser);
   console.log(`${basename(folder)}: ${weight} N`);
+}
+
+/** Curves of named numbers are at the frames those of observables.csv (between few frames there are steps, too), and the first card tells the one at the time of the view. */
+async function compareObservables(browser, folder) {
+  const table = join(folder, "observables.csv");
+  if (!existsSync(table)) return;
+  const [, ...rows] = readFileSync(table, "utf8").trim().split("\n").map((row) => row.split(",").map(Number));
+  const wanted = new Map(rows.map(([t, ...numbers]) => [t, numbers])), curves = await readData(browser, "observables");
+  const frames = [...curves[0].t.entries()].filter(([, t]) => wanted.has(t));
+  browser.expect(frames.length > 1, `${frames.length} frames of observables.csv are in the page`);
+  for (const [k, t] of frames) {
+    const shown = curves.flatMap((curve) => curve.rows[k].flat()), numbers = wanted.get(t);
+    const largest = Math.max(...numbers.map(Math.abs));
+    browser.expect(shown.length === numbers.length && shown.every((number, i) => Math.abs(number - numbers[i]) <= 1e-8 * largest), `at ${t} s the page has ${shown}, observables.csv ${numbers}`);
+  }
+  const [t, number] = rows[rows.length >> 1];
+  await browser.ask(`tanorPage.seek(${t})`);
+  const told = Number(await browser.ask(`document.querySelectorAll("#histories .card .u-value")[1].textContent`));
+  browser.expect(Math.abs(told - number) <= 1e-3 * Math.abs(number), `the first card tells ${told} at ${t} s, observables.csv ${number}`);
 }
 
 /** From a point to a stretch of a line. */

@@ -12,5 +12,6 @@ from .description import Definition, Formula, System, Table  # noqa: F401
 from .runs import Failed, Group, Trajectory, run, run_scene  # noqa: F401
 
 globals().update(_KINDS)
+Scene._repr_html_ = lambda self: self.system._repr_html_()  # noqa: F405
 __all__ = sorted(name for name in globals() if name[0].isupper()) + [
     "equation_names", "find_buckling", "find_equilibrium", "modes", "num_equations", "run", "run_scene", "validate"]

@@ -5,6 +5,7 @@ The classes of the kinds are made of the library's own tables, so a kind that th
 
 import dataclasses
 import difflib
+import html
 from typing import Any
 
 from . import _core
@@ -146,3 +147,8 @@ class System:
 
     def __repr__(self) -> str:
         return f"System({self.name!r}, {len(self.positions)} points, constraints={self.constraints!r}, forces={self.forces!r})"
+
+    def _repr_html_(self) -> str:
+        from .plot import picture_of
+        pairs = [pair for group in self.constraints for pair in getattr(group, "pairs", ())]
+        return f"<p>{html.escape(repr(self))}</p>" + picture_of(self.positions, pairs)

@@ -67,12 +67,18 @@ def error_time(file: str | os.PathLike, axes=None):
     return axes
 
 
-def picture_of(run: Trajectory, size: int = 320) -> str:
-    """The last state of a run as a small SVG: points as they are seen along y."""
-    places = run.positions[-1][:, [0, 2]]
-    low, high = places.min(axis=0), places.max(axis=0)
-    extent = float(max((high - low).max(), 1e-300))
-    shown = places[:: max(1, len(places) // 2000)]
-    at = (shown - 0.5 * (low + high)) / extent * 0.9 * size
-    dots = "".join(f'<circle cx="{0.5 * size + x:.1f}" cy="{0.5 * size - z:.1f}" r="2"/>' for x, z in at)
-    return f'<svg width="{size}" height="{size}" viewBox="0 0 {size} {size}">{dots}</svg>'
+def picture_of(positions: numpy.ndarray, pairs: numpy.ndarray = (), size: int = 320) -> str:
+    """Points [n, 3] and the rods between pairs of them as a small SVG, along y, or along z where all lie in the plane of x and y.
+
+    Of many thousands some two thousand are drawn.
+    """
+    most = 2000
+    positions = numpy.asarray(positions, float).reshape(-1, 3)
+    low, high = positions.min(axis=0), positions.max(axis=0)
+    axes = [0, 1] if high[2] - low[2] < 1e-9 * (high - low).max() else [0, 2]
+    extent = float(max((high - low)[axes].max(), 1e-300))
+    at = (positions - 0.5 * (low + high))[:, axes] / extent * [0.9 * size, -0.9 * size] + 0.5 * size
+    rods = numpy.asarray(pairs, int).reshape(-1, 2)
+    lines = "".join(f'<path d="M{at[i][0]:.1f} {at[i][1]:.1f}L{at[j][0]:.1f} {at[j][1]:.1f}"/>' for i, j in rods[:: max(1, len(rods) // most)])
+    dots = "".join(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="2"/>' for x, y in at[:: max(1, len(at) // most)])
+    return f'<svg width="{size}" height="{size}" viewBox="0 0 {size} {size}"><g stroke="#888">{lines}</g>{dots}</svg>'

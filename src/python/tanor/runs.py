@@ -1,6 +1,7 @@
 """Whole runs, kept as arrays."""
 
 import dataclasses
+import html
 import os
 import sys
 from collections.abc import Callable
@@ -98,7 +99,7 @@ class Trajectory:
 
     def _repr_html_(self) -> str:
         from .plot import picture_of
-        return f"<p>{self!r}</p>".replace("<Traj", "Traj") + picture_of(self)
+        return f"<p>{html.escape(repr(self))}</p>" + picture_of(self.positions[-1])
 
 
 def _record_of(observed: list) -> numpy.dtype:
