@@ -260,7 +260,8 @@ class TANOR_API Constrainer {
   /// Does what `solve` does, and evaluates all observables. If no observable needs forces, `at.forces` may be absent;
   /// then nothing is solved. Throws InputError, naming it, if an edit removed a thing of which an observable speaks.
   ConstraintReport observe(const HostState& at);
-  /// Returns the observables by their numbers, with the values of the last `observe`, NaN before it.
+  /// Returns the observables by their numbers, with the values of the last `observe`, NaN before it. They stand until
+  /// the next of these calls.
   std::span<const Observed> observed() const;
 
   /// Projects the forces, f += K lambda with S lambda = -K'M^-1 f, so that they do not act on the constraints. It

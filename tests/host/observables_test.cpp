@@ -417,6 +417,52 @@ TEST(CObservables, TellValuesNamesAndExtremes) {
   EXPECT_STREQ(name.data(), "load(support0).x");
 }
 
+/// Released from the horizontal, a pendulum pulls with 3 m g at the bottom. To look at it changes no bit of the motion.
+TEST(CObservables, WatchARunOfTheLibrary) {
+  const double m = 2.0, g = 9.81, length = 0.5;
+  const std::vector<double> masses{infinity, m}, start{0, 0, 0, length, 0, 0};
+  struct Run {
+    tn_system* system = nullptr;
+    std::vector<double> x, v, f;
+    bool looks;
+  };
+  const auto go = [&](bool looks) {
+    Run run{.x = start, .v = std::vector<double>(6, 0.0), .f = {0, 0, 0, 0, 0, -m * g}, .looks = looks};
+    EXPECT_EQ(tn_create(&run.system, 2, masses.data(), const_array(start), nullptr), TN_OK);
+    const std::int32_t pair[] = {0, 1};
+    EXPECT_EQ(tn_add_rods(run.system, 1, pair, nullptr, nullptr, nullptr), TN_OK);
+    EXPECT_EQ(tn_add_observable(run.system, "tension(rod0)", nullptr), TN_OK);
+    tn_loop loop{};
+    loop.size = sizeof(loop);
+    loop.dt = 1e-3;
+    loop.steps = 600;
+    loop.x = {run.x.data(), 0, nullptr};
+    loop.v = {run.v.data(), 0, nullptr};
+    loop.f = {run.f.data(), 0, nullptr};
+    loop.user = &run;
+    loop.observe = [](void* user, const tn_progress* now) {
+      const Run& at = *static_cast<Run*>(user);
+      if (!at.looks) return 1;
+      return tn_observe(at.system, now->time, const_array(at.x), const_array(at.v), const_array(at.f), {}, nullptr,
+                        nullptr) == TN_OK
+                 ? 1
+                 : 0;
+    };
+    std::size_t steps = 0;
+    EXPECT_EQ(tn_run(run.system, &loop, &steps), TN_OK) << tn_last_error(run.system);
+    EXPECT_EQ(steps, 600U);
+    return run;
+  };
+  const Run looked = go(true), blind = go(false);
+  const Handle first(looked.system), second(blind.system);
+  EXPECT_EQ(looked.x, blind.x);
+  EXPECT_EQ(looked.v, blind.v);
+  double value = 0.0, time = 0.0;
+  ASSERT_EQ(tn_extreme(looked.system, 0, 0, TN_LARGEST, &value, &time, nullptr, 0), TN_OK);
+  EXPECT_NEAR(value, 3.0 * m * g, 1e-4 * m * g);
+  EXPECT_NEAR(time, 1.8540746773 * std::sqrt(length / g), 1e-3);  // a quarter of the period, K(1/2) sqrt(l/g)
+}
+
 TEST(CObservables, SayWhatWasRemoved) {
   const Swing swing;
   tn_system* made = nullptr;
