@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <ranges>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -163,9 +164,11 @@ Json describe_motion(const System& system, const Recording& recording, const std
   for (std::size_t k = 0; k < shown.num_points; ++k) {
     if (shown.is_support[k]) supports.push_back(k);
   }
+  const bool are_all = std::ranges::equal(shown.points, std::views::iota(0, static_cast<Index>(system.num_points())));
   bytes->add("rods", flat(shown.rods));
   bytes->add("held", recording.held());
   Json motion{{"points", shown.num_points},
+              {"numbers", are_all ? std::vector<Index>() : shown.points},
               {"rods", shown.rods.size()},
               {"rod_groups", describe_rod_groups(shown)},
               {"times", times},

@@ -165,6 +165,17 @@ def resting_scene(folder: pathlib.Path) -> pathlib.Path:
     return path
 
 
+def part_scene(folder: pathlib.Path) -> pathlib.Path:
+    """A chain that hangs from its last point, of which the lower end is not shown."""
+    path = folder / "part.json"
+    path.write_text(json.dumps({
+        "tanor_scene": 1, "points": {"positions": [[0, 0, -3], [0, 0, -2], [0, 0, -1], [0, 0, 0]]}, "supports": [{"points": [3]}],
+        "constraints": [{"name": "links", "kind": "rod", "pairs": [[0, 1], [3, 2], [2, 1]]}],
+        "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}],
+        "motion": {"t_end": 0.1, "output_every": 0.05, "output_points": [3, 2, 1]}}))
+    return path
+
+
 def fixed_scene(folder: pathlib.Path) -> pathlib.Path:
     path = folder / "fixed.json"
     path.write_text(json.dumps({"tanor_scene": 1, "units": "si", "points": {"positions": [[0, 0, 0]]}, "supports": [{"points": [0]}],
@@ -216,7 +227,7 @@ def try_pages(program: str, folder: pathlib.Path, node: str, chromium: str) -> b
                  hostile_scene(folder): "points,rods,normal", fixed_scene(folder): "=nothing moves",
                  resting_scene(folder): "=certified", crane_scene(folder): "points,rods,guides,normal", box_scene(folder): "points,rods,cell",
                  hanging_scene(folder, "equilibrium"): f"~{2 * 9.81}", hanging_scene(folder, "modes"): f"~{2 * 9.81}",
-                 stressed_scene(folder): "~unknown"}
+                 stressed_scene(folder): "~unknown", part_scene(folder): "+tension of links[2] (2–1),load of support 3"}
     switches |= {contradictory_scene(folder, name, length): "=not made" for name, length in STOPPED.items()}
     with concurrent.futures.ThreadPoolExecutor(2) as pool:
         list(pool.map(lambda scene: simulate(program, scene, folder / scene.stem), switches))

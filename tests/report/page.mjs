@@ -1,6 +1,7 @@
 // page.mjs CHROMIUM FOLDER:SWITCHES:SCENE:BEGIN …: loads the report.html of each folder in headless Chromium and tries it.
 //
 // FOLDER:~WEIGHT, of an equilibrium or of modes: looks for the loads, N or unknown, for tensions and for modes that swing.
+// FOLDER:+TITLES, of a run that shows some of its points: looks for the titles of its second rod and of its first point.
 // FOLDER:=FACTS, of a run that has nothing to move or ended before its time: looks for the facts in the headline, and why it ended.
 // Finds drawn pixels and no error on the console, orbits, switches (SWITCHES are those that the page must offer), looks
 // for its histories and events and for its begin (BEGIN s, or nothing: that of the motion), scrubs to the end, and compares what is shown there with summary.json: tensions (scenes
@@ -483,6 +484,15 @@ function findDistance(point, a, b) {
   return Math.hypot(...to.map((x, axis) => x - part * along[axis]));
 }
 
+/** Rods and points have the names and the numbers that they have in the scene. */
+async function tryNames(browser, folder, titles) {
+  await browser.open(pathToFileURL(resolve(join(folder, "report.html"))).href);
+  for (const [k, choice] of [`{ kind: "rod", number: 1 }`, `{ kind: "point", number: 0 }`].entries()) {
+    const title = await browser.ask(`(tanorPage.dbg.choose(${choice}), document.querySelector("#chosen h3").textContent)`);
+    browser.expect(title === titles[k], `the chart is of the ${title}, not of the ${titles[k]}`);
+  }
+}
+
 /** Milliseconds to place what an instant shows, without drawing it. */
 const timeInstants = (browser) => browser.ask(`(() => {
   const count = 5, before = performance.now();
@@ -504,6 +514,7 @@ await tryInBrowser(browser, async () => {
     const [folder, switches, scene, begin] = trial.split(":");
     browser.about = `${basename(folder)}: `;
     if (switches.startsWith("~")) await tryRestPage(browser, folder, switches.slice(1));
+    else if (switches.startsWith("+")) await tryNames(browser, folder, switches.slice(1).split(","));
     else if (switches.startsWith("=")) await tryStoppedPage(browser, folder, switches.slice(1).split(","));
     else await tryPage(browser, { folder, switches: switches.split(","), scene, begin });
     if (basename(folder) === "pendulum") await tryObservables(browser, folder);

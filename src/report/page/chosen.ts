@@ -5,8 +5,11 @@ import type { Chosen, View } from "./view";
 
 const most_listed = 40;
 
-/** Returns the number of a point of the scene that a rod ends at, also where that is an image of it. */
-const pointOf = ({ points, images }: Motion, end: number) => (end < points ? end : images[end - points][0]);
+/** Returns the number in the scene of a point that is shown, or of the point of an image. */
+function pointOf({ points, images, numbers }: Motion, end: number): number {
+  const shown = end < points ? end : images[end - points][0];
+  return numbers[shown] ?? shown;
+}
 
 /** Returns "links[3] (4–5)": the rod's group and its number there, and the points that it joins. */
 export function nameRod(motion: Motion, { rods }: Arrays, rod: number): string {
@@ -42,7 +45,7 @@ export function chartOf({ kind, number }: Chosen, motion: Motion, arrays: Arrays
   const part = (axis: number) => (frame: number) => sign * (arrays.normal.get(frame, 3 * row + axis) + (arrays.tangent.columns ? arrays.tangent.get(frame, 3 * row + axis) : 0));
   const curves = ["x", "y", "z"].map((label, axis) => ({ label, numbers: over(part(axis)) }));
   const size = { label: "size", numbers: over((frame) => Math.hypot(part(0)(frame), part(1)(frame), part(2)(frame))) };
-  return { ...chart, title: isSupport ? `load of support ${number}` : `force of guides on point ${number}`, curves: [size, ...curves] };
+  return { ...chart, title: `${isSupport ? "load of support" : "force of guides on point"} ${pointOf(motion, number)}`, curves: [size, ...curves] };
 }
 
 /** Lists the rods that are pushed now, the most pushed one first. */
@@ -92,7 +95,7 @@ export function listForces(motion: Motion, arrays: Arrays, choose: (chosen: Chos
   const sum = loads.reduce(([x, y, z], { load: [, dx, dy, dz] }) => [x + dx, y + dy, z + dz], [0, 0, 0]);
   const row = (name: string, numbers: number[]) => [name, ...numbers.map((number) => words(number))];
   fillTable("loads", ["support", measure("size", units.force), "x", "y", "z"],
-    [row("sum", [Math.hypot(...sum), ...sum]), ...loads.slice(0, most).map(({ point, load }) => row(String(point), load))],
+    [row("sum", [Math.hypot(...sum), ...sum]), ...loads.slice(0, most).map(({ point, load }) => row(String(pointOf(motion, point)), load))],
     (k) => k && choose({ kind: "point", number: loads[k - 1].point }));
   const rods = Array.from({ length: motion.rods }, (_, rod) => ({ rod, tension: arrays.tensions.get(0, rod) })).sort((a, b) => (Math.abs(b.tension) || 0) - (Math.abs(a.tension) || 0)).slice(0, most);
   fillTable("tensions", ["rod", measure("tension", units.force)], rods.map(({ rod, tension }) => row(nameRod(motion, arrays, rod), [tension])), (k) => choose({ kind: "rod", number: rods[k].rod }));

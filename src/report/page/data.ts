@@ -112,6 +112,7 @@ export interface RodGroup {
 
 export interface Motion {
   points: number;
+  numbers: number[]; // of each point in the scene; empty if all are shown
   rods: number;
   rod_groups: RodGroup[];
   times: number[];
