@@ -75,9 +75,13 @@ class Multipliers final : public Members {
   std::size_t num_parts() const override { return rows_per_member_; }
   Needs needs() const override { return {.multipliers = true}; }
   void evaluate(const ObservedInstant& at, double* values) const override {
+    read(at, values);
+    forget_absent(rows_per_member_, values);
+  }
+  /// Does the same with 0 for members that were taken out.
+  void read(const ObservedInstant& at, double* values) const {
     for (std::size_t k = 0; k < count_ * rows_per_member_; ++k)
       values[k] = factor_ * at.multipliers[first_row_ + k] + 0.0;  // no -0
-    forget_absent(rows_per_member_, values);
   }
 
  private:
@@ -265,7 +269,7 @@ class ConstraintForces {
   /// Returns eta [3n] of these constraints alone.
   const double* evaluate(const ObservedInstant& at) const {
     std::ranges::fill(rows_, 0.0);
-    members_.evaluate(at, rows_.data() + first_row_);
+    members_.read(at, rows_.data() + first_row_);
     definitions_->reactions(at.time, at.positions, rows_, eta_);
     return eta_.data();
   }
