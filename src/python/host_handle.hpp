@@ -22,8 +22,8 @@ PeriodicCell read_cell(const py::object& cell, const py::object& repeats);
 std::vector<std::array<int, 3>> read_images(const py::object& images);
 
 /// A Constrainer with its description and the edits since, from which copies are made. Copies replay in their order the
-/// groups and observables that came and went and the points that were renumbered, because ids tell that order. Of lengths, masses,
-/// positions and the cell they need only the present ones.
+/// groups and observables that came and went and the points that were renumbered, because ids tell that order. Of
+/// lengths, masses, positions and the cell they need only the present ones.
 class HostHandle : public Handle<Constrainer> {
  public:
   /// The arguments that the user gave, None for those that were not given. `present_cell` is that of the last set_cell.
@@ -66,7 +66,7 @@ class HostHandle : public Handle<Constrainer> {
   void take_positions(const ConstPointArray& positions);
 
   Description description_;
-  py::list edits_;                          // ("add", ...), ("remove", ids), ("renumber", from, masses), ("observe", …)
+  py::list edits_;  // ("add", ...), ("remove", ids), ("renumber", from, masses), ("observe", …)
   std::map<ConstraintId, Length> lengths_;  // lengths that were set
   std::vector<double> masses_, positions_;  // [n], [3 n]: present masses; positions that were given last
   py::object saved_ = py::none();           // saved state of the original, until the copy is made
