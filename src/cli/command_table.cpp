@@ -191,7 +191,8 @@ Command describe_run() {
                     "also between frames, s of the clock; 0: as often as takes a twentieth of the time; default 60"},
                    {"--report", "", yes(&options->report),
                     "write report.html too: the motion in 3-D, histories, certificate; tanor view opens it"},
-                   {"--verbose", "", yes(&options->verbose), "print each identity of the certificate, with its number"}},
+                   {"--verbose", "", yes(&options->verbose),
+                    "print each identity of the certificate, with its number"}},
        .examples = {{"tanor run net.json --report", "simulate, and make a page for the browser"},
                     {"tanor run net.json --method rattle --step 1e-3", "another method, fixed steps"},
                     {"tanor run net.json --resume", "go on after Ctrl-C or a power cut"}}});
@@ -363,11 +364,9 @@ Command describe_picture() {
       {.name = "picture",
        .summary = "an instant of a run as a picture, PNG, for papers",
        .text =
-           "Draws the points, the rods in the colours of their tension, the forces of guides, supports and friction "
-           "as arrows, and the guides, from the frames in trajectory.pvd. Pictures of one run have the same colours, "
-           "the same "
-           "arrows and the same view. Between two frames positions follow the cubic polynomial through both "
-           "positions and velocities, and forces a straight line.",
+           "Draws the points, the rods in the colours of their tension, the forces as arrows, and the guides, from the "
+           "frames in trajectory.pvd; all pictures of a run have the same colours, arrows and view. Between frames "
+           "positions follow a cubic polynomial, forces a straight line.",
        .arguments = {{"DIR", text(Word::Folder, &options->folder), "folder of the results, such as net.out"}},
        .options =
            {{"--time", "T", instant(&options->time), "the instant, s; default: the last frame"},

@@ -49,13 +49,13 @@ struct SimulatedMotion {
   Solution now;                 // the state as the last call left it
   std::optional<System> given;  // the given system, if points held rigid by prestress became supports of `model.system`
   PointState points;            // the state in the inner order
-  std::vector<double> rows;     // [d]
   MotionMeasures measures{options, work, form, integration, &points, &report};
   bool is_advancing = false;
   struct {
+    std::vector<double> rows;  // [d]
     std::vector<double> a, memory;
     Reactions found;
-  } on_the_way;  // scratch of solves inside observers
+  } scratch;  // of solves inside observers
 
   // Simulation::Implementation overrides these for what users ask of the motion.
   virtual void observe_step() {}
@@ -84,7 +84,7 @@ struct SimulatedMotion {
     }
     for (std::vector<double>* array : {&points.r, &points.v, &points.w}) array->resize(3 * model.num_points());
     now = make_solution(model.system, forms.is_tangent() ? form.size() : 0);
-    rows.resize(model.num_rows());
+    scratch.rows.resize(model.num_rows());
 
     watch_arms();
 
@@ -252,7 +252,8 @@ struct SimulatedMotion {
     report.times = work.times;
   }
 
-  /// What `write_solution` writes. In normal form the state holds the places that multipliers need.
+  /// The parts of an answer that `write_solution` writes. In normal form the state holds the places that multipliers
+  /// need.
   enum class Parts { All, Multipliers };
   bool needs_points(Parts parts) const { return parts == Parts::All || forms.is_tangent(); }
 
@@ -264,8 +265,8 @@ struct SimulatedMotion {
     const Numbering& numbering = model.numbering;
     if (parts == Parts::Multipliers) {
       const Kinematics places = forms.is_tangent() ? points.at(here.t) : here;
-      Outcome known = forms.reactions({here, places}, {}, found, rows.data(), nullptr);
-      numbering.scatter_rows(rows, at->multipliers);
+      Outcome known = forms.reactions({here, places}, {}, found, scratch.rows.data(), nullptr);
+      numbering.scatter_rows(scratch.rows, at->multipliers);
       return known;
     }
     numbering.scatter_points(points.r, at->positions);
@@ -275,8 +276,8 @@ struct SimulatedMotion {
       work.coordinates.scatter(here.x, at->coordinates.data());
       work.coordinates.scatter(here.v, at->coordinate_rates.data());
     }
-    Outcome known = forms.reactions({here, points.at(here.t)}, {}, found, rows.data(), points.w.data());
-    numbering.scatter_rows(rows, at->multipliers);
+    Outcome known = forms.reactions({here, points.at(here.t)}, {}, found, scratch.rows.data(), points.w.data());
+    numbering.scatter_rows(scratch.rows, at->multipliers);
     numbering.scatter_points(points.w, at->reactions);
     // The load of supports is eta + f there.
     for (std::size_t i = 0; i < 3 * model.num_moving(); ++i) points.w[i] = 0.0;
@@ -290,12 +291,12 @@ struct SimulatedMotion {
   class Look {
    public:
     explicit Look(SimulatedMotion* at) : at_(*at), counters_(at->work.counters), times_(at->work.times) {
-      at_.on_the_way.memory.clear();
-      Memory memory(&at_.on_the_way.memory);
+      at_.scratch.memory.clear();
+      Memory memory(&at_.scratch.memory);
       at_.form.exchange_memory(memory);
     }
     ~Look() {
-      Memory memory{std::span<const double>(at_.on_the_way.memory)};
+      Memory memory{std::span<const double>(at_.scratch.memory)};
       at_.form.exchange_memory(memory);
       at_.work.counters = counters_;
       at_.work.times = times_;
@@ -312,15 +313,14 @@ struct SimulatedMotion {
   /// Solves at the state inside an observer, where accelerations may be those of a stage. The state keeps its own.
   void solve_on_the_way(Parts parts, Solution* at) {
     const Look look(this);
-    on_the_way.a.resize(form.size());
-    if (on_the_way.found.lambda.empty()) on_the_way.found = form.no_reactions();
+    scratch.a.resize(form.size());
+    if (scratch.found.lambda.empty()) scratch.found = form.no_reactions();
     at->outcome = form.accelerations(state.at(), integration.request(Gradients::Evaluate),
-                                     {on_the_way.a.data(), nullptr, nullptr, &on_the_way.found});
+                                     {scratch.a.data(), nullptr, nullptr, &scratch.found});
     if (needs_points(parts) || !at->outcome.ok())
-      form.write_points(state.at(), on_the_way.a.data(), on_the_way.found, points.r.data(), points.v.data(),
-                        points.w.data());
+      form.write_points(state.at(), scratch.a.data(), scratch.found, points.r.data(), points.v.data(), points.w.data());
     if (at->outcome.ok()) {
-      at->outcome = write_solution(state.at(), on_the_way.found, parts, at);
+      at->outcome = write_solution(state.at(), scratch.found, parts, at);
     } else {
       model.numbering.scatter_points(points.r, at->positions);
       model.numbering.scatter_points(points.v, at->velocities);
@@ -367,11 +367,11 @@ struct SimulatedMotion {
                                        {at_a.data(), nullptr, &solved, &reactions});
     if (!found.ok()) return make_failed_certificate(found);
     form.write_points(state.at(), at_a.data(), reactions, points.r.data(), points.v.data(), points.w.data());
-    found = forms.reactions({state.at(), points.at(state.t)}, {}, reactions, rows.data(), at_eta.data());
+    found = forms.reactions({state.at(), points.at(state.t)}, {}, reactions, scratch.rows.data(), at_eta.data());
     if (!found.ok()) return make_failed_certificate(found);
     form.write_friction(reactions, at_tau.data());
     Certificate certificate =
-        tanor::certify(forms, {state.t, points.r, points.v, points.w, at_eta, rows, at_tau, solved.friction});
+        tanor::certify(forms, {state.t, points.r, points.v, points.w, at_eta, scratch.rows, at_tau, solved.friction});
     verify_observables(reactions, at_tau, &certificate);
     return certificate;
   }
