@@ -1,4 +1,4 @@
-// What a reader does with a page beside looking at its numbers: views, files, the cell, and what was observed.
+// Trials of a page beside its numbers: views, files, the cell, and named numbers against observables.csv.
 import { spawnSync } from "node:child_process";
 import { existsSync, readFileSync, readdirSync, rmSync, statSync, writeFileSync } from "node:fs";
 import { join, resolve } from "node:path";
