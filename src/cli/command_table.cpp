@@ -373,8 +373,7 @@ Command describe_picture() {
             {"--out", "FILE", text(Word::File, &options->out), "the picture; default DIR/picture.png"},
             {"--size", "WxH", size_of_picture(style), "pixels; default 1600x1000"},
             {"--view", "VIEW", view_of_picture(style),
-             "auto, x, -x, y, -y, z, -z, or AROUND,ABOVE: degrees around the vertical from the front, and above it; "
-             "default auto: from a corner, and straight onto a motion in a plane"},
+             "auto, x, -x, y, -y, z, -z, or AROUND,ABOVE: degrees around the vertical and above; default auto"},
             {"--projection", "KIND", projection_of_picture(style),
              "perspective or orthographic; default: perspective, but for a motion in a plane"},
             {"--scale", "N", positive(&style->tension_scale),
