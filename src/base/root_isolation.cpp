@@ -238,6 +238,13 @@ void RootIsolation::isolate(std::span<const double> values, const Function& g, c
   find_doubts();
 }
 
+void RootIsolation::leave_zero(double sign, bool is_last) {
+  constexpr double little = 1e-9;
+  const std::size_t n = samples_.size();
+  const double beside = std::abs(samples_[is_last ? n - 2 : 1].value);
+  samples_[is_last ? n - 1 : 0].value = sign * std::max(little * beside, std::numeric_limits<double>::min());
+}
+
 /// Near a pole of order p, |g| falls by 4^p where the distance from it grows four times; near a jump it stays, and near
 /// a root it rises. An order of 1/3 is seen.
 bool RootIsolation::is_pole(double root, const Function& g) const {

@@ -49,6 +49,8 @@ class RootIsolation {
 
   /// Returns the samples in order.
   std::span<const Sample> samples() const { return samples_; }
+  /// Gives the first or the last sample, which is a zero to rounding, the sign that g has inside.
+  void leave_zero(double sign, bool is_last);
   /// Returns a place where g may change its sign twice: it touches 0 to rounding, or `most_samples` do not suffice. NaN
   /// if there is none.
   double doubtful_place() const { return doubtful_place_; }

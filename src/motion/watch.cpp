@@ -15,6 +15,9 @@ namespace {
 /// A passage so near to the end of a step, over its time or length, is at its end, since states are rounded.
 constexpr double nearly_at_end = 1e-12;
 
+/// The sign of a function that is at 0, over that to which it goes from there.
+constexpr double at_zero = 0.5;
+
 double sign_of(double value) {
   return value > 0.0 ? 1.0 : value < 0.0 ? -1.0 : 0.0;
 }
@@ -125,14 +128,22 @@ void Watch::add_crossing(const Step& step, std::size_t k, double t, bool rises, 
   pending_.push_back({{k, t, rises}, is_wanted && !is_pole});
 }
 
-/// Follows the sign of a function through the samples, between which it changes once at most.
+/// Follows the sign of a function through the samples, between which it changes once at most. Next to a zero at an end
+/// of the step it has the sign of its slope there, or the other one, so that a second root right beside it is seen.
 Outcome Watch::follow_sign(const Step& step, std::size_t k, const RootIsolation::Function& g) {
   const std::span<const RootIsolation::Sample> samples = isolation_.samples();
   const std::size_t last = samples.size() - 1;
   double sign = signs_[k];
-  if (std::isnan(sign)) sign = slope_at_zero(step, false, g) != 0.0 ? 0.0 : sign_of(samples[0].value);
-  first_signs_[k] = sign;
-  for (std::size_t i = sign == 0.0 ? 1 : 0; i <= last; ++i) {
+  if (std::isnan(sign)) {
+    const double slope = slope_at_zero(step, false, g);
+    sign = slope != 0.0 ? at_zero * sign_of(slope) : sign_of(samples[0].value);
+  }
+  const bool leaves_zero = std::abs(sign) < 1.0;
+  sign = first_signs_[k] = sign_of(sign);
+  if (leaves_zero && sign != 0.0) isolation_.leave_zero(sign, false);
+  const double slope_at_end = slope_at_zero(step, true, g);
+  if (slope_at_end != 0.0) isolation_.leave_zero(-sign_of(slope_at_end), true);
+  for (std::size_t i = leaves_zero ? 1 : 0; i <= last; ++i) {
     const double now = sign_of(samples[i].value);
     if (now * sign < 0.0) {
       double fraction = samples[i == 0 ? 0 : i - 1].s;
@@ -148,7 +159,7 @@ Outcome Watch::follow_sign(const Step& step, std::size_t k, const RootIsolation:
     if (now != 0.0) sign = now;
   }
   // A passage right behind the end counts here.
-  if (sign * slope_at_zero(step, true, g) < 0.0) add_crossing(step, k, step.to.t, sign < 0.0);
+  if (slope_at_end != 0.0) add_crossing(step, k, step.to.t, slope_at_end > 0.0);
   return failure_;
 }
 
@@ -212,7 +223,8 @@ void Watch::accept(double t) {
   if (t != end_) return;
   signs_ = first_signs_;
   for (const Crossing& crossing : pending_) {
-    signs_[crossing.passage.event] = crossing.passage.time >= end_ ? 0.0 : crossing.passage.rises ? 1.0 : -1.0;
+    const double size = crossing.passage.time >= end_ ? at_zero : 1.0;
+    signs_[crossing.passage.event] = crossing.passage.rises ? size : -size;
     if (crossing.is_reported) passages_.push_back(crossing.passage);
   }
   end_ = std::numeric_limits<double>::quiet_NaN();

@@ -14,7 +14,7 @@ namespace tanor {
 
 /// Finds where functions of a motion pass through 0, on the scheme's dense output (`RootIsolation`). Each function
 /// keeps its last sign from step to step. At the beginning, and after a passage at the end of a step, a function is at
-/// 0: it has a sign as soon as it leaves 0, and does not pass there.
+/// 0: it does not pass there again, but may right behind.
 class Watch {
  public:
   /// A function in the variables of the mechanics.
@@ -75,7 +75,7 @@ class Watch {
   IntegrationOptions options_;
   Mechanics& mechanics_;
   std::vector<Function> functions_;
-  std::vector<double> signs_;  // +1, -1; 0 at 0; NaN if not known yet
+  std::vector<double> signs_;  // +1, -1; halves and 0 at 0, before it has them; NaN if not known
   // The last step that was examined.
   std::vector<double> first_signs_;                        // the same, where functions that were at 0 have left it
   std::vector<std::vector<double>> samples_;               // [function][place] values

@@ -183,6 +183,38 @@ TEST_P(EventDraws, ARootAtTheEndCountsOnceAndOneAtTheBeginningDoesNot) {
   }
 }
 
+/// A root where an advance ends, and another one right before it or right behind it, or behind the beginning.
+TEST_P(EventDraws, TwoRootsBesideAnEndAreBothFound) {
+  System system;
+  system.add_point({.position = {0, 0, 0}, .velocity = {1, 0, 0}, .mass = 1.0});
+  for (const double apart : {1e-2, 1e-4, 1e-5, 1e-6}) {
+    for (const double size : {1.0, -3.0}) {
+      Simulation simulation(system, options());
+      std::vector<std::vector<double>> roots;
+      const auto add = [&](double first, double second) {
+        simulation.add_event({"times", [=](double t, Points, Points) { return size * (t - first) * (t - second); }});
+        simulation.add_event(
+            {"places", [=](double, Points r, Points) { return size * (r[0] - first) * (r[0] - second); }});
+        roots.insert(roots.end(), 2, {first, second});
+      };
+      add(1.0, 1.0 + apart);
+      add(1.0 - apart, 1.0);
+      add(0.0, apart);
+
+      for (const double t : {1.0, 2.0}) ASSERT_TRUE(simulation.advance_to(t).ok());
+
+      std::vector<std::vector<double>> found(roots.size());
+      for (const Passage& passage : simulation.passages()) found[passage.event].push_back(passage.time);
+      for (std::size_t k = 0; k < roots.size(); ++k) {
+        SCOPED_TRACE(std::to_string(k) + ", apart " + std::to_string(apart));
+        if (roots[k][0] == 0.0) roots[k].erase(roots[k].begin());  // where the motion begins
+        ASSERT_EQ(found[k].size(), roots[k].size());
+        for (std::size_t i = 0; i < found[k].size(); ++i) EXPECT_NEAR(found[k][i], roots[k][i], 1e-3 * apart);
+      }
+    }
+  }
+}
+
 TEST_P(EventDraws, TwoEventsAtOneTimeAreBothReportedWhereOneStops) {
   const auto through = [](double x0, double factor) {
     return [=](double, Points r, Points) { return factor * (r[0] - x0); };
