@@ -60,7 +60,7 @@ TEST(Corners, OfComparisonsAreNotCertifiedWhereABeadStands) {
                                        })};
   system.positions = {0.0, 0.0, 0.0};
   const Certificate certificate = Dynamics(system).certify({.time = 0.0, .positions = system.positions});
-  EXPECT_NE(certificate.line().find("xi(r + s v + s^2/2 w) = 0"), std::string::npos) << certificate.line();
+  EXPECT_NE(certificate.line().find("path along the constraints"), std::string::npos) << certificate.line();
   system.positions = {1e-7, 0.0, 1e-7};
   system.velocities = {-1.0, 0.0, -1.0};
   const Certificate beside =
