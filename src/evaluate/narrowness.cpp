@@ -190,11 +190,11 @@ TANOR_LANES bool follow_arithmetic(const Instruction& instruction, const Interva
       return true;
     case Operation::Min:
       value = {smaller_of(a.low, b.low), smaller_of(a.high, b.high)};
-      course->passes = count_at_kink({a.low - b.high, a.high - b.low});
+      course->passes = instruction.c > 0 ? zero : count_at_kink({a.low - b.high, a.high - b.low});
       return true;
     case Operation::Max:
       value = {larger_of(a.low, b.low), larger_of(a.high, b.high)};
-      course->passes = count_at_kink({a.low - b.high, a.high - b.low});
+      course->passes = instruction.c > 0 ? zero : count_at_kink({a.low - b.high, a.high - b.low});
       return true;
     default:
       return false;
@@ -323,7 +323,10 @@ Narrowness::Narrowness(const Expression& expression) {
     const Instruction& under = instructions_[static_cast<std::size_t>(instruction.b)];
     const bool is_tanh = instruction.operation == Operation::Divide && over.operation == Operation::Sinh &&
                          under.operation == Operation::Cosh && over.a == under.a;
-    instruction.c = is_tanh ? 1 + over.a : 0;
+    const bool chooses = instruction.operation == Operation::Min || instruction.operation == Operation::Max;
+    const bool is_decided = chooses && ((over.operation == Operation::Abs && over.a == instruction.b) ||
+                                        (under.operation == Operation::Abs && under.a == instruction.a));
+    instruction.c = is_tanh ? 1 + over.a : is_decided ? 1 : 0;
   }
 
   // This loop runs backwards and marks the functions that results need, and all that these need.
