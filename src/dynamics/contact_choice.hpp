@@ -30,6 +30,8 @@ struct ModeSwitch {
   std::vector<char> at_rest{};          ///< [contact]
   std::vector<std::size_t> releases{};  ///< contacts that stick and have reached their limit
   std::vector<char> has_changed{};      ///< [island] whose modes are to be chosen
+  std::vector<char> passes{};           ///< [contact] that are at rest for this instant only
+  std::vector<double> before{};         ///< [3n] velocities before contacts were put to rest
 
   /// Returns true at a start, where no earlier step tells which of several motions continues.
   bool is_start() const { return request.refuses_several; }

@@ -40,10 +40,10 @@ ContactChoices::ContactChoices(ContactState& state, FrictionSolver& friction, Co
 // ---- one island ----
 
 /// Solves with static friction until a contact gives way, then with kinetic friction there, until no other one gives
-/// way. `released` [contact] marks those that have given way already. Of several motions the one nearest to the last is
-/// taken; a start refuses them.
-void ContactChoices::solve(bool is_start, std::vector<char> released, std::size_t* work_left,
-                           ContactChoice* choice) const {
+/// way. `released` [contact] marks those that have given way already, and `lowered` [contact] is the part by which
+/// limits are lower in the first pass. Of several motions the one nearest to the last is taken; a start refuses them.
+void ContactChoices::solve(bool is_start, std::vector<char> released, const std::vector<double>& lowered,
+                           std::size_t* work_left, ContactChoice* choice) const {
   const FrictionLaws& laws = state_.laws;
   ContactProblem& problem = choice->problem;
   ContactVerdict verdict;
@@ -51,8 +51,9 @@ void ContactChoices::solve(bool is_start, std::vector<char> released, std::size_
     for (std::size_t c = 0; c < choice->size(); ++c) {
       const std::size_t contact = choice->members[c];
       if (problem.contacts[c].moves) continue;
+      const double whole = pass == 0 ? 1.0 - lowered[contact] : 1.0;
       problem.contacts[c].mu =
-          released[contact] != 0 ? laws.coefficient_of_sliding(contact) : laws.static_coefficient(contact);
+          released[contact] != 0 ? laws.coefficient_of_sliding(contact) : whole * laws.static_coefficient(contact);
     }
     ContactSolutions& solutions = choice->solutions =
         find_all(problem, work_left, pass == 0 ? choice->before : choice->x);
@@ -95,19 +96,39 @@ bool ContactChoices::release_beginning(const ContactChoice& choice, std::vector<
 void ContactChoices::choose(bool is_start, const std::vector<char>& met, ContactChoice* choice) const {
   // All searches share it: 0.6 s of a slow processor at a start, some hundredths of a second in the middle of a run.
   std::size_t work_left = is_start ? 500000 : 40000;
-  solve(is_start, std::vector<char>(met.size(), 0), &work_left, choice);
+  std::vector<char> released(met.size(), 0);
+  std::vector<double> lowered(met.size(), 0.0);
+  solve(is_start, released, lowered, &work_left, choice);
+  if (lower_overloaded(*choice, met, &lowered)) solve(is_start, released, lowered, &work_left, choice);
   const auto has_met = [&](std::size_t contact) { return met[contact] != 0; };
   if (!choice->has_solution() || std::ranges::none_of(choice->members, has_met)) return;
   const bool shares = !std::isnan(choice->load);
   const double least_load = 1.0 - (shares ? ContactState::to_spare : rounding_of_limits);
   if (shares && (choice->load < least_load || !choice->keeps_reactions())) return;
-  std::vector<char> released(met.size(), 0);
   for (std::size_t c = 0; c < choice->size(); ++c) {
     if (choice->begins(c)) return;
     const std::size_t contact = choice->members[c];
     released[contact] = choice->is_at_limit(c, choice->share, least_load) || (!shares && has_met(contact));
   }
-  solve(is_start, std::move(released), &work_left, choice);
+  solve(is_start, std::move(released), lowered, &work_left, choice);
+}
+
+/// Lowers the limits of contacts that were held above them and have met their event, but still stick in the choice: a
+/// search tells friction from its limit to a part of the largest force of the island, which may be much more than the
+/// limit. Returns true if there are any.
+bool ContactChoices::lower_overloaded(const ContactChoice& choice, const std::vector<char>& met,
+                                      std::vector<double>* lowered) const {
+  constexpr double told_apart = 1e-8, most = 0.5;
+  bool are_some = false;
+  for (std::size_t c = 0; choice.has_solution() && c < choice.size(); ++c) {
+    const std::size_t contact = choice.members[c];
+    if (met[contact] == 0 || state_.overloads.empty() || state_.overloads[contact] == 0 || choice.sticks[c] == 0)
+      continue;
+    const double limit = choice.limit(c, choice.x), largest = std::max(choice.x.lpNorm<Eigen::Infinity>(), limit);
+    (*lowered)[contact] = std::min(most, told_apart * largest / limit);
+    are_some = true;
+  }
+  return are_some;
 }
 
 /// Finds which contacts stick in the solution x, and how they share their load. An acceleration below the threshold of

@@ -36,7 +36,9 @@ class ContactChoices {
   void hold_again(const std::vector<std::size_t>& contacts);
   Outcome solve_without_members(const ModeSwitch& at, ContactVerdict* verdict, std::vector<ContactChoice>* choices);
   void choose(bool is_start, const std::vector<char>& met, ContactChoice* choice) const;
-  void solve(bool is_start, std::vector<char> released, std::size_t* work_left, ContactChoice* choice) const;
+  void solve(bool is_start, std::vector<char> released, const std::vector<double>& lowered, std::size_t* work_left,
+             ContactChoice* choice) const;
+  bool lower_overloaded(const ContactChoice& choice, const std::vector<char>& met, std::vector<double>* lowered) const;
   bool release_beginning(const ContactChoice& choice, std::vector<char>* released) const;
   void find_share(bool is_start, ContactChoice* choice) const;
   void set_modes(const ModeSwitch& at, const ContactChoice& choice);

@@ -120,13 +120,18 @@ Outcome ContactModes::choose(ModeSwitch at) {
   work_of_rest_ = {};
   const bool shared_loads = state_.shares_loads;
   sharing_.forget();
+  at.before.assign(at.v, at.v + 3 * model_.num_points());
+  at.passes.assign(state_.size(), 0);
   for (bool has_more = at.num_at_rest() > 0; has_more; has_more = bring_along(&at)) {
     if (Outcome outcome = put_to_rest(&at); !outcome.ok()) return outcome;
   }
   forget_slow_directions(at);
   state_.laws.keep_slip_directions(at.v);
   std::vector<char> are_counted(at.has_changed.size(), 0);
-  if (Outcome outcome = search(at, shared_loads, &are_counted); !outcome.ok()) return outcome;
+  do {
+    std::fill(are_counted.begin(), are_counted.end(), 0);
+    if (Outcome outcome = search(at, shared_loads, &are_counted); !outcome.ok()) return outcome;
+  } while (keep_from_rest(&at));
   return finish(at, are_counted);
 }
 
@@ -150,7 +155,39 @@ Power ContactModes::work_of_impulses(const double* r, const std::vector<double>&
 bool ContactModes::let_slide(const double* v, double times, ModeSwitch* at) {
   bool some_slide = false;
   for (std::size_t c = 0; c < state_.size(); ++c) {
-    if (at->at_rest[c] == 0 || state_.sliding_speed(c, v) <= times * state_.sliding_threshold(c)) continue;
+    const bool is_held = at->at_rest[c] != 0 && at->passes[c] == 0;
+    if (!is_held || state_.sliding_speed(c, v) <= times * state_.sliding_threshold(c)) continue;
+    at->at_rest[c] = 0;
+    state_.let_slide(c);
+    some_slide = true;
+  }
+  if (some_slide) sharing_.forget();
+  return some_slide;
+}
+
+/// Holds those contacts no longer that have come to rest just now but are kept from it, as their speed at v tells: it
+/// is more than `times` the threshold of rest. They pass through rest, and leave it as their accelerations say. Returns
+/// true if there are any.
+bool ContactModes::let_pass(const double* v, double times, ModeSwitch* at) {
+  bool some_pass = false;
+  for (std::size_t c = 0; c < state_.size(); ++c) {
+    const bool has_come = at->at_rest[c] != 0 && at->passes[c] == 0 && !state_.places.holds(c);
+    if (!has_come || !state_.is_at_rest(c, at->before.data())) continue;
+    if (state_.sliding_speed(c, v) <= times * state_.sliding_threshold(c)) continue;
+    at->passes[c] = 1;
+    state_.tangents.set_stick(c, false);
+    some_pass = true;
+  }
+  if (some_pass) sharing_.forget();
+  return some_pass;
+}
+
+/// Lets contacts slide that pass through rest, although by their accelerations they would stay there. Returns true if
+/// there are any.
+bool ContactModes::keep_from_rest(ModeSwitch* at) {
+  bool some_slide = false;
+  for (std::size_t c = 0; c < state_.size(); ++c) {
+    if (at->passes[c] == 0 || at->at_rest[c] == 0 || !state_.tangents.sticks(c)) continue;
     at->at_rest[c] = 0;
     state_.let_slide(c);
     some_slide = true;
@@ -193,10 +230,11 @@ Outcome ContactModes::put_to_rest(ModeSwitch* at) {
       // Contacts that the constraints keep from rest, such as a bead that only turns others on its line, slide on as
       // well.
       constexpr double rounding_of_rest = 10.0;
+      (void)let_pass(at->v, rounding_of_rest, at);
       (void)let_slide(at->v, rounding_of_rest, at);
       return {};
     }
-    if (!let_slide(before.data(), 1.0, at)) return {};
+    if (!let_slide(before.data(), 1.0, at) && !let_pass(before.data(), 0.0, at)) return {};
     std::copy(before.begin(), before.end(), at->v);
   }
   return {};
@@ -314,6 +352,7 @@ Outcome ContactModes::finish(const ModeSwitch& at, const std::vector<char>& are_
     if (are_counted[island] != 0 || !rests(at, island)) are_open[island] = 0;
   }
   if (Outcome outcome = choices_.verify_uncounted(at, are_open, &state_.verdict); !outcome.ok()) return outcome;
+  if (Outcome outcome = keep_moving(at); !outcome.ok()) return outcome;
   state_.places.hold(at.t, at.r);
   Request at_end = at.request;
   at_end.gradients = Gradients::Keep;
@@ -324,6 +363,21 @@ Outcome ContactModes::finish(const ModeSwitch& at, const std::vector<char>& are_
     state_.verdict.reason = "several accelerations obeyed the law at t = " + text(at.t);
   }
   return found;
+}
+
+/// Puts only those to rest that stay there, where others that were put to rest slide on. A bead on its line passes
+/// through rest where a rod that turns another one is at right angles to the line; to hold it would stop both.
+Outcome ContactModes::keep_moving(const ModeSwitch& at) {
+  bool some_slide = false;
+  for (std::size_t c = 0; c < state_.size(); ++c)
+    some_slide = some_slide || (at.at_rest[c] != 0 && !state_.tangents.sticks(c));
+  if (!some_slide) return {};
+  std::copy(at.before.begin(), at.before.end(), at.v);
+  if (Outcome outcome = system_.linearise(at.t, at.r); !outcome.ok()) return outcome;
+  std::vector<double> impulses(model_.num_rows(), 0.0);
+  const ProjectionReport moving = system_.project_velocities(at.t, at.r, at.v, impulses.data());
+  work_of_rest_ = work_of_impulses(at.r, impulses);
+  return moving.outcome;
 }
 
 /// Checks that the answer obeys the law, whatever search found it: contacts that stick do not move and hold no more

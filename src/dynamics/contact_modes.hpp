@@ -41,6 +41,8 @@ class ContactModes final : public EventFunctions {
   Outcome choose(ModeSwitch at);
   Outcome put_to_rest(ModeSwitch* at);
   bool let_slide(const double* v, double times, ModeSwitch* at);
+  bool let_pass(const double* v, double times, ModeSwitch* at);
+  bool keep_from_rest(ModeSwitch* at);
   bool is_little(const std::vector<double>& before, const double* v, double own) const;
   Power work_of_impulses(const double* r, const std::vector<double>& impulses) const;
   bool bring_along(ModeSwitch* at);
@@ -50,6 +52,7 @@ class ContactModes final : public EventFunctions {
   Outcome count_islands(const ModeSwitch& at, std::vector<ContactChoice>* choices);
   Outcome search(const ModeSwitch& at, bool shared_loads, std::vector<char>* are_counted);
   Outcome finish(const ModeSwitch& at, const std::vector<char>& are_counted);
+  Outcome keep_moving(const ModeSwitch& at);
   Outcome check_rest(const ModeSwitch& at) const;
   std::vector<char> find_many_on_surfaces(const ModeSwitch& at) const;
   bool rests(const ModeSwitch& at, std::size_t island) const;

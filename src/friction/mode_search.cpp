@@ -163,6 +163,7 @@ void ModeSearch::visit(const Node& node) {
   for (int cut = 0; cut < most_cuts; ++cut) {
     work += one_program;
     if (program.maximize(objective, &u) == LinearProgram::Status::Infeasible) return;
+    prefer_small_shares(program, &u);
     if (!cut_discs(node, complete(u), &program)) break;
   }
   const bool something_begins =
@@ -208,6 +209,20 @@ void ModeSearch::visit(const Node& node) {
   if (!branch(node, x)) reason = "two modes of stick and slip are too near to be told apart";
 }
 
+/// Moves a solution u of the program to one whose shares are of the size of the load, if there is one. A wedge holds
+/// with shares of any size, and rounding of large ones moves points.
+void ModeSearch::prefer_small_shares(LinearProgram program, VectorXd* u) {
+  constexpr double small = 10.0;
+  const Eigen::Index size = u->size(), first = static_cast<Eigen::Index>(free_.size());
+  if (first == size - 1) return;
+  for (Eigen::Index i = first; i < size - 1; ++i) {
+    for (const double sign : {-1.0, 1.0}) program.add(sign * RowVectorXd::Unit(size, i), small);
+  }
+  work += static_cast<std::size_t>(size * size);
+  VectorXd smaller;
+  if (program.maximize(VectorXd::Unit(size, size - 1), &smaller) == LinearProgram::Status::Optimal) *u = smaller;
+}
+
 /// Moves a share of a load that obeys the law near the least share, with something left to spare. As |nu| >= n.nu, with
 /// equality at x, a share within these limits obeys the law.
 VectorXd ModeSearch::come_near(const Node& node, VectorXd x) {
@@ -238,9 +253,12 @@ VectorXd ModeSearch::come_near(const Node& node, VectorXd x) {
       const RowVectorXd above = contact.mu * nu.normalized().transpose() * contact.V;
       const double spare = std::min(0.5 * slack, spared * size),
                    bound = contact.mu * nu.norm() + above.dot(least - x) - spare;
-      const int sides = contact.dimension == 1 ? 2 : directions;
+      // The polygon inside the disk has a corner at x.
+      const bool is_line = contact.dimension == 1;
+      const int sides = is_line ? 2 : directions;
+      const double first = is_line ? 0.0 : std::atan2(x(contact.first + 1), x(contact.first)) + pi / sides;
       for (int i = 0; i < sides; ++i) {
-        const Vector2d d = unit_at(2.0 * pi * i / sides) / (sides > 2 ? std::cos(pi / sides) : 1.0);
+        const Vector2d d = unit_at(first + 2.0 * pi * i / sides) / (is_line ? 1.0 : std::cos(pi / sides));
         RowVectorXd row = d(0) * RowVectorXd::Unit(x.size(), contact.first);
         if (contact.dimension == 2) row += d(1) * RowVectorXd::Unit(x.size(), contact.first + 1);
         program.add((row - above) * F, bound - row.dot(least));

@@ -63,6 +63,7 @@ class ModeSearch {
   bool stick(std::size_t subset);
   void search();
   void visit(const Node& node);
+  void prefer_small_shares(LinearProgram program, Eigen::VectorXd* u);
   Eigen::VectorXd come_near(const Node& node, Eigen::VectorXd x);
 
   // Linear bounds, in mode_bounds.cpp.

@@ -37,8 +37,8 @@ struct Shares {
   };
   std::vector<Contact> contacts;
   MatrixXd Z;  // orthonormal
-  // If limits grow with the share, it may be of any size. A curb F = F0 + C x keeps the share and its reactions near
-  // the given ones; both are relative to their given size.
+  // If limits grow with the share, it may be of any size. A curb F = F0 + C x keeps the share and its reactions small,
+  // relative to their size in the least share, so that no share grows from one event to the next.
   MatrixXd C, C_by_y;
   VectorXd F0;
 
@@ -57,7 +57,7 @@ struct Shares {
   /// the share.
   bool set_limits(const ContactProblem& problem, const std::vector<std::size_t>& members,
                   const std::vector<Eigen::Index>& rows, const VectorXd& x);
-  void set_curb(const ContactProblem& problem, const std::vector<Eigen::Index>& rows, const VectorXd& x);
+  void set_curb(const ContactProblem& problem, const std::vector<Eigen::Index>& rows, const VectorXd& least);
 };
 
 void Shares::center(double price, double* level, VectorXd* x) const {
@@ -145,14 +145,14 @@ bool Shares::set_limits(const ContactProblem& problem, const std::vector<std::si
   return depend_on_share;
 }
 
-void Shares::set_curb(const ContactProblem& problem, const std::vector<Eigen::Index>& rows, const VectorXd& x) {
+void Shares::set_curb(const ContactProblem& problem, const std::vector<Eigen::Index>& rows, const VectorXd& least) {
   const MatrixXd W = problem.W(Eigen::all, rows);
-  const VectorXd own = x(rows), N = problem.N0 + problem.W * x;
-  const double size_of_N = N.norm(), size = own.norm() + size_of_N;
+  const VectorXd own = least(rows), N = problem.N0 + problem.W * least;
+  const double size = own.norm() + N.norm();
   C.resize(own.size() + N.size(), own.size());
-  C << MatrixXd::Identity(own.size(), own.size()) / size, W / size_of_N;
+  C << MatrixXd::Identity(own.size(), own.size()) / size, W / size;
   F0.setZero(C.rows());
-  F0.tail(N.size()) = (N - W * own) / size_of_N;
+  F0.tail(N.size()) = (N - W * own) / size;
   C_by_y = C * Z;
 }
 
@@ -235,14 +235,12 @@ double share_load(const ContactProblem& problem, const std::vector<char>& shares
   Shares shares;
   if (!find_free_shares(problem, &sharing, x, &shares.Z)) return nothing_to_share;
 
-  if (prefers_least && shares.Z.cols() > 0) {
-    constexpr double to_spare = 0.1;
-    VectorXd least = *x;
-    const double load = find_least(problem, sharing, shares.Z, &least);
-    if (load < 1.0 - to_spare) {
-      *x = least;
-      return load;
-    }
+  VectorXd least = *x;
+  const double least_load = find_least(problem, sharing, shares.Z, &least);
+  constexpr double to_spare = 0.1;
+  if (prefers_least && shares.Z.cols() > 0 && least_load < 1.0 - to_spare) {
+    *x = least;
+    return least_load;
   }
 
   // If reactions turn with the share, their directions are updated.
@@ -250,7 +248,7 @@ double share_load(const ContactProblem& problem, const std::vector<char>& shares
   constexpr int most_turns = 3;
   for (int turn = 0; turn < most_turns; ++turn) {
     const bool depends = shares.set_limits(problem, sharing.members, sharing.rows, *x);
-    if (turn == 0 && depends) shares.set_curb(problem, sharing.rows, *x);
+    if (turn == 0 && depends) shares.set_curb(problem, sharing.rows, least);
     level = shares.find_centre(&sharing.own);
     (*x)(sharing.rows) = sharing.own;
     if (!depends) break;

@@ -163,23 +163,26 @@ Outcome Integration::step_too_small(double resolution, Outcome reason) {
   if (reason.ok()) reason = trial_.find_jump(farthest_jump * resolution);
   if (reason.ok()) reason = find_end_ahead(resolution);
   reason = add_corner(farthest_corner * resolution, std::move(reason));
+  if (reason.status == Status::NoSolution) return reason;
   return {Status::StepTooSmall, "the step falls below " + text(resolution) + " s at t = " + text(state.t) +
                                     (reason.ok() ? "" : ": " + reason.what)};
 }
 
-/// Looks a little ahead, along the velocities, for a place where forces are not finite, as for a bond at its limit.
-/// Steps that get ever shorter may lead there. The mechanics loses what it knows of the state, since the advance is
-/// over.
+/// Looks a little ahead for a place where forces are not finite, as for a bond at its limit, or where no accelerations
+/// obey the law of friction, since reactions grow without bound (Painleve). Steps that get ever shorter may lead there.
+/// The mechanics loses what it knows of the state, since the advance is over.
 Outcome Integration::find_end_ahead(double resolution) {
   constexpr double nearest = 10.0, farthest = 1e7;
-  std::vector<double> x(state.x.size()), v(state.v.size()), a(state.a.size());
+  std::vector<double> x(state.x.size()), v(x), a(x);
   for (double ahead = nearest * resolution; ahead <= farthest * resolution; ahead *= 10.0) {
-    for (std::size_t i = 0; i < x.size(); ++i) x[i] = state.x[i] + ahead * state.v[i];
-    v = state.v;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      x[i] = state.x[i] + ahead * state.v[i];
+      v[i] = state.v[i] + ahead * state.a[i];
+    }
     try {
       mechanics_.prescribe(state.t + ahead, x.data(), v.data());
       Outcome found = mechanics_.accelerations({state.t + ahead, x.data(), v.data()}, {}, a.data());
-      if (found.status == Status::NotFinite) return found;
+      if (found.status == Status::NotFinite || found.status == Status::NoSolution) return found;
     } catch (const InputError&) {  // a table ends there
       return {};
     }

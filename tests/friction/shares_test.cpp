@@ -5,6 +5,7 @@
 #include <random>
 #include <tanor/tanor.hpp>
 
+#include "friction/contact_problem.hpp"
 #include "friction/rough_contacts.hpp"
 #include "long_tests.hpp"
 #include "reference.hpp"
@@ -53,6 +54,31 @@ System make_sharing_beads(unsigned seed, const SharedKind& kind) {
   system.velocities.assign(3 * kind.beads, 0.0);
   system.constraints.push_back(rods);
   return system;
+}
+
+/// Two beads of 1 kg on rough lines along x, 1 m apart, joined by a rod of the slope tan(a) to their normal, under 1 N
+/// each and 0.1 N along. With mu > tan(a) they hold with any tension T = ((x_2 - x_1)/2 - 0.05)/sin(a):
+///
+///   x_1 + x_2 = -0.1,   N_1 = 1 - T cos(a),   N_2 = 1 + T cos(a).
+TEST(FrictionShares, OfAWedgeDoNotGrowWhenTheyAreFoundAnew) {
+  const double tangent = 0.2;
+  ContactProblem problem;
+  problem.contacts = {{0, 1, false, 0.5}, {1, 1, false, 0.5}};
+  problem.A = Eigen::MatrixXd::Constant(2, 2, 0.5);
+  problem.a0 = Eigen::VectorXd::Constant(2, 0.05);
+  problem.N0 = Eigen::VectorXd::Zero(6);
+  problem.N0(1) = 1.0 + 0.05 / tangent;
+  problem.N0(4) = 1.0 - 0.05 / tangent;
+  problem.W = Eigen::MatrixXd::Zero(6, 2);
+  problem.W.row(1) << 0.5 / tangent, -0.5 / tangent;
+  problem.W.row(4) = -problem.W.row(1);
+  Eigen::VectorXd x{{-0.7, 0.6}}, weights;
+
+  for (int event = 0; event < 20; ++event) {
+    EXPECT_LT(share_load(problem, {1, 1}, false, &x, &weights), 1.0);
+    EXPECT_NEAR(x.sum(), -0.1, 1e-12);
+    EXPECT_LT(x.norm(), 2.0);
+  }
 }
 
 TEST(FrictionShares, NoSceneWithOneMotionIsRefusedAndNoAnswerIsWrong) {

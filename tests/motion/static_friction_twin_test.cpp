@@ -1,9 +1,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 #include <string>
 #include <tanor/tanor.hpp>
+#include <vector>
 
 #include "long_tests.hpp"
 #include "motion/rough_row.hpp"
@@ -116,13 +118,14 @@ bool agree(const rough_row::Program& a, const rough_row::Program& b, std::size_t
   return a.is_certain && b.is_certain && apart <= 1e-9;
 }
 
-/// Two beads on planes stop together, and the third one, on a line, is held by them.
-TEST(StaticFrictionTwin, ABeadStopsWithThoseThatHoldIt) {
-  const Row row = draw_row(1017);
+/// Expects that a row ends where the dense program says, at these tolerances.
+void expect_end_of_twin(unsigned seed, const std::vector<double>& rtols) {
+  const Row row = draw_row(seed);
   rough_row::Program program(row);
   program.advance_to(0.4);
   ASSERT_TRUE(program.is_certain);
-  for (const double rtol : {1e-12, 1e-11}) {
+  for (const double rtol : rtols) {
+    SCOPED_TRACE(testing::Message() << "seed " << seed << ", rtol " << rtol);
     Simulation simulation(make_system(row), {.method = Method::Dop853, .rtol = rtol, .atol = 1e-2 * rtol});
 
     const Outcome outcome = simulation.advance_to(0.4);
@@ -131,6 +134,43 @@ TEST(StaticFrictionTwin, ABeadStopsWithThoseThatHoldIt) {
     for (std::size_t i = 0; i < row.beads.size(); ++i)
       EXPECT_LE((Vector3d::Map(simulation.positions().data() + 3 * i) - program.position(i)).norm(), 1e-8) << i;
   }
+}
+
+/// Two beads on planes stop together, and the third one, on a line, is held by them.
+TEST(StaticFrictionTwin, ABeadStopsWithThoseThatHoldIt) {
+  expect_end_of_twin(1017, {1e-12, 1e-11});
+}
+
+/// A bead on a line (1257) and one on a plane (1525) come back where a rod at right angles to them moves on.
+TEST(StaticFrictionTwin, ABeadPassesThroughRestWhileOthersMoveOn) {
+  for (const unsigned seed : {1257u, 1525u}) expect_end_of_twin(seed, {1e-13, 1e-12, 1e-11});
+}
+
+/// Two beads on lines wedge with any force, beside one on a plane that stops and gives way.
+TEST(StaticFrictionTwin, AWedgeHoldsByForcesOfTheSizeOfItsLoad) {
+  expect_end_of_twin(1235, {1e-12});
+}
+
+/// A wedge with a third bead (1331), and a limit of 2 mN beside friction of 7 N (1695).
+TEST(StaticFrictionTwin, ContactsGiveWayBesideMuchLargerFriction) {
+  for (const unsigned seed : {1331u, 1695u}) {
+    Simulation simulation(make_system(draw_row(seed)), {.method = Method::Dop853, .rtol = 1e-12, .atol = 1e-14});
+    const Outcome outcome = simulation.advance_to(0.4);
+    EXPECT_TRUE(outcome.ok()) << "seed " << seed << ": " << outcome.what;
+    for (const double force : simulation.friction_forces()) EXPECT_LT(std::abs(force), 1e3) << "seed " << seed;
+  }
+}
+
+/// Accelerations grow like (t_end - t)^(-1/2) while three beads slide on.
+TEST(StaticFrictionTwin, ReactionsThatGrowWithoutBoundEndTheMotionByName) {
+  Simulation simulation(make_system(draw_row(1931)), {.method = Method::Dop853, .rtol = 1e-12, .atol = 1e-14});
+
+  const Outcome outcome = simulation.advance_to(0.4);
+
+  EXPECT_EQ(outcome.status, Status::NoSolution);
+  EXPECT_NE(outcome.what.find("coulomb0 at guide0[0], point 0 and others of its island: no accelerations obey the law"),
+            std::string::npos)
+      << outcome.what;
 }
 
 TEST(StaticFrictionTwin, RandomRowsEndWhereADenseProgramSays) {
