@@ -196,10 +196,19 @@ bool ContactModes::keep_from_rest(ModeSwitch* at) {
   return some_slide;
 }
 
-/// Returns true if no point has lost more velocity than the rounding of the speed around it (the energy loses its
+/// Returns the largest speed at v of a contact that counts as at rest, m/s.
+double ContactModes::speed_of_rest(const ModeSwitch& at, const double* v) const {
+  double speed = 0.0;
+  for (std::size_t c = 0; c < state_.size(); ++c) {
+    if (at.at_rest[c] != 0) speed = std::max(speed, state_.sliding_speed(c, v));
+  }
+  return speed;
+}
+
+/// Returns true if no point has lost more velocity than a little part of the speed around it (the energy loses its
 /// square), or than the speed `own` of the contacts that are put to rest.
-bool ContactModes::is_little(const std::vector<double>& before, const double* v, double own) const {
-  constexpr double little = 1e-6, alike = 10.0;
+bool ContactModes::is_little(const std::vector<double>& before, const double* v, double little, double own) const {
+  constexpr double alike = 10.0;
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {
     const double lost = norm(load(v, i) - load(before.data(), i));
     if (!(lost <= std::max(little * work_.scales.speed(work_.scales.of_point(i)), alike * own))) return false;
@@ -215,10 +224,7 @@ Outcome ContactModes::put_to_rest(ModeSwitch* at) {
   const std::vector<double> before(at->v, at->v + 3 * model_.num_points());
   std::vector<double> impulses(model_.num_rows());
   const Power earlier = work_of_rest_;
-  double own = 0.0;
-  for (std::size_t c = 0; c < state_.size(); ++c) {
-    if (at->at_rest[c] != 0) own = std::max(own, state_.sliding_speed(c, at->v));
-  }
+  const double own = speed_of_rest(*at, at->v);
   for (const bool is_again : {false, true}) {
     if (Outcome outcome = system_.linearise(at->t, at->r); !outcome.ok()) return outcome;
     std::fill(impulses.begin(), impulses.end(), 0.0);
@@ -226,7 +232,7 @@ Outcome ContactModes::put_to_rest(ModeSwitch* at) {
     if (!still.outcome.ok()) return still.outcome;
     work_of_rest_ = earlier;
     work_of_rest_.add(1.0, work_of_impulses(at->r, impulses));
-    if (is_again || is_little(before, at->v, own)) {
+    if (is_again || is_little(before, at->v, 1e-6, own)) {
       // Contacts that the constraints keep from rest, such as a bead that only turns others on its line, slide on as
       // well.
       constexpr double rounding_of_rest = 10.0;
@@ -365,18 +371,26 @@ Outcome ContactModes::finish(const ModeSwitch& at, const std::vector<char>& are_
   return found;
 }
 
-/// Puts only those to rest that stay there, where others that were put to rest slide on. A bead on its line passes
-/// through rest where a rod that turns another one is at right angles to the line; to hold it would stop both.
+/// Projects velocities again where contacts that were put to rest slide on, since other rows hold them from now on. If
+/// others have lost speed with them, only what sticks is put to rest. A bead on its line passes through rest where a
+/// rod that turns another one is at right angles to the line; to hold it would stop both.
 Outcome ContactModes::keep_moving(const ModeSwitch& at) {
+  constexpr double rounding = 1e-11;
   bool some_slide = false;
-  for (std::size_t c = 0; c < state_.size(); ++c)
-    some_slide = some_slide || (at.at_rest[c] != 0 && !state_.tangents.sticks(c));
+  for (std::size_t c = 0; c < state_.size(); ++c) {
+    if (at.at_rest[c] == 0 || state_.tangents.sticks(c)) continue;
+    if (!state_.is_at_rest(c, at.before.data())) return {};  // it was slow, and begins anew from rest
+    some_slide = true;
+  }
   if (!some_slide) return {};
-  std::copy(at.before.begin(), at.before.end(), at.v);
+  if (!is_little(at.before, at.v, rounding, speed_of_rest(at, at.before.data()))) {
+    std::copy(at.before.begin(), at.before.end(), at.v);
+    work_of_rest_ = {};
+  }
   if (Outcome outcome = system_.linearise(at.t, at.r); !outcome.ok()) return outcome;
   std::vector<double> impulses(model_.num_rows(), 0.0);
   const ProjectionReport moving = system_.project_velocities(at.t, at.r, at.v, impulses.data());
-  work_of_rest_ = work_of_impulses(at.r, impulses);
+  work_of_rest_.add(1.0, work_of_impulses(at.r, impulses));
   return moving.outcome;
 }
 

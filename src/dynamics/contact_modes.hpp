@@ -43,7 +43,8 @@ class ContactModes final : public EventFunctions {
   bool let_slide(const double* v, double times, ModeSwitch* at);
   bool let_pass(const double* v, double times, ModeSwitch* at);
   bool keep_from_rest(ModeSwitch* at);
-  bool is_little(const std::vector<double>& before, const double* v, double own) const;
+  double speed_of_rest(const ModeSwitch& at, const double* v) const;
+  bool is_little(const std::vector<double>& before, const double* v, double little, double own) const;
   Power work_of_impulses(const double* r, const std::vector<double>& impulses) const;
   bool bring_along(ModeSwitch* at);
   void forget_slow_directions(const ModeSwitch& at);

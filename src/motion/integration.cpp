@@ -126,7 +126,7 @@ Outcome Integration::step_or_split(double t, int splits_left, const Taken& taken
     }
     if (splits_left == 0 && attempt.step.outcome.ok()) return step_too_small(clear, {});
     if (attempt.has_switched) return attempt.step.outcome;
-    if (splits_left == 0) return explain_failure(std::ldexp(clear, most_splits), attempt.step.outcome);
+    if (splits_left == 0) return explain_end(std::ldexp(clear, most_splits), attempt.step.outcome);
     ++report_.rejected;
     if (Outcome back = mechanics_.linearise(state.t, state.x.data()); !back.ok()) return back;
     if (Outcome first = step_or_split(state.t + 0.5 * clear, splits_left - 1, taken); !first.ok()) return first;
@@ -162,7 +162,7 @@ Outcome Integration::step_too_small(double resolution, Outcome reason) {
   constexpr double farthest_jump = 1e7, farthest_corner = 1e7;
   if (reason.ok()) reason = trial_.find_jump(farthest_jump * resolution);
   if (reason.ok()) reason = find_end_ahead(resolution);
-  reason = add_corner(farthest_corner * resolution, std::move(reason));
+  reason = explain_end(farthest_corner * resolution, std::move(reason));
   if (reason.status == Status::NoSolution) return reason;
   return {Status::StepTooSmall, "the step falls below " + text(resolution) + " s at t = " + text(state.t) +
                                     (reason.ok() ? "" : ": " + reason.what)};
@@ -190,17 +190,12 @@ Outcome Integration::find_end_ahead(double resolution) {
   return find_collision(farthest * resolution);
 }
 
-/// Names the arm that vanishes within so many seconds, as a rod that turns ever faster while it runs out, or else the
-/// corner there.
-Outcome Integration::explain_failure(double within, Outcome reason) {
+/// Names the arm that vanishes within so many seconds, as a rod that turns ever faster while it runs out. If there is
+/// none, adds the name of a corner that the state meets within them, if there is one, to the reason of a failure.
+Outcome Integration::explain_end(double within, Outcome reason) {
   if (!trial_.arms.is_empty()) {
     if (const auto arm = trial_.arms.find_ahead(state, false, within)) return trial_.arms.explain(*arm, arm->time);
   }
-  return add_corner(within, std::move(reason));
-}
-
-/// Adds the name of a corner that the state meets within so many seconds, if there is one, to the reason of a failure.
-Outcome Integration::add_corner(double within, Outcome reason) {
   const std::string name = trial_.corners.name_next(state, within);
   if (name.empty()) return reason;
   const std::string corner = "the corner of " + name + " is too near";

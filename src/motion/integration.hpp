@@ -102,8 +102,7 @@ class Integration {
   Outcome step_or_split(double t, int splits_left, const Taken& taken);
   Outcome step_too_small(double resolution, Outcome reason);
   Outcome find_end_ahead(double resolution);
-  Outcome explain_failure(double within, Outcome reason);
-  Outcome add_corner(double within, Outcome reason);
+  Outcome explain_end(double within, Outcome reason);
   Outcome find_collision(double within);
   double longest_step() const;
   void take_trial(const StepAttempt& attempt, const Taken& taken);
