@@ -139,9 +139,9 @@ Outcome FrictionSolver::iterate(double t, const UniquenessCheck& check, const do
   switch (method_) {
     case FrictionMethod::FixedPoint:
       if (converges(FrictionMethod::FixedPoint)) return {};
-      return fail_friction(
-          Status::NotConverged, t,
-          "the iteration of friction does not converge by itself (contraction " + text(report_.contraction) + "); others may");
+      return fail_friction(Status::NotConverged, t,
+                           "the iteration of friction does not converge by itself (contraction " +
+                               text(report_.contraction) + "); others may");
     case FrictionMethod::Auto:
       // A step of Newton's method costs a few solves for few contacts, less than slow iterations.
       if (are_few && converges(FrictionMethod::Anderson, poor_contraction)) return {};

@@ -192,9 +192,12 @@ Outcome SlidingIslands::verify_uniqueness(double t, const UniquenessCheck& check
       Outcome outcome = note_several(island, solutions.found.size(), t, check, report);
       if (!outcome.ok()) return outcome;
     } else if (solutions.uniqueness != Uniqueness::Proven) {
-      leave_open(&island, island.members.size() > most_enumerated
-                              ? "the iteration of friction is no contraction, and modes of more than ten contacts are too many to try"
-                              : "the iteration of friction is no contraction, and the search for other sizes of friction became too long");
+      leave_open(
+          &island,
+          island.members.size() > most_enumerated
+              ? "the iteration of friction is no contraction, and modes of more than ten contacts are too many to try"
+              : "the iteration of friction is no contraction, and the search for other sizes of friction became too "
+                "long");
     }
   }
   if (is_proven && report->uniqueness != Uniqueness::Several) report->uniqueness = Uniqueness::Proven;
