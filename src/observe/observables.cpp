@@ -90,7 +90,7 @@ void Observables::take(const ObservedInstant& at, Which which, bool counts) {
     Observed& seen = found_[k];
     texts_[k].evaluate(at, &seen);
     if (!counts) continue;
-    const std::size_t parts = seen.least.size(), members = std::max<std::size_t>(1, seen.members.size());
+    const std::size_t parts = seen.least.size(), members = seen.values.size() / parts;
     for (std::size_t k = 0; k < members; ++k) {
       const std::string& member = seen.members.empty() ? seen.member : seen.members[k];
       for (std::size_t p = 0; p < parts; ++p)

@@ -115,6 +115,8 @@ class ObservedText::Reader {
     if (!has_bracket) throw TextFault{at, std::string(name) + " takes (" + std::string(kind->arguments) + ")"};
     const Arguments arguments = read_arguments(text, name, at, &bracket);
     term.quantity = kind->make(things_, arguments);
+    if (term.quantity->num_members() == 0)
+      throw TextFault{at, std::string(text.substr(at, bracket - at)) + " has no members"};
     read_part(text, &bracket, &term);
     *place = bracket;
     to_.terms_.push_back(std::move(term));

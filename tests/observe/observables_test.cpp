@@ -177,7 +177,8 @@ TEST(Observables, PressureOfDumbbellsIsThatOfADoubleLoop) {
 }
 
 TEST(Observables, BadTextsAreRefusedWithTheirPlace) {
-  const System system = make_cable(3);
+  System system = make_cable(3);
+  (void)system.add_rods("none");
   const auto refuse = [&](const std::string& text) {
     return error_of([&] { check_observable(system, {.text = text}); });
   };
@@ -186,7 +187,9 @@ TEST(Observables, BadTextsAreRefusedWithTheirPlace) {
   EXPECT_EQ(
       refuse("max tension(lnks)"),
       "formula \"max tension(lnks)\": column 13: no constraints or forces are named 'lnks' (did you mean links?); "
-      "there are links, gravity0");
+      "there are links, none, gravity0");
+  for (const std::string word : {"", "max ", "sum ", "each "})
+    EXPECT_NE(refuse(word + "tension(none)").find("tension(none) has no members"), std::string::npos);
   EXPECT_EQ(refuse("tension(links[3])"),
             "formula \"tension(links[3])\": column 9: links has 3 members, counted from 0");
   EXPECT_EQ(refuse("moment(hook)"),
