@@ -176,6 +176,36 @@ TEST(Observables, PressureOfDumbbellsIsThatOfADoubleLoop) {
   EXPECT_NEAR(find(found, "temperature()").values[0], 2.0 * kinetic / (3.0 * 18.0 - 9.0 - 3.0), 1e-13);
 }
 
+/// The tension of a pendulum follows from its state, T = m (v^2 - g z)/L, also at steps of methods that leave no forces
+/// behind.
+TEST(Observables, TensionsAtEveryStepAreThoseOfTheState) {
+  for (const Method method : {Method::Rattle, Method::Rk4, Method::Dopri5, Method::Taylor}) {
+    System system;
+    const Point hook = system.add_support({0.0, 0.0, 0.0}),
+                bob = system.add_point({.position = {1.0, 0.0, 0.0}, .mass = 2.0});
+    system.add_rods("rod").join(hook, bob);
+    system.add_gravity({0.0, 0.0, -of_earth});
+    Simulation simulation(system, {.method = method, .step = has_fixed_steps(method) ? 1e-2 : 0.0});
+    simulation.add_observable({.text = "max tension(rod)", .every_step = true});
+    simulation.add_observable({.text = "tension(rod)"});
+    double largest = 0.0, worst = 0.0;
+
+    const Outcome outcome = simulation.advance_to(1.0, [&](const MotionReport&) {
+      const Solution at = simulation.solution();
+      const double* const v = at.velocities.data() + 3;
+      const double tension = 2.0 * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2] - of_earth * at.positions[5]);
+      largest = std::max(largest, tension);
+      worst = std::max(worst, std::abs(simulation.observe(false)[1].values[0] - tension));
+      return true;
+    });
+
+    ASSERT_TRUE(outcome.ok()) << outcome.what;
+    EXPECT_GT(largest, 50.0) << name_of(method);  // 6 g = 58.86 N at the bottom
+    EXPECT_LT(worst, 1e-10) << name_of(method);
+    EXPECT_NEAR(simulation.observe(false)[0].largest[0].value, largest, 1e-10) << name_of(method);
+  }
+}
+
 TEST(Observables, BadTextsAreRefusedWithTheirPlace) {
   System system = make_cable(3);
   (void)system.add_rods("none");
