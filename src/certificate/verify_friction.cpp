@@ -247,7 +247,7 @@ void Verifier::verify_friction_by_blocks() {
   FrictionBlocks blocks{};
   if (answer_.friction.sticking_is_indeterminate) {
     blocks.outcome = {Status::NotUnique, "contacts that stick share their load by convention"};
-  } else if (const std::string contact = forms_.normal->find_undetermined_reaction(); !contact.empty()) {
+  } else if (const std::string contact = forms_.normal->contacts()->find_undetermined_reaction(); !contact.empty()) {
     // Each way chooses a share of its own.
     blocks.outcome = {Status::NotUnique,
                       "constraints that depend on each other share the reaction of " + contact + " by convention"};

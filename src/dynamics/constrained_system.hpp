@@ -5,7 +5,7 @@
 
 #include "dynamics/contact_response.hpp"
 #include "dynamics/mechanics.hpp"
-#include "dynamics/sliding_islands.hpp"
+#include "schur/gram_solver.hpp"
 #include "schur/redundancy.hpp"
 
 namespace tanor {
@@ -17,6 +17,8 @@ class ConstrainedSystem {
   virtual ~ConstrainedSystem() = default;
 
   virtual ContactResponse& response() = 0;
+  /// S of all rows, in which the rows of contacts may be made compliant.
+  virtual GramSolver& gram() = 0;
   /// Evaluates K at (t, r) and factorizes S.
   virtual Outcome linearise(double t, const double* r) = 0;
   /// Projects v onto K'v + xi_t = 0 in the M-norm, with the linearization at (t, r). Adds the multipliers, N s, to

@@ -6,20 +6,18 @@
 
 #include "base/stopwatch.hpp"
 #include "base/text.hpp"
-#include "dynamics/contact_islands.hpp"
 #include "dynamics/light_points.hpp"
 #include "schur/refinement.hpp"
 
 namespace tanor {
 
 ForwardDynamics::ForwardDynamics(Workspace& work, Linearization& linearization, Residuals& residuals,
-                                 const Contacts& contacts)
+                                 Contacts* contacts)
     : work_(work),
       model_(work.model()),
       linearization_(linearization),
       residuals_(residuals),
-      contacts_(contacts.state),
-      friction_(contacts.friction),
+      contacts_(contacts),
       lambda_(model_.num_rows(), 0.0),
       dw_(3 * model_.num_points(), 0.0),
       b_(model_.num_rows()),
@@ -36,7 +34,7 @@ Outcome ForwardDynamics::solve(const Kinematics& at, const Request& request, std
   if (to.reactions != nullptr && outcome.ok()) {
     to.reactions->lambda = lambda_;
     to.reactions->refinements = report_.refinements;
-    if (friction_ != nullptr) friction_->write_contacts(lambda_.data(), &to.reactions->friction);
+    if (contacts_ != nullptr) contacts_->write_contacts(lambda_.data(), &to.reactions->friction);
   }
   return outcome;
 }
@@ -77,10 +75,10 @@ Outcome ForwardDynamics::find(const Kinematics& at, const Request& request, std:
 
 Power ForwardDynamics::find_power(const Kinematics& at) {
   Power result = work_.power(work_.power_of_reactions(dw_.data(), at.v), at.x, at.v);
-  if (friction_ == nullptr) return result;
-  result.friction = friction_->power(lambda_.data(), at.v);
+  if (contacts_ == nullptr) return result;
+  result.friction = contacts_->power(lambda_.data(), at.v);
   // A part of the power of M^-1 K lambda belongs to contacts that stick.
-  if (model_.is_rheonomic()) result.supports -= friction_->held_power(lambda_.data(), at.v);
+  if (model_.is_rheonomic()) result.supports -= contacts_->held_power(lambda_.data(), at.v);
   return result;
 }
 
@@ -155,7 +153,7 @@ void ForwardDynamics::evaluate(const Kinematics& at, const Request& request, boo
   report_.refinements = 0;
   problem_ = {w, b_.data(), scale};
   residuals_.begin_instant();
-  if (friction_ != nullptr) residuals_.measure_accelerations(problem_);
+  if (contacts_ != nullptr) residuals_.measure_accelerations(problem_);
 }
 
 /// Checks rows that join supports alone. They take no part in S, so the prescribed motion must satisfy them by itself.
@@ -183,7 +181,7 @@ void ForwardDynamics::find_multipliers() {
   }
   refine();
   // Friction depends on the multipliers; if they are not unique, those of the least norm serve.
-  if (friction_ != nullptr) linearization_.minimize_multiplier_norm(lambda_.data());
+  if (contacts_ != nullptr) linearization_.minimize_multiplier_norm(lambda_.data());
 }
 
 /// Refines in w: rho = K'dw + b = K'w + phi, lambda -= S^-1 rho, dw -= M^-1 K S^-1 rho. Reports |rho| over its scale.
@@ -240,53 +238,31 @@ void ForwardDynamics::write_reactions(const std::vector<double>& lambda, double*
 
 /// Finds tau at lambda, beginning with the last one, and makes it a part of w0 and b = phi + K'w0.
 Outcome ForwardDynamics::find_friction(const Kinematics& at, const UniquenessCheck& check, double* w) {
-  if (friction_ == nullptr) return {};
+  if (contacts_ == nullptr) return {};
   const auto [t, r, v] = at;
-  contacts_->restore_slip_directions(r, v);
-  contacts_->set_sliding_speeds();
   // The null space turns with K, so the rank is decided again.
   if (!work_.constraints.gradients_are_constant()) (void)linearization_.factor().decide_rank_again(r);
-  friction_->set_accelerations(residuals_.accelerations());
-  Outcome outcome = friction_->find({t, r, v, linearization_.blocks().data()}, b_.data(), check, lambda_.data());
-  report_.friction = friction_->report();
-  if (outcome.ok()) friction_->add(1.0, w, b_.data());
+  Outcome outcome = contacts_->find({t, r, v, linearization_.blocks().data()}, check, lambda_.data(), w, b_.data());
+  report_.friction = contacts_->report();
   return outcome;
 }
 
 /// Repeats the solve from lambda if tau(lambda) differs from the friction that lambda was found with.
 void ForwardDynamics::improve_friction(double* w) {
-  if (friction_ == nullptr) return;
-  constexpr double converged = 1e-12;
-  if (friction_->measure(lambda_.data()) > converged) {
-    {
-      const Stopwatch watch(&work_.times.friction);
-      friction_->add(-1.0, w, b_.data());
-      friction_->refine(b_.data(), lambda_.data());
-      friction_->add(1.0, w, b_.data());
-    }
+  if (contacts_ == nullptr) return;
+  if (contacts_->improve(lambda_.data(), w, b_.data())) {
     find_multipliers();
-    friction_->measure(lambda_.data());
+    contacts_->measure(lambda_.data());
   }
-  report_.friction = friction_->report();
-  report_.friction.sticking_is_indeterminate = contacts_->shares_loads;
-}
-
-/// Rejects a friction that misses the law although the motion is unique. Wrongly chosen modes leave such friction,
-/// which no iteration brings to the law.
-Outcome ForwardDynamics::verify_friction(double t) {
-  contacts_->add_verdict(linearization_.blocks(), linearization_.factor().all_rows().redundancy(), &report_.friction);
-  constexpr double largest_miss = 1e-4;
-  const FrictionReport& friction = report_.friction;
-  if (friction.uniqueness != Uniqueness::Proven || friction.residual <= largest_miss) return {};
-  return fail_friction(Status::NotConverged, t,
-                       "what was found misses the law by " + text(friction.residual) + " of the largest friction");
+  report_.friction = contacts_->report();
+  report_.friction.sticking_is_indeterminate = contacts_->shares_loads();
 }
 
 // ---- verification ----
 
 Outcome ForwardDynamics::verify(const Kinematics& at, bool verifies_friction) {
-  if (friction_ != nullptr && verifies_friction) {
-    if (Outcome outcome = verify_friction(at.t); !outcome.ok()) return outcome;
+  if (contacts_ != nullptr && verifies_friction) {
+    if (Outcome outcome = contacts_->verify(at.t, &report_.friction); !outcome.ok()) return outcome;
   }
   if (report_.residual > doubtful_above) {
     if (Outcome outcome = reconsider_rank(at.t, at.x); !outcome.ok()) return outcome;

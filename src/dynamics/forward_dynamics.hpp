@@ -4,8 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "dynamics/contact_state.hpp"
-#include "dynamics/friction_solver.hpp"
+#include "dynamics/contacts.hpp"
 #include "dynamics/instant.hpp"
 #include "dynamics/linearization.hpp"
 #include "dynamics/residuals.hpp"
@@ -24,13 +23,8 @@ namespace tanor {
 /// f + tau stands in place of f.
 class ForwardDynamics {
  public:
-  /// The contacts and their friction, null if constraints are ideal.
-  struct Contacts {
-    ContactState* state = nullptr;
-    FrictionSolver* friction = nullptr;
-  };
-  /// All arguments must outlive this object.
-  ForwardDynamics(Workspace& work, Linearization& linearization, Residuals& residuals, const Contacts& contacts);
+  /// `contacts` is null if constraints are ideal. All arguments must outlive this object.
+  ForwardDynamics(Workspace& work, Linearization& linearization, Residuals& residuals, Contacts* contacts);
 
   /// Computes w [3n] at (t, r, v), with K and the factor of S at this configuration or with the present ones.
   Outcome solve(const Kinematics& at, const Request& request, const AccelerationOutput& to) {
@@ -62,7 +56,6 @@ class ForwardDynamics {
   void refine();
   void improve_friction(double* w);
   Outcome verify(const Kinematics& at, bool verifies_friction);
-  Outcome verify_friction(double t);
   Outcome reconsider_rank(double t, const double* r);
   void add_reactions(double* w) const;
 
@@ -70,8 +63,7 @@ class ForwardDynamics {
   const Model& model_;
   Linearization& linearization_;
   Residuals& residuals_;
-  ContactState* contacts_;                             // null if constraints are ideal
-  FrictionSolver* friction_;                           // likewise
+  Contacts* contacts_;                                 // null if constraints are ideal
   bool exact_ = false;                                 // of the present solve
   SolveReport report_;                                 // of the present solve
   std::vector<double> lambda_, dw_;                    // [d]; [3n] w - w0 = M^-1 K lambda

@@ -28,7 +28,7 @@ Outcome iterate_friction_blocks(MultiplierForm& normal, Workspace& work, const F
   bool has_converged = false;
   while (!has_converged && result->iterations < most_iterations) {
     ++result->iterations;
-    normal.friction()->write_at(lambda.data(), tau.data());
+    normal.contacts()->write_at(lambda.data(), tau.data());
     // tau^(xi) = Gamma^-1 K'tau, A tau^(q) = tau_T = tau - K tau^(xi)
     space.project(tau.data(), tau_N.data(), tau_xi.data());
     for (std::size_t i = 0; i < 3 * model.num_moving(); ++i)

@@ -7,7 +7,7 @@
 
 namespace tanor {
 
-Linearization::Linearization(Workspace& work, const SolverOptions& options, ContactState* contacts)
+Linearization::Linearization(Workspace& work, const SolverOptions& options, Contacts* contacts)
     : work_(work),
       model_(work.model()),
       contacts_(contacts),

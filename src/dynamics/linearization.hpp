@@ -20,7 +20,7 @@ namespace tanor {
 class Linearization {
  public:
   /// `contacts` is null where constraints are ideal. All arguments but the options must outlive the linearization.
-  Linearization(Workspace& work, const SolverOptions& options, ContactState* contacts = nullptr);
+  Linearization(Workspace& work, const SolverOptions& options, Contacts* contacts = nullptr);
   Linearization(const Linearization&) = delete;
   Linearization& operator=(const Linearization&) = delete;
 
@@ -95,12 +95,12 @@ class Linearization {
 
  private:
   friend struct Tampering;  // the tests corrupt the solver through it, and every corruption must be caught
-  bool shares_loads() const { return contacts_ != nullptr && contacts_->shares_loads; }
+  bool shares_loads() const { return contacts_ != nullptr && contacts_->shares_loads(); }
 
   Workspace& work_;
   const Model& model_;
-  const ContactState* contacts_;  // null if constraints are ideal
-  std::vector<double> blocks_;    // K
+  const Contacts* contacts_;    // null if constraints are ideal
+  std::vector<double> blocks_;  // K
   StandingFactor factor_;
   ConjugateResiduals conjugate_;                    // used where contacts share a load
   std::vector<double> rows_, right_side_, points_;  // [d], [d], [3n] scratch

@@ -10,36 +10,21 @@ namespace tanor {
 
 MultiplierForm::MultiplierForm(Workspace& work, const SolverOptions& options)
     : PointForm(work),
-      contact_state_(work.model().has_friction() ? std::make_unique<ContactState>(work) : nullptr),
-      linearization_(work, options, contact_state_.get()),
-      residuals_(work, linearization_.blocks()),
-      projector_(work, linearization_, residuals_, contact_state_.get()),
-      corners_(std::make_unique<PointCorners>(work, linearization_, projector_)),
       response_(work, linearization_),
-      friction_(make_friction(options.friction)),
+      system_(linearization_, residuals_, projector_, dynamics_, response_),
+      contacts_(work.model().has_friction() ? make_contacts(work, options.friction, system_) : nullptr),
+      linearization_(work, options, contacts_.get()),
+      residuals_(work, linearization_.blocks()),
+      projector_(work, linearization_, residuals_, contacts_.get()),
+      corners_(std::make_unique<PointCorners>(work, linearization_, projector_)),
       has_no_friction_but_viscous_(is_friction_viscous(work.model().system)),
-      dynamics_(work, linearization_, residuals_, {contact_state_.get(), friction_.get()}),
-      steps_(work, linearization_, projector_, dynamics_, friction_.get()),
+      dynamics_(work, linearization_, residuals_, contacts_.get()),
+      steps_(work, linearization_, projector_, dynamics_, contacts_.get()),
       gradient_rank_(work, linearization_),
       implicit_(work),
-      rows_(model_.num_rows()),
-      system_(linearization_, residuals_, projector_, dynamics_, response_) {
-  if (friction_ == nullptr) return;
-  LoadSharing& sharing = linearization_.factor().all_rows().sharing();
-  contacts_ = std::make_unique<ContactModes>(*contact_state_, sharing, *friction_, system_);
-}
+      rows_(model_.num_rows()) {}
 
 MultiplierForm::~MultiplierForm() = default;
-
-std::unique_ptr<FrictionSolver> MultiplierForm::make_friction(FrictionMethod method) {
-  if (contact_state_ == nullptr) return nullptr;
-  return std::make_unique<FrictionSolver>(work_, contact_state_->laws, method, response_);
-}
-
-std::string MultiplierForm::find_undetermined_reaction() const {
-  return contact_state_->find_undetermined_reaction(linearization_.blocks(),
-                                                    linearization_.factor().all_rows().redundancy());
-}
 
 double MultiplierForm::predicted_flops() const {
   const FactorSummary& factor = linearization_.factor().summary();
@@ -71,18 +56,18 @@ void MultiplierForm::describe(PlanSummary* plan) const {
 Reactions MultiplierForm::no_reactions() const {
   Reactions none;
   none.lambda.resize(model_.num_rows());
-  if (friction_ != nullptr) none.friction.resize(3 * work_.constraints.tangents().size());
+  if (contacts_ != nullptr) none.friction.resize(3 * work_.constraints.tangents().size());
   return none;
 }
 
 void MultiplierForm::write_friction(const Reactions& found, double* tau) const {
-  if (friction_ != nullptr) return friction_->write_points(found.friction.data(), tau);
+  if (contacts_ != nullptr) return contacts_->write_points(found.friction.data(), tau);
   std::fill(tau, tau + size(), 0.0);
 }
 
 Outcome MultiplierForm::begin(double t, const double* r, double* v, const Request& request,
                               const AccelerationOutput& to) {
-  if (friction_ != nullptr && friction_->laws().depend_on_reactions()) return contacts_->begin(t, r, v, request, to);
+  if (contacts_ != nullptr) return contacts_->begin(t, r, v, request, to);
   return accelerations({t, r, v}, request.evaluated_anew(), to);
 }
 
@@ -144,7 +129,7 @@ Roles MultiplierForm::roles() {
     roles.rounding_groups = rounding();
     roles.implicit_formulation = &implicit_;
   }
-  if (contacts_ != nullptr && contacts_->num_events() > 0) roles.events = contacts_.get();
+  if (contacts_ != nullptr) roles.events = contacts_->events();
   if (!corners_->empty()) roles.corners = corners_.get();
   return roles;
 }

@@ -4,9 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/contact_modes.hpp"
+#include "dynamics/contacts.hpp"
 #include "dynamics/forward_dynamics.hpp"
-#include "dynamics/friction_solver.hpp"
 #include "dynamics/gradient_rank.hpp"
 #include "dynamics/implicit_form.hpp"
 #include "dynamics/linearization.hpp"
@@ -29,7 +28,7 @@ class MultiplierForm final : public PointForm {
   MultiplierForm(Workspace& work, const SolverOptions& options);
   ~MultiplierForm() override;
 
-  bool has_work() const override { return model_.is_rheonomic() || work_.forces.has_work() || friction_ != nullptr; }
+  bool has_work() const override { return model_.is_rheonomic() || work_.forces.has_work() || contacts_ != nullptr; }
   Outcome linearise(double t, const double* r) override { return linearization_.update(t, r); }
   double reciprocal_condition() const override { return linearization_.factor().reciprocal_condition(); }
   Outcome accelerations(const Kinematics& at, const Request& request, const AccelerationOutput& to) override {
@@ -72,9 +71,7 @@ class MultiplierForm final : public PointForm {
   ForwardDynamics& dynamics() { return dynamics_; }
   StepProjection& steps() { return steps_; }
   /// Null if constraints are ideal.
-  const FrictionSolver* friction() const { return friction_.get(); }
-  /// Names a contact whose reaction is a convention, see ContactState, or returns an empty string. Requires friction.
-  std::string find_undetermined_reaction() const;
+  const Contacts* contacts() const { return contacts_.get(); }
 
   /// Returns the predicted flops of one evaluation and solve.
   double predicted_flops() const;
@@ -83,16 +80,15 @@ class MultiplierForm final : public PointForm {
 
  private:
   friend struct Tampering;  // the tests corrupt the form through it, and every corruption must be caught
-  std::unique_ptr<FrictionSolver> make_friction(FrictionMethod method);
 
-  // Each member depends on those above it.
-  std::unique_ptr<ContactState> contact_state_;  // null if constraints are ideal
+  LinearizedResponse response_;         // contacts see this form by these two, …
+  MultiplierSystem system_;             // … which refer to what follows
+  std::unique_ptr<Contacts> contacts_;  // null if constraints are ideal
+  // Each of the other members depends on those above it.
   Linearization linearization_;
   Residuals residuals_;
   Projector projector_;
   std::unique_ptr<PointCorners> corners_;
-  LinearizedResponse response_;
-  std::unique_ptr<FrictionSolver> friction_;  // null if constraints are ideal
   const bool has_no_friction_but_viscous_;
   ForwardDynamics dynamics_;
   StepProjection steps_;
@@ -101,8 +97,6 @@ class MultiplierForm final : public PointForm {
   std::unique_ptr<MultiplierSeries> series_;  // made when it is requested first
   std::vector<double> error_x_, error_v_;     // [3n] errors of a step without the part that constraints take
   std::vector<double> rows_;                  // [d] scratch
-  MultiplierSystem system_;                   // the view that contacts have of this form
-  std::unique_ptr<ContactModes> contacts_;    // null if constraints are ideal
 };
 
 }  // namespace tanor

@@ -42,6 +42,7 @@ class MultiplierSystem final : public ConstrainedSystem {
         response_(response) {}
 
   ContactResponse& response() override { return response_; }
+  GramSolver& gram() override { return linearization_.factor().all_rows().gram(); }
   Outcome linearise(double t, const double* r) override { return linearization_.update(t, r); }
   ProjectionReport project_velocities(double t, const double* r, double* v, double* impulses) override {
     return projector_.project_velocities(t, r, v, impulses);

@@ -15,7 +15,7 @@ constexpr double rounding = 1e-9;  // largest relative violation of velocities t
 
 }  // namespace
 
-Projector::Projector(Workspace& work, Linearization& linearization, Residuals& residuals, ContactState* contacts)
+Projector::Projector(Workspace& work, Linearization& linearization, Residuals& residuals, Contacts* contacts)
     : work_(work),
       model_(work.model()),
       linearization_(linearization),
@@ -43,7 +43,7 @@ ProjectionReport Projector::iterate_positions(double t, double* r, const PointSo
     bring(model_.parallel, source, 0, model_.num_points());
     return report;
   }
-  if (contacts_ != nullptr && contacts_->num_switches > 0) contacts_->places.carry(t);
+  if (contacts_ != nullptr) contacts_->carry_places(t);
   const double target = std::max(1e-13, tolerance), largest_left = std::max(1e-12, tolerance);
   if (const auto by_islands = linearization_.project_positions(target, r, source, sum)) {
     report.iterations = by_islands->iterations;
@@ -73,9 +73,8 @@ void Projector::add_rows_to(double* sum) const {
 /// length around it, if that is larger.
 double Projector::evaluate_values(const double* r) {
   const double largest = linearization_.evaluate_values(r, rows_.data());
-  if (contacts_ == nullptr || contacts_->shares_loads) return largest;
-  const Redundancy& redundancy = linearization_.factor().all_rows().redundancy();
-  return larger(largest, contacts_->places.largest_violation(rows_.data(), redundancy));
+  if (contacts_ == nullptr || contacts_->shares_loads()) return largest;
+  return larger(largest, contacts_->largest_violation(rows_.data()));
 }
 
 /// Names the row with the largest |xi| in `rows_`.

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "dynamics/chord_iteration.hpp"
-#include "dynamics/contact_state.hpp"
+#include "dynamics/contacts.hpp"
 #include "dynamics/linearization.hpp"
 #include "dynamics/residuals.hpp"
 #include "dynamics/workspace.hpp"
@@ -16,7 +16,7 @@ namespace tanor {
 class Projector final : private ChordEquations {
  public:
   /// `contacts` tell which contacts stick and where they are held; null if constraints are ideal.
-  Projector(Workspace& work, Linearization& linearization, Residuals& residuals, ContactState* contacts = nullptr);
+  Projector(Workspace& work, Linearization& linearization, Residuals& residuals, Contacts* contacts = nullptr);
 
   /// Projects r onto a configuration nearby. Linearises anew where the iterations stall. After a large turn it
   /// linearises at r first if that costs no more than the iterations which it saves.
@@ -51,7 +51,7 @@ class Projector final : private ChordEquations {
   const Model& model_;
   Linearization& linearization_;
   Residuals& residuals_;
-  ContactState* contacts_;    // null if constraints are ideal
+  Contacts* contacts_;    // null if constraints are ideal
   std::vector<double> rows_;  // [d] residuals, then corrections
 };
 

@@ -17,7 +17,7 @@ constexpr double hidden_by_rounding = 1e-8;
 }  // namespace
 
 RankRevealingFactor::RankRevealingFactor(Workspace& work, Ordering ordering, const std::vector<double>& blocks,
-                                         ContactState* contacts)
+                                         Contacts* contacts)
     : work_(work),
       model_(work.model()),
       ordering_(ordering),
@@ -25,7 +25,7 @@ RankRevealingFactor::RankRevealingFactor(Workspace& work, Ordering ordering, con
       contacts_(contacts),
       redundancy_(model_.incidences, model_.inverse_mass, model_.numbering),
       suspect_below_(first_suspicion) {
-  if (contacts != nullptr) sharing_.emplace(*contacts, gram());
+  if (contacts != nullptr) (void)gram();  // contacts that come and go leave no islands to other solvers
 }
 
 GramSolver& RankRevealingFactor::gram() {
@@ -52,7 +52,7 @@ Outcome RankRevealingFactor::factorize(double t, const double* r) {
   }
   GramSolver::Quality quality = factorize_rows();
   const auto is_fine = [&] { return quality.positive_definite && quality.reciprocal_condition > suspect_below_; };
-  const bool is_hidden = quality.reciprocal_condition < hidden_by_rounding && sharing_ && sharing_->has_references();
+  const bool is_hidden = quality.reciprocal_condition < hidden_by_rounding && contacts_ != nullptr && contacts_->have_references();
   if ((!is_fine() || is_hidden) && share_loads()) quality = factorize_rows();
   if (!is_fine()) {
     if (Outcome outcome = decide_rank(t, r); !outcome.ok()) return outcome;

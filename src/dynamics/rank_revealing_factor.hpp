@@ -1,11 +1,10 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "dynamics/load_sharing.hpp"
+#include "dynamics/contacts.hpp"
 #include "dynamics/workspace.hpp"
 #include "schur/gram_solver.hpp"
 #include "schur/redundancy.hpp"
@@ -21,7 +20,7 @@ class RankRevealingFactor final : public SchurFactor {
  public:
   /// `blocks` is K, always at the present configuration. `contacts` is null if none may stick. The references must
   /// outlive the factor, as the model does.
-  RankRevealingFactor(Workspace& work, Ordering ordering, const std::vector<double>& blocks, ContactState* contacts);
+  RankRevealingFactor(Workspace& work, Ordering ordering, const std::vector<double>& blocks, Contacts* contacts);
 
   // ---- the factor ----
 
@@ -72,14 +71,13 @@ class RankRevealingFactor final : public SchurFactor {
 
   // ---- contacts that share a load ----
 
-  LoadSharing& sharing() { return *sharing_; }
-  /// Returns true if S must be factorized again, see LoadSharing::begin.
-  bool share_loads() { return sharing_ && sharing_->begin(); }
+  /// Returns true if S must be factorized again, see Contacts::begin_sharing.
+  bool share_loads() { return contacts_ != nullptr && contacts_->begin_sharing(); }
 
   void exchange_memory(Memory& memory) { memory.exchange(suspect_below_); }
 
  private:
-  bool contacts_share_loads() const { return contacts_ != nullptr && contacts_->shares_loads; }
+  bool contacts_share_loads() const { return contacts_ != nullptr && contacts_->shares_loads(); }
   GramSolver::Quality factorize_rows();
   Outcome decide_rank(double t, const double* r);
   void leave_out_dependent_rows(bool has_changed);
@@ -90,10 +88,9 @@ class RankRevealingFactor final : public SchurFactor {
   const Model& model_;
   const Ordering ordering_;
   const std::vector<double>& blocks_;
-  const ContactState* contacts_;  // null if none may stick
+  Contacts* contacts_;  // null if constraints are ideal
   double reciprocal_condition_ = 1.0;
   std::unique_ptr<GramSolver> gram_;
-  std::optional<LoadSharing> sharing_;  // none if constraints are ideal
   Redundancy redundancy_;
   double suspect_below_;
   std::vector<double> gradient_norms_;    // [d] at the last decision, if rows depend

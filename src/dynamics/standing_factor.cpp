@@ -19,7 +19,7 @@ SchurProblem problem_of(const Workspace& work) {
 }  // namespace
 
 StandingFactor::StandingFactor(Workspace& work, const SolverOptions& options, std::vector<double>& blocks,
-                               ContactState* contacts)
+                               Contacts* contacts)
     : work_(work),
       model_(work.model()),
       blocks_(blocks),

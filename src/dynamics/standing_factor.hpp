@@ -18,7 +18,7 @@ namespace tanor {
 class StandingFactor {
  public:
   /// `blocks` is K, always at the present configuration. `contacts` is null if constraints are ideal.
-  StandingFactor(Workspace& work, const SolverOptions& options, std::vector<double>& blocks, ContactState* contacts);
+  StandingFactor(Workspace& work, const SolverOptions& options, std::vector<double>& blocks, Contacts* contacts);
 
   /// Returns true if the present K has a factor.
   bool is_fresh() const { return state_ == State::Composite || state_ == State::Sparse; }

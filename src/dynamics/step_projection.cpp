@@ -6,7 +6,6 @@
 
 #include "base/stopwatch.hpp"
 #include "base/text.hpp"
-#include "dynamics/contact_islands.hpp"
 
 namespace tanor {
 
@@ -18,16 +17,16 @@ constexpr int most_friction_iterations = 100;
 }  // namespace
 
 StepProjection::StepProjection(Workspace& work, Linearization& linearization, Projector& projector,
-                               ForwardDynamics& dynamics, FrictionSolver* friction)
+                               ForwardDynamics& dynamics, Contacts* contacts)
     : work_(work),
       model_(work.model()),
       linearization_(linearization),
       projector_(projector),
       dynamics_(dynamics),
-      friction_(friction),
+      contacts_(contacts),
       step_{std::vector<double>(model_.num_rows()), std::vector<double>(model_.num_rows()),
             std::vector<double>(model_.num_rows())} {
-  if (friction != nullptr) lambda_.resize(model_.num_rows());
+  if (contacts != nullptr) lambda_.resize(model_.num_rows());
 }
 
 void StepProjection::forget_steps() {
@@ -44,7 +43,7 @@ void StepProjection::exchange_memory(Memory& memory) {
 }
 
 Outcome StepProjection::free_accelerations(const Kinematics& at, const Request& request, double* w) {
-  if (friction_ != nullptr) {
+  if (contacts_ != nullptr) {
     // M^-1 (f + tau) = w - M^-1 eta, since the friction of sticking contacts is a force like the others.
     if (Outcome outcome = dynamics_.solve(at, request, {w, nullptr, nullptr, &found_}); !outcome.ok()) return outcome;
     eta_.resize(3 * model_.num_points());
@@ -123,8 +122,8 @@ ProjectionReport StepProjection::iterate_step_friction(double t, double h, doubl
   for (int k = 0; k < most_friction_iterations; ++k) {
     for (std::size_t a = 0; a < model_.num_rows(); ++a) lambda_[a] = 2.0 * step_.last[a];
     const Stopwatch watch(&work_.times.friction);
-    const double change = friction_->change_to(lambda_.data(), 0.5 * h, step_velocity);
-    friction_->add_change(0.5 * h * h, r);
+    const double change = contacts_->change_to(lambda_.data(), 0.5 * h, step_velocity);
+    contacts_->add_change(0.5 * h * h, r);
     if (change <= friction_has_converged) return report;
     ++work_.counters.friction_iterations;
     std::fill(step_.sum.begin(), step_.sum.end(), 0.0);
@@ -168,7 +167,7 @@ ProjectionReport StepProjection::project_step_velocities(double t, double h, con
     if (report.outcome = again.outcome; !report.outcome.ok()) return report;
     for (std::size_t a = 0; a < model_.num_rows(); ++a) lambda_[a] = 2.0 / h * sum[a];
     const Stopwatch watch(&work_.times.friction);
-    if (friction_->change_to(lambda_.data(), 0.5 * h, v) <= friction_has_converged) return report;
+    if (contacts_->change_to(lambda_.data(), 0.5 * h, v) <= friction_has_converged) return report;
     ++work_.counters.friction_iterations;
   }
   report.outcome = fail_friction(Status::NotConverged, t, "the iteration for the step's multipliers stalls");
@@ -176,7 +175,7 @@ ProjectionReport StepProjection::project_step_velocities(double t, double h, con
 }
 
 bool StepProjection::steps_with_friction() const {
-  return friction_ != nullptr && friction_->depends_on_multipliers();
+  return contacts_ != nullptr && contacts_->depends_on_multipliers();
 }
 
 }  // namespace tanor

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "dynamics/forward_dynamics.hpp"
-#include "dynamics/friction_solver.hpp"
+#include "dynamics/contacts.hpp"
 #include "dynamics/linearization.hpp"
 #include "dynamics/projector.hpp"
 #include "dynamics/roles.hpp"
@@ -18,13 +18,13 @@ class StepProjection final : public StepProjector {
  public:
   /// `friction` is null if constraints are ideal.
   StepProjection(Workspace& work, Linearization& linearization, Projector& projector, ForwardDynamics& dynamics,
-                 FrictionSolver* friction);
+                 Contacts* contacts);
 
-  bool depends_on_velocity() const override { return work_.forces.depends_on_velocity() || friction_ != nullptr; }
+  bool depends_on_velocity() const override { return work_.forces.depends_on_velocity() || contacts_ != nullptr; }
   bool is_constant() const override {
-    return friction_ == nullptr && model_.uniform_free() != nullptr && !model_.has_moving_supports();
+    return contacts_ == nullptr && model_.uniform_free() != nullptr && !model_.has_moving_supports();
   }
-  const Vec3* uniform_acceleration() const override { return friction_ == nullptr ? model_.uniform_free() : nullptr; }
+  const Vec3* uniform_acceleration() const override { return contacts_ == nullptr ? model_.uniform_free() : nullptr; }
   std::size_t num_moving() const override { return model_.num_moving(); }
   Outcome free_accelerations(const Kinematics& at, const Request& request, double* w) override;
   ProjectionReport project_step(double t, double h, const PointSource& source, double* r,
@@ -63,7 +63,7 @@ class StepProjection final : public StepProjector {
   Linearization& linearization_;
   Projector& projector_;
   ForwardDynamics& dynamics_;
-  FrictionSolver* friction_;  // null if constraints are ideal
+  Contacts* contacts_;  // null if constraints are ideal
   StepMultipliers step_;
   std::vector<double> lambda_;      // [d] of the step, scratch
   std::vector<double> step_start_;  // [3n] used if rows depend

@@ -58,7 +58,7 @@ std::vector<ReactionPart> ReactionDecomposition::find_by_constraints(double t, c
   for_each_force(t, r, v, add_force);
   if (model_.has_friction()) {
     std::vector<double> tau(3 * model_.num_points());
-    forms_.normal->friction()->write_given(tau.data());
+    forms_.normal->contacts()->write_given(tau.data());
     add_force("friction", tau);
   }
   add_inertia_and_drive(t, r, v, &result);

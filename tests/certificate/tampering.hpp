@@ -52,7 +52,7 @@ struct Tampering {
     std::vector<double> accelerations = w;
     ModeSwitch at{0.0, solved.r.data(), solved.v.data(), accelerations.data(), {}};
     at.at_rest.assign(tangents.size(), 1);
-    Outcome outcome = normal.contacts_->check_rest(at);
+    Outcome outcome = static_cast<GuideContacts&>(*normal.contacts_).modes_.check_rest(at);
     lambda = found;
     return outcome;
   }

@@ -1,4 +1,4 @@
-#include "dynamics/friction_solver.hpp"
+#include "friction/friction_solver.hpp"
 
 #include <gtest/gtest.h>
 #include <tanor/enum_names.hpp>

@@ -1,4 +1,4 @@
-#include "dynamics/contact_reduction.hpp"
+#include "friction/contact_reduction.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,6 @@
-#include "dynamics/contact_islands.hpp"
+#include "friction/contact_islands.hpp"
 
 #include <algorithm>
-
-#include "base/text.hpp"
 
 namespace tanor {
 
@@ -18,10 +16,6 @@ ContactIslands::ContactIslands(const Workspace& work) : of_contact(work.constrai
   for (std::size_t island = 0; island < contacts.size(); ++island) {
     for (const std::size_t c : contacts[island]) of_contact[c] = island;
   }
-}
-
-Outcome fail_friction(Status status, double t, const std::string& why) {
-  return {status, "friction at t = " + text(t) + ": " + why};
 }
 
 }  // namespace tanor

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/held_friction.hpp"
-#include "dynamics/held_places.hpp"
+#include "friction/held_friction.hpp"
+#include "friction/held_places.hpp"
 #include "dynamics/workspace.hpp"
 #include "friction/laws.hpp"
 #include "schur/redundancy.hpp"

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "dynamics/contact_state.hpp"
-#include "schur/gram_solver.hpp"
+#include "dynamics/constrained_system.hpp"
+#include "friction/contact_state.hpp"
 
 namespace tanor {
 
@@ -13,7 +13,7 @@ namespace tanor {
 class LoadSharing {
  public:
   /// Both arguments must outlive this object.
-  LoadSharing(ContactState& state, GramSolver& S) : state_(state), S_(S) {}
+  LoadSharing(ContactState& state, ConstrainedSystem& system) : state_(state), system_(system) {}
 
   /// Makes the rows of sticking contacts compliant in the factor of S, because these contacts depend on constraints or
   /// on each other. Returns true if S must be factorized again, and false if nothing sticks or rows are compliant
@@ -34,7 +34,7 @@ class LoadSharing {
   static constexpr double compliance = 1e-4;  // rounding grows by its inverse; refinement reduces errors by this factor
 
   ContactState& state_;
-  GramSolver& S_;
+  ConstrainedSystem& system_;
 };
 
 }  // namespace tanor

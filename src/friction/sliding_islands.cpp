@@ -1,10 +1,10 @@
-#include "dynamics/sliding_islands.hpp"
+#include "friction/sliding_islands.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "dynamics/held_friction.hpp"
+#include "friction/held_friction.hpp"
 
 namespace tanor {
 

@@ -4,21 +4,15 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/contact_islands.hpp"
+#include "dynamics/contacts.hpp"
 #include "dynamics/workspace.hpp"
+#include "friction/contact_islands.hpp"
 #include "friction/contraction.hpp"
 #include "friction/enumeration.hpp"
 #include "friction/laws.hpp"
 #include "friction/response.hpp"
 
 namespace tanor {
-
-/// The options of the check for other solutions of friction.
-struct UniquenessCheck {
-  bool is_wanted = false;
-  bool refuses_several = false;         ///< if false, the one nearest to the guess is taken and reported
-  std::span<const char> are_counted{};  ///< [island] motions already counted; empty if none are
-};
 
 /// The contacts that slide, as one small dense problem for each island: the normal forces as functions of friction.
 /// Such a problem tells if friction is unique, and all its solutions can be found.

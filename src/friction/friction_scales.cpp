@@ -1,4 +1,4 @@
-#include "dynamics/friction_scales.hpp"
+#include "friction/friction_scales.hpp"
 
 #include <algorithm>
 #include <cmath>

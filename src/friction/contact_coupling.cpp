@@ -1,4 +1,4 @@
-#include "dynamics/contact_coupling.hpp"
+#include "friction/contact_coupling.hpp"
 
 #include <algorithm>
 

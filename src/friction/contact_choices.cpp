@@ -1,4 +1,4 @@
-#include "dynamics/contact_choices.hpp"
+#include "friction/contact_choices.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "dynamics/contact_reduction.hpp"
-#include "dynamics/load_sharing.hpp"
+#include "friction/contact_reduction.hpp"
+#include "friction/load_sharing.hpp"
 
 namespace tanor {
 

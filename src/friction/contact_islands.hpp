@@ -18,7 +18,4 @@ struct ContactIslands {
   std::size_t size() const { return contacts.size(); }
 };
 
-/// Returns a failure with the message "friction at t = 0.5: why".
-Outcome fail_friction(Status status, double t, const std::string& why);
-
 }  // namespace tanor

@@ -1,4 +1,4 @@
-#include "dynamics/contact_modes.hpp"
+#include "friction/contact_modes.hpp"
 
 #include <algorithm>
 #include <cmath>

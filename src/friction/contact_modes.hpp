@@ -3,8 +3,8 @@
 #include <span>
 #include <vector>
 
-#include "dynamics/contact_choices.hpp"
-#include "dynamics/mode_pivoting.hpp"
+#include "friction/contact_choices.hpp"
+#include "friction/mode_pivoting.hpp"
 #include "dynamics/roles.hpp"
 
 namespace tanor {

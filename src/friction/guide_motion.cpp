@@ -1,4 +1,4 @@
-#include "dynamics/guide_motion.hpp"
+#include "friction/guide_motion.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "dynamics/contact_state.hpp"
+#include "friction/contact_state.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "dynamics/guide_motion.hpp"
+#include "friction/guide_motion.hpp"
 #include "dynamics/workspace.hpp"
 #include "schur/redundancy.hpp"
 

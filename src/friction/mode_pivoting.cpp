@@ -1,9 +1,9 @@
-#include "dynamics/mode_pivoting.hpp"
+#include "friction/mode_pivoting.hpp"
 
 #include <algorithm>
 
 #include "base/text.hpp"
-#include "dynamics/held_friction.hpp"
+#include "friction/held_friction.hpp"
 
 namespace tanor {
 

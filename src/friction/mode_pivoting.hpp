@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "dynamics/contact_choices.hpp"
+#include "friction/contact_choices.hpp"
 
 namespace tanor {
 

@@ -2,22 +2,17 @@
 
 #include <vector>
 
-#include "dynamics/contact_coupling.hpp"
-#include "dynamics/contact_islands.hpp"
 #include "dynamics/contact_response.hpp"
-#include "dynamics/friction_scales.hpp"
-#include "dynamics/sliding_islands.hpp"
+#include "dynamics/contacts.hpp"
 #include "dynamics/workspace.hpp"
+#include "friction/contact_coupling.hpp"
+#include "friction/contact_islands.hpp"
 #include "friction/fixed_point.hpp"
+#include "friction/friction_scales.hpp"
 #include "friction/laws.hpp"
+#include "friction/sliding_islands.hpp"
 
 namespace tanor {
-
-/// The positions and velocities [3n] at one instant, and K there as blocks.
-struct ContactPlace {
-  double t;
-  const double *r, *v, *blocks;
-};
 
 /// Friction as a part of the equations (31). Finds tau(r, v, t, lambda) such that
 ///

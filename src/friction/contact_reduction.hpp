@@ -3,9 +3,9 @@
 #include <vector>
 
 #include "dynamics/constrained_system.hpp"
-#include "dynamics/contact_choice.hpp"
-#include "dynamics/contact_state.hpp"
-#include "dynamics/friction_solver.hpp"
+#include "friction/contact_choice.hpp"
+#include "friction/contact_state.hpp"
+#include "friction/friction_solver.hpp"
 
 namespace tanor {
 

@@ -1,4 +1,4 @@
-#include "dynamics/held_places.hpp"
+#include "friction/held_places.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "dynamics/load_sharing.hpp"
+#include "friction/load_sharing.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@ namespace tanor {
 
 void LoadSharing::forget() {
   state_.shares_loads = false;
-  S_.set_compliance(0.0);
+  system_.gram().set_compliance(0.0);
 }
 
 bool LoadSharing::begin() {
@@ -24,7 +24,7 @@ bool LoadSharing::begin() {
           std::exp2(-static_cast<double>(state_.softness[c]) / ContactState::softness_steps);
     }
   }
-  S_.set_compliance(compliance, std::move(weights));
+  system_.gram().set_compliance(compliance, std::move(weights));
   return true;
 }
 

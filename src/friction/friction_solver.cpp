@@ -1,4 +1,4 @@
-#include "dynamics/friction_solver.hpp"
+#include "friction/friction_solver.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 #include "base/stopwatch.hpp"
 #include "base/text.hpp"
-#include "dynamics/held_friction.hpp"
+#include "friction/held_friction.hpp"
 
 namespace tanor {
 

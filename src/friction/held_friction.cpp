@@ -1,4 +1,4 @@
-#include "dynamics/held_friction.hpp"
+#include "friction/held_friction.hpp"
 
 namespace tanor {
 
