@@ -1,4 +1,4 @@
-# The plugs for programs of others (src/embed), each where its host is found.
+# The plugs for programs of others (src/bindings/embed), each where its host is found.
 
 # LAMMPS and LIGGGHTS, where their headers are. ON: they have to be.
 function(find_rank_host name header library)
@@ -22,13 +22,13 @@ find_rank_host(LAMMPS lammps lammps)
 find_rank_host(LIGGGHTS liggghts liggghts)
 if(LAMMPS_FOUND OR LIGGGHTS_FOUND)
   find_package(MPI REQUIRED COMPONENTS CXX)
-  add_subdirectory(src/embed/ranks)
+  add_subdirectory(src/bindings/embed/ranks src/embed/ranks)
 endif()
 if(LAMMPS_FOUND)
-  add_subdirectory(src/embed/lammps)
+  add_subdirectory(src/bindings/embed/lammps src/embed/lammps)
 endif()
 if(LIGGGHTS_FOUND)
-  add_subdirectory(src/embed/liggghts)
+  add_subdirectory(src/bindings/embed/liggghts src/embed/liggghts)
 endif()
 
 # OpenMM, where its headers are, and a compiler takes them for C++20 (clang 14 does not). ON: they have to be.
@@ -42,7 +42,7 @@ if(TANOR_OPENMM)
     unset(CMAKE_REQUIRED_LIBRARIES)
   endif()
   if(OpenMM_COMPILES AND TANOR_SHARED)
-    add_subdirectory(src/embed/openmm)
+    add_subdirectory(src/bindings/embed/openmm src/embed/openmm)
   elseif(NOT TANOR_OPENMM STREQUAL "AUTO")
     message(FATAL_ERROR "TANOR_OPENMM needs openmm/reference/ReferenceConstraints.h, libOpenMM, a compiler that takes "
       "its headers for C++20, and TANOR_SHARED")

@@ -14,14 +14,14 @@ if(TANOR_FUZZ)
   endif()
   set(watched_compile_options ${sanitizers} ${coverage} ${options_beside_sanitizers})
   set(watched_link_options ${sanitizers})
-  foreach(room base system simulation host)
+  foreach(room core/base core/system faces/simulation modules/host)
     file(GLOB watched src/${room}/*.cpp)
     # The headers that tanor_objects reads once are read without these options.
     set_source_files_properties(${watched} PROPERTIES
       COMPILE_OPTIONS "${watched_compile_options}" SKIP_PRECOMPILE_HEADERS ON)
   endforeach()
   # GCC's alarms at the stack of a formula are false: it takes the first slot that a pointer in a loop had for all.
-  file(GLOB watched src/system/*.cpp)
+  file(GLOB watched src/core/system/*.cpp)
   set_source_files_properties(${watched} PROPERTIES
     COMPILE_OPTIONS "${watched_compile_options};-fno-sanitize=object-size")
   target_compile_options(tanor_scene PRIVATE ${watched_compile_options})

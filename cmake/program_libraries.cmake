@@ -1,6 +1,6 @@
 # Libraries without which the program is built all the same, and says what it cannot write:
 # zlib (compression), HDF5 (h5md), libzip (npz). Sets has_zlib, has_hdf5, has_zip and
-# program_libraries; the modules of src/formats link HDF5 and libzip.
+# program_libraries; the modules of src/program/formats link HDF5 and libzip.
 find_package(ZLIB QUIET)
 # Debian's HDF5 without MPI lies in folders of its own; tools that could tell more are slow and pull in MPI.
 find_path(HDF5_SERIAL_INCLUDE_DIR hdf5.h PATH_SUFFIXES hdf5/serial)

@@ -1,9 +1,9 @@
 # The page report.html of `tanor run --report`: TypeScript with three.js and uPlot, bundled by esbuild into one text that
-# the program holds. It needs node, npm (which fetches the three once, as src/report/page/package-lock.json pins them)
+# the program holds. It needs node, npm (which fetches the three once, as src/program/report/page/package-lock.json pins them)
 # and zlib. Where one is missing, and TANOR_REPORT_PAGE is not ON, the program is built without the page.
 declare_part(TANOR_REPORT_PAGE "The page of `tanor run --report`")
 
-set(page_sources ${PROJECT_SOURCE_DIR}/src/report/page)
+set(page_sources ${PROJECT_SOURCE_DIR}/src/program/report/page)
 set(page_build ${PROJECT_BINARY_DIR}/report_page)
 set(page_obstacle)
 find_program(NODE_PROGRAM NAMES node nodejs)

@@ -44,7 +44,7 @@ check_types() {
   local folder=build-page-types
   mkdir -p "$folder"
   rm -f "$folder"/*.ts
-  cp src/report/page/{*.ts,tsconfig.json,package.json,package-lock.json} "$folder"
+  cp src/program/report/page/{*.ts,tsconfig.json,package.json,package-lock.json} "$folder"
   (cd "$folder" && npm ci --ignore-scripts --no-audit --no-fund && npx tsc)
 }
 
@@ -81,7 +81,7 @@ build_and_test develop
 if [[ ${1:-} != --quick ]]; then
   headline "clang-tidy (.clang-tidy says which checks)"
   # GCC's commands name warnings that clang does not know, and clang 14 does not take OpenMM's headers for C++20.
-  git ls-files 'src/*.cpp' ':!src/embed/openmm' |
+  git ls-files 'src/*.cpp' ':!src/bindings/embed/openmm' |
     xargs -P "$(nproc)" -n 2 clang-tidy -p build-develop --quiet --extra-arg=-Wno-unknown-warning-option
 
   headline "clang: everything compiles without a warning"

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""Reads the #include lines of src/ and include/ and fails on a wrong arrow between the rooms of the house.
+"""Reads the #include lines of src/ and include/ and fails on a wrong arrow between the rooms, or between the layers,
+of the house.
 
     check_rooms.py [ROOT]        check the tree at ROOT (default: this repository)
     check_rooms.py --self-test   prove that wrong arrows are caught
@@ -41,8 +42,18 @@ def public_name(header: str) -> str:
     return FOLDER if inner.startswith("kinds/") else inner
 
 
+# The folders of src, and the layers whose rooms theirs may see beside their own. The core sees no module.
+LAYERS = {
+    "core": "",
+    "modules": "core",
+    "faces": "core modules",
+    "program": "core",
+    "bindings": "core program",
+}
+
 # room: what it may see. Data flows downwards; look upstream.
 ROOMS = {
+    # core
     "base":     Sees("", "error", "omp.h sys/mman.h Eigen/"),
     "plan":     Sees("", "export", ""),
     "system":   Sees("base", "warnings", "Eigen/"),
@@ -51,21 +62,19 @@ ROOMS = {
     "assembly": Sees("base system evaluate plan", "system", "Eigen/"),
     "factor":   Sees("base plan", "solver_options", "omp.h cholmod.h SuiteSparseQR.hpp klu.h metis.h Eigen/"),
     "schur":    Sees("base system evaluate assembly factor plan", "solver_options", ""),
-    "friction": Sees("base system evaluate", "dynamics", "Eigen/"),
-    "dynamics": Sees("base system evaluate assembly factor plan schur friction", "inverse_dynamics", "Eigen/"),
-    "ranks":    Sees("base system evaluate assembly factor schur dynamics", "inverse_dynamics", ""),
-    "statics":  Sees("base system evaluate assembly factor plan schur dynamics", "modes", "Eigen/ Spectra/"),
-    "observe":  Sees("base system evaluate", "observables", ""),
-    "certificate": Sees("base system evaluate assembly factor schur dynamics", "certificate", "Eigen/"),
+    "dynamics": Sees("base system evaluate assembly factor plan schur", "inverse_dynamics", "Eigen/"),
     "motion":   Sees("base dynamics/mechanics.hpp dynamics/roles.hpp dynamics/corner_functions.hpp dynamics/implicit_equations.hpp "
                      "dynamics/instant.hpp dynamics/power.hpp", "motion", ""),
-    "simulation": Sees("base system evaluate assembly schur friction dynamics ranks observe certificate motion", "enum_names", "Eigen/"),
+    # modules
+    "friction": Sees("base system evaluate schur dynamics", "dynamics", "Eigen/"),
+    "statics":  Sees("base system evaluate assembly factor plan schur dynamics", "modes", "Eigen/ Spectra/"),
+    "certificate": Sees("base system evaluate assembly factor schur dynamics", "certificate", "Eigen/"),
+    "observe":  Sees("base system evaluate", "observables", ""),
     "host":     Sees("base system evaluate assembly schur dynamics observe", "velocity_verlet", "tanor.h"),
-    "embed":    Sees("", "constrainer", "mpi.h atom.h comm.h domain.h error.h fix.h force.h group.h input.h lammps.h "
-                     "modify.h update.h OpenMM.h openmm/"),
-    "mpi":      Sees("system/members.hpp system/fingerprint.hpp base/disjoint_sets.hpp base/groups.hpp base/checksum.hpp cli "
-                     "scene report", "tanor",
-                     "mpi.h metis.h omp.h unistd.h fcntl.h fmt/"),
+    "ranks":    Sees("base system evaluate assembly factor schur dynamics", "inverse_dynamics", ""),
+    # faces
+    "simulation": Sees("base system evaluate assembly schur friction dynamics ranks observe certificate motion", "enum_names", "Eigen/"),
+    # program
     "scene":    Sees("base/text.hpp base/suggestion.hpp", "tanor", "nlohmann/ fmt/ unistd.h sys/resource.h"),
     "report":   Sees("scene base/archive.hpp base/checksum.hpp base/text.hpp", "tanor", "nlohmann/ fmt/ unistd.h fcntl.h spawn.h sys/wait.h sys/ioctl.h "
                      "zlib.h dlfcn.h"),
@@ -74,7 +83,13 @@ ROOMS = {
     "view":     Sees("", "export", "httplib.h sys/socket.h"),
     "cli":      Sees("base/text.hpp base/suggestion.hpp scene report view picture", "tanor",
                      "nlohmann/ fmt/ CLI/ poll.h unistd.h fcntl.h spawn.h sys/file.h sys/mman.h sys/resource.h sys/stat.h dlfcn.h"),
+    # bindings
     "python":   Sees("scene", "tanor", "pybind11/ cxxabi.h"),
+    "embed":    Sees("", "constrainer", "mpi.h atom.h comm.h domain.h error.h fix.h force.h group.h input.h lammps.h "
+                     "modify.h update.h OpenMM.h openmm/"),
+    "mpi":      Sees("system/members.hpp system/fingerprint.hpp base/disjoint_sets.hpp base/groups.hpp base/checksum.hpp cli "
+                     "scene report", "tanor",
+                     "mpi.h metis.h omp.h unistd.h fcntl.h fmt/"),
 }
 
 INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*([<"])([^>"]+)[>"]', re.MULTILINE)
@@ -99,6 +114,14 @@ def wrong_public_header(header: str, last: str) -> str | None:
     return None
 
 
+def wrong_include_of_layer(layers: dict[str, str], room: str, header: str) -> str | None:
+    """`layers`: room -> its layer."""
+    own, other = layers[room], layers.get(header.split("/")[0])
+    if other is None or other == own or other in LAYERS[own].split():
+        return None
+    return f"{own} may see: {LAYERS[own] or 'no other layer'}"
+
+
 def wrong_include_of_room(room: str, sees: Sees, quoted: bool, header: str) -> str | None:
     first = header.split("/")[0]
     if quoted:
@@ -117,7 +140,7 @@ def wrong_include_of_room(room: str, sees: Sees, quoted: bool, header: str) -> s
 
 
 def wrong_include_of_file(file: str, quoted: bool, header: str) -> str | None:
-    """The rule of the file's room, and of the rooms that see just this header."""
+    """The rule of the file's room, and of the rooms that see just this header. `file` begins with its room."""
     room = file.split("/")[0]
     rule = wrong_include_of_room(room, ROOMS[room], quoted, header)
     for other, sees in ROOMS.items():
@@ -144,6 +167,7 @@ def wrong_include_of_public_header(own: str, quoted: bool, header: str) -> str |
 def wrong_arrows(root: pathlib.Path) -> list[str]:
     """One line a wrong include: file:line, the include, the rule."""
     found = []
+    layers = {room.name: room.parent.name for room in (root / "src").glob("*/*")}
     files = [f for folder in ("include", "src") for f in sorted((root / folder).rglob("*"))
              if f.suffix in (".h", ".hpp", ".cpp")]
     for file in files:
@@ -154,10 +178,14 @@ def wrong_arrows(root: pathlib.Path) -> list[str]:
             if place.parts[0] == "include":
                 own = public_name("/".join(place.parts[1:]))
                 rule = wrong_include_of_public_header(own, quoted, header)
-            elif place.parts[1] not in ROOMS:
-                rule = f"src/{place.parts[1]} is no room: give it its line in ROOMS"
+            elif place.parts[1] not in LAYERS:
+                rule = f"src/{place.parts[1]} is no layer: give it its line in LAYERS"
+            elif place.parts[2] not in ROOMS:
+                rule = f"{place.parent} is no room: give it its line in ROOMS"
             else:
-                rule = wrong_include_of_file("/".join(place.parts[1:]), quoted, header)
+                rule = wrong_include_of_file("/".join(place.parts[2:]), quoted, header)
+                if rule is None and quoted:
+                    rule = wrong_include_of_layer(layers, place.parts[2], header)
             if rule:
                 line = text.count("\n", 0, match.start()) + 1
                 found.append(f"{place}:{line}: {match[0].strip()}: {rule}")
@@ -167,43 +195,45 @@ def wrong_arrows(root: pathlib.Path) -> list[str]:
 def self_test() -> int:
     """Each case is one file of one line; the checker must say what the case says."""
     wrong = [
-        ("src/factor/a.cpp", '#include "assembly/gather_plan.hpp"'),
-        ("src/system/a.cpp", '#include "evaluate/kernels.hpp"'),
-        ("src/motion/a.cpp", '#include "factor/cholesky.hpp"'),
-        ("src/motion/a.cpp", '  #  include "dynamics/multiplier_form.hpp"'),
-        ("src/motion/a.hpp", '#include "factor/cholesky.hpp"'),
-        ("src/dynamics/mechanics.hpp", '#include "assembly/gather_plan.hpp"'),
-        ("src/dynamics/roles.hpp", '#include "dynamics/multiplier_form.hpp"'),
-        ("src/evaluate/a.hpp", "#include <tanor/motion.hpp>"),
-        ("src/evaluate/a.hpp", "#include <cholmod.h>"),
-        ("src/dynamics/a.cpp", "#include <metis.h>"),
-        ("src/scene/a.cpp", '#include "report/summary.hpp"'),
-        ("src/scene/a.cpp", '#include "base/check.hpp"'),
-        ("src/cli/a.cpp", "#include <Eigen/Dense>"),
-        ("src/base/a.hpp", '#include "vec3.hpp"'),
-        ("src/base/a.hpp", '#include "../system/members.hpp"'),
-        ("src/base/a.hpp", "#include <system/members.hpp>"),
-        ("src/attic/a.cpp", "#include <vector>"),
+        ("src/core/factor/a.cpp", '#include "assembly/gather_plan.hpp"'),
+        ("src/core/system/a.cpp", '#include "evaluate/kernels.hpp"'),
+        ("src/core/motion/a.cpp", '#include "factor/cholesky.hpp"'),
+        ("src/core/motion/a.cpp", '  #  include "dynamics/multiplier_form.hpp"'),
+        ("src/core/motion/a.hpp", '#include "factor/cholesky.hpp"'),
+        ("src/core/dynamics/mechanics.hpp", '#include "assembly/gather_plan.hpp"'),
+        ("src/core/dynamics/roles.hpp", '#include "dynamics/multiplier_form.hpp"'),
+        ("src/core/evaluate/a.hpp", "#include <tanor/motion.hpp>"),
+        ("src/core/evaluate/a.hpp", "#include <cholmod.h>"),
+        ("src/core/dynamics/a.cpp", "#include <metis.h>"),
+        ("src/program/scene/a.cpp", '#include "report/summary.hpp"'),
+        ("src/program/scene/a.cpp", '#include "base/check.hpp"'),
+        ("src/program/cli/a.cpp", "#include <Eigen/Dense>"),
+        ("src/core/base/a.hpp", '#include "vec3.hpp"'),
+        ("src/core/base/a.hpp", '#include "../system/members.hpp"'),
+        ("src/core/base/a.hpp", "#include <system/members.hpp>"),
+        ("src/attic/base/a.cpp", "#include <vector>"),
+        ("src/core/attic/a.cpp", "#include <vector>"),
+        ("src/core/dynamics/a.cpp", '#include "friction/laws.hpp"'),
         ("include/tanor/system.hpp", "#include <Eigen/Core>"),
         ("include/tanor/system.hpp", "#include <tanor/motion.hpp>"),
         ("include/tanor/kinds/force/drag.hpp", "#include <tanor/kinds.hpp>"),
-        ("src/kinds/a.hpp", '#include "evaluate/family.hpp"'),
+        ("src/core/kinds/a.hpp", '#include "evaluate/family.hpp"'),
         ("include/tanor/system.hpp", '#include "base/vec3.hpp"'),
         ("include/tanor/unheard_of.hpp", "#include <vector>"),
     ]
     right = [
-        ("src/evaluate/a.cpp", '#include "system/members.hpp"'),
-        ("src/evaluate/a.cpp", "#include <tanor/system.hpp>"),
-        ("src/factor/a.cpp", "#include <cholmod.h>"),
-        ("src/dynamics/a.cpp", '#include "schur/gram_solver.hpp"'),
-        ("src/motion/a.cpp", "#include <tanor/dynamics.hpp>"),
-        ("src/motion/a.cpp", '#include "dynamics/mechanics.hpp"'),
-        ("src/simulation/simulation.cpp", '#include "certificate/certificate.hpp"'),
-        ("src/dynamics/mechanics.hpp", '#include "base/parallel.hpp"'),
-        ("src/cli/a.cpp", '#include "report/summary.hpp"'),
+        ("src/core/evaluate/a.cpp", '#include "system/members.hpp"'),
+        ("src/core/evaluate/a.cpp", "#include <tanor/system.hpp>"),
+        ("src/core/factor/a.cpp", "#include <cholmod.h>"),
+        ("src/core/dynamics/a.cpp", '#include "schur/gram_solver.hpp"'),
+        ("src/core/motion/a.cpp", "#include <tanor/dynamics.hpp>"),
+        ("src/core/motion/a.cpp", '#include "dynamics/mechanics.hpp"'),
+        ("src/faces/simulation/simulation.cpp", '#include "certificate/certificate.hpp"'),
+        ("src/core/dynamics/mechanics.hpp", '#include "base/parallel.hpp"'),
+        ("src/program/cli/a.cpp", '#include "report/summary.hpp"'),
         ("include/tanor/dynamics.hpp", "#include <tanor/system.hpp>"),
         ("include/tanor/kinds/force/drag.hpp", "#include <tanor/kinds/kind.hpp>"),
-        ("src/evaluate/a.hpp", "#include <tanor/kinds/line_frame.hpp>"),
+        ("src/core/evaluate/a.hpp", "#include <tanor/kinds/line_frame.hpp>"),
         ("include/tanor/dynamics.hpp", "#include <vector>"),
     ]
     failures = 0

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "certificate/certified.hpp"
+#include "friction/guide_contacts.hpp"
 
 namespace tanor {
 

@@ -264,7 +264,7 @@ TEST(FolderTest, BelongsToOneCommandAtATime) {
   kill(run.process(), SIGKILL);
   run.wait();
 
-  // This is what src/cli/folder_lock.cpp does in another command.
+  // This is what src/program/cli/folder_lock.cpp does in another command.
   write_text(folder / "o/.tanor.lock", "77 error-time\n");
   const int lock = open((folder / "o/.tanor.lock").c_str(), O_RDWR);
   ASSERT_EQ(flock(lock, LOCK_EX | LOCK_NB), 0);

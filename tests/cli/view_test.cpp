@@ -150,7 +150,7 @@ TEST(ViewTest, TellsWhetherTheRunGoesOn) {
   fill(folder);
   const Viewer viewer(folder);
   EXPECT_TRUE(contains(viewer.ask("HEAD", "/"), "X-Tanor-Run: ended")) << "of a run that left its lock behind";
-  // This is what src/cli/folder_lock.cpp does.
+  // This is what src/program/cli/folder_lock.cpp does.
   const int lock = open((folder / "o/.tanor.lock").c_str(), O_RDWR);
   EXPECT_EQ(flock(lock, LOCK_EX | LOCK_NB), 0);
   EXPECT_TRUE(contains(viewer.ask("HEAD", "/"), "X-Tanor-Run: running"));

@@ -3,7 +3,7 @@
 behind code, beside what they are about, may be short.
 
 It also fails where a source has more than 500 lines. The stubs of the Python module are exempt, since
-src/python/write_stubs.py writes them and Python wants one file for the whole module."""
+src/bindings/python/write_stubs.py writes them and Python wants one file for the whole module."""
 import pathlib
 import re
 import subprocess

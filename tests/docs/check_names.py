@@ -2,7 +2,7 @@
 """Fails where a page names a file, a test or a function that is not there, or looks for a function in a wrong file, and
 where <tanor/tanor.hpp> neither includes a public header nor names it as one that stands apart, where a source asks
 for a kind that the table of such places in contributing.md leaves out, where README.md lacks a kind or a method, and
-where methods.md and src/motion/singular_thresholds.hpp differ in a threshold.
+where methods.md and src/core/motion/singular_thresholds.hpp differ in a threshold.
 
 Paths (`src/…`, `tests/…`, `docs/…`), tests (`Suite.Name`, `Suite.Begin…`) and functions (`Class::function`) in backticks;
 a name that a file follows (`function`, `src/…`) is in that file.
@@ -35,7 +35,7 @@ def find_headers_apart():
 
 
 def find_files_that_name_kinds():
-    """Sources beside src/kinds that name a kind and that the table of contributing.md leaves out."""
+    """Sources beside src/core/kinds that name a kind and that the table of contributing.md leaves out."""
     kinds = set(re.findall(r"struct KindOf<(\w+)>", read(["include/tanor/kinds"], {".hpp"})))
     kinds = {kind for kind in kinds if not kind.startswith("User") and kind != "Potential"}
     page = (ROOT / "docs/contributing.md").read_text()
@@ -46,7 +46,7 @@ def find_files_that_name_kinds():
         name = str(path.relative_to(ROOT))
         code = re.sub(r"//.*|\"[^\"\n]*\"", "", path.read_text())
         named = re.search(rf"\b(get_if|get|holds_alternative|is_same_v<\w+,)\W*({'|'.join(kinds)})\b", code)
-        if named and not name.startswith(("src/kinds/", *listed)):
+        if named and not name.startswith(("src/core/kinds/", *listed)):
             result.append(name)
     return result
 
@@ -59,7 +59,7 @@ def find_kinds_missing_in_readme():
         row: re.findall(r'string_view name = "([^"]+)"', read([f"include/tanor/kinds/{folder}"], {".hpp"}))
         for row, folder in folders.items()
     }
-    table = (ROOT / "src/motion/methods.cpp").read_text()
+    table = (ROOT / "src/core/motion/methods.cpp").read_text()
     names["methods"] = [name for name in re.findall(r'\{Method::\w+, "([^"]+)"', table) if name != "auto"]
     in_words = {"formula": ["formula", "your own"], "potential": ["any energy"]}  # for readers
     result = []
@@ -75,7 +75,7 @@ def find_kinds_missing_in_readme():
 
 def find_thresholds_that_differ():
     """Thresholds of singular configurations whose value in methods.md is not that of the source, as phrases."""
-    source = (ROOT / "src/motion/singular_thresholds.hpp").read_text()
+    source = (ROOT / "src/core/motion/singular_thresholds.hpp").read_text()
     in_source = {
         name: float(value)
         for declaration in re.findall(r"^(?:inline )?constexpr \w+ ([^;]+);", source, flags=re.M)

@@ -167,7 +167,7 @@ struct ClockOf {
 ///                   there is one, Definition<double>::chart_at(r) returns the chart to use at the position r.
 ///
 /// Coordinates that tie points to one another have tied_points(group), num_coordinates(group) and a Definition of their
-/// own. Their family is written by hand (src/evaluate/coordinate_families.hpp).
+/// own. Their family is written by hand (src/core/evaluate/coordinate_families.hpp).
 ///
 /// A law of friction acts against the sliding with a magnitude, N, and has one of
 ///

@@ -1,0 +1,160 @@
+#!/usr/bin/python3
+"""Writes the stubs of the package, tanor/__init__.pyi, from the docstrings and signatures of the built one.
+
+    write_stubs.py PACKAGE_FOLDER            prints them
+    write_stubs.py PACKAGE_FOLDER FILE       compares them with FILE; exit code 1 where it is another one
+"""
+
+import dataclasses
+import inspect
+import pathlib
+import re
+import sys
+
+HEAD = '''"""Motion and reactions of large systems of material points under constraints."""
+
+# Made by src/bindings/python/write_stubs.py.
+
+from collections.abc import Callable, Sequence
+from os import PathLike
+from typing import Any
+
+import numpy
+from numpy.typing import ArrayLike
+
+TimeFunction = str | Formula | Table | Callable[[float], tuple[Any, Any, Any]]
+VectorLike = ArrayLike | Sequence[float | TimeFunction] | Table | Callable[[float], tuple[Any, Any, Any]]
+ParameterLike = None | float | ArrayLike | TimeFunction | Sequence[float | TimeFunction]
+
+__version__: str
+'''
+
+# Arguments of compiled functions, by name: all that pybind11 knows of most of them is that they are objects.
+ARRAYS = {"positions", "old_positions", "velocities", "accelerations", "forces", "multipliers", "open",
+          "constraint_forces", "stress", "gradient", "reactions", "support_forces", "active_forces", "friction_forces", "index", "q", "q_dot",
+          "q_ddot"}
+ARGUMENTS = {"masses": "ArrayLike", "constraints": "Sequence[Any]", "cell": "ArrayLike | None",
+             "old_cell": "ArrayLike | None", "images": "ArrayLike | None", "repeats": "Sequence[bool] | None",
+             "options": "SolverOptions | None", "solver": "SolverOptions | None", "motion": "MotionOptions | None",
+             "system": "System | Scene", "file": "str | PathLike[str]", "method": "str | None",
+             "progress": "Callable[[MotionReport], bool | None] | None", "direction": "str", "mode": "str",
+             "ids": "ArrayLike", "lengths": "ArrayLike", "rates": "ArrayLike | None", "points": "ArrayLike",
+             "from_": "ArrayLike", "flags": "ArrayLike", "function": "Callable[[float, numpy.ndarray, numpy.ndarray], float]", "saved": "bytes"}
+OPTIONS = {"find_equilibrium": "EquilibriumOptions", "modes": "ModesOptions", "find_buckling": "BucklingOptions"}
+NUMBERS = {"step", "max_step", "rtol", "atol", "t_end", "threads"}
+
+
+def argument(text: str) -> str:
+    """"time: float = 0.0" as pybind11 writes it, with the type that it does not know."""
+    match = re.fullmatch(r"(\w+)(?:: ([^=]+?))?(?: = (.*))?", text)
+    if not match:
+        return text
+    name, kind, default = match.groups()
+    if name == "self":
+        return name
+    if kind == "object":
+        optional = " | None" if default == "None" else ""
+        kind = "numpy.ndarray" + optional if name in ARRAYS else ARGUMENTS.get(name, "Any")
+        if name in NUMBERS:
+            kind = "int | None" if name == "threads" else "float | None"
+    if name == "saved":
+        kind = ARGUMENTS[name]
+    kind = kind.replace("List[", "list[").replace("tanor::python::", "")
+    kind = re.sub(r"Optional\[(\w+)\]", r"\1 | None", kind)
+    return f"{name}: {kind}" + (f" = {default}" if default else "")
+
+
+def split(arguments: str) -> list[str]:
+    """At the commas outside of brackets."""
+    parts, depth = [""], 0
+    for letter in arguments:
+        depth += (letter in "([") - (letter in ")]")
+        if letter == "," and depth == 0:
+            parts.append("")
+        else:
+            parts[-1] += letter
+    return [part.strip() for part in parts if part.strip()]
+
+
+def compiled(name: str, doc: str, indent: str) -> str:
+    """The first line of pybind11's docstring is the signature."""
+    match = re.match(r"(\w+)\((.*)\) -> (.*)", doc)
+    arguments = ", ".join(argument(part) for part in split(match[2]))
+    arguments = arguments.replace("options: SolverOptions", "options: " + OPTIONS.get(name, "SolverOptions"))
+    result = re.sub(r"tanor\._core\.", "", match[3]).replace("List[", "list[").replace("Tuple[", "tuple[")
+    arguments = arguments.replace("self: _core.", "self: ").replace("tanor._core.", "")
+    arguments = re.sub(r"self: [\w.:<>]+", "self", arguments)
+    result = result if re.fullmatch(r"[\w\[\], .|]+", result) else "Any"
+    result = {"tuple": "tuple[numpy.ndarray, numpy.ndarray, numpy.ndarray]"}.get(result, result)
+    return f"{indent}def {name}({arguments}) -> {result}: ...\n"
+
+
+def compiled_class(cls: type) -> str:
+    lines = ""
+    for name, member in vars(cls).items():
+        if isinstance(member, property):
+            kind = re.match(r"\((.*?)\) ", member.__doc__ or "")
+            lines += f"    @property\n    def {name}(self) -> {kind[1] if kind else 'Any'}: ...\n"
+        elif name == "__init__" and (member.__doc__ or "").startswith("__init__(self: "):
+            lines += compiled(name, member.__doc__, "    ")
+        elif not name.startswith("_") and callable(member):
+            lines += compiled(name, member.__doc__, "    ")
+    return f"class {cls.__name__}:\n{lines or '    ...' + chr(10)}"
+
+
+def written(value: object) -> str:
+    return "..." if value is dataclasses.MISSING else repr(value)
+
+
+def data_class(cls: type) -> str:
+    lines, arguments, has_star = "", ["self"], False
+    if hasattr(cls, "kind"):
+        lines += "    kind: str\n"
+    for field in dataclasses.fields(cls):
+        kind = field.type if isinstance(field.type, str) else inspect.formatannotation(field.type).replace("typing.", "")
+        kind = re.sub(r"\b(collections\.abc|tanor\._core|tanor)\.", "", kind)
+        lines += f"    {field.name}: {kind}\n"
+        if field.kw_only and not has_star:
+            arguments.append("*")
+            has_star = True
+        has_default = field.default is not dataclasses.MISSING or field.default_factory is not dataclasses.MISSING
+        arguments.append(f"{field.name}: {kind}" + (f" = {written(field.default)}" if has_default else ""))
+    return f"class {cls.__name__}:\n{lines}    def __init__({', '.join(arguments)}) -> None: ...\n"
+
+
+def function(name: str, member: object) -> str:
+    signature = re.sub(r"\b(collections\.abc|tanor\._core|tanor\.runs|tanor|os)\.", "", str(inspect.signature(member)))
+    return f"def {name}{signature}: ...\n"
+
+
+def stubs(module: object) -> str:
+    text = HEAD
+    for name in sorted(module.__all__, key=lambda each: (each[0].islower(), each)):
+        member = getattr(module, name)
+        if isinstance(member, type) and issubclass(member, Exception):
+            text += "\nclass InputError(ValueError):\n    where: str\n"
+        elif isinstance(member, type):
+            text += "\n" + (data_class(member) if dataclasses.is_dataclass(member) else compiled_class(member))
+        elif inspect.isfunction(member):
+            text += "\n" + function(name, member)
+        else:
+            text += "\n" + compiled(name, member.__doc__, "")
+    return text
+
+
+def main(package: str, file: str | None = None) -> int:
+    sys.path.insert(0, str(pathlib.Path(package).parent))
+    import tanor
+
+    made = stubs(tanor)
+    if file is None:
+        print(made, end="")
+        return 0
+    is_same = pathlib.Path(file).read_text(encoding="utf-8") == made
+    if not is_same:
+        print(f"{file} is not what write_stubs.py makes; write it anew", file=sys.stderr)
+    return 0 if is_same else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))

@@ -1,0 +1,98 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "dynamics/workspace.hpp"
+#include "friction/held_friction.hpp"
+#include "friction/held_places.hpp"
+#include "friction/laws.hpp"
+#include "schur/redundancy.hpp"
+
+namespace tanor {
+
+/// The worst that was noted about the uniqueness of the motion since the modes were counted last.
+struct ContactVerdict {
+  Uniqueness uniqueness = Uniqueness::NotAsked;
+  std::string reason;
+
+  void note(Uniqueness other, const std::string& why) {
+    if (other <= uniqueness) return;
+    uniqueness = other;
+    reason = why;
+  }
+};
+
+/// The discrete state of all contacts, and what is known about it. `tangents` know which contacts stick, and `laws` in
+/// which direction the others slide. A contact that sticks has in addition a place and a softness by which it shares a
+/// load, and may be held a little above its limit.
+struct ContactState {
+  /// `work` must outlive it.
+  explicit ContactState(Workspace& work);
+
+  /// Steps of softness for each factor of two.
+  static constexpr int softness_steps = 1 << 20;
+  /// A share is accurate to 1e-9 of itself. A contact nearer than `to_spare` to its limit is held until its load is
+  /// `overload` above it.
+  static constexpr double to_spare = 1e-8, overload = 4e-8;
+
+  Workspace& work;
+  const Model& model;
+  Tangents& tangents;
+  FrictionLaws laws;
+  HeldPlaces places;
+  std::size_t num_switches = 0;  ///< contacts that may stick
+  std::vector<int> softness;     ///< [contact] 0: softest; empty if all are alike
+  std::vector<char> overloads;   ///< [contact] held until `overload` above its limit; empty if none is
+  bool shares_loads = false;     ///< the contacts that stick depend on constraints or on each other; see LoadSharing
+  ContactVerdict verdict;
+
+  std::size_t size() const { return tangents.size(); }
+  bool may_stick(std::size_t contact) const { return tangents[contact].first_row >= 0; }
+  std::size_t neighbourhood(std::size_t contact) const {
+    return work.scales.of_point(static_cast<std::size_t>(tangents[contact].point));
+  }
+  double mass(std::size_t contact) const { return model.mass[static_cast<std::size_t>(tangents[contact].point)]; }
+
+  /// Returns the speed below which a contact is at rest, m/s: the rounding of projected velocities.
+  double sliding_threshold(std::size_t contact) const;
+  double sliding_speed(std::size_t contact, const double* v) const {
+    return norm(tangents.sliding_velocity(contact, v));
+  }
+  bool is_at_rest(std::size_t contact, const double* v) const {
+    return sliding_speed(contact, v) <= sliding_threshold(contact);
+  }
+  /// Passes the speeds around the contacts to the laws. Call this when they are known or have changed.
+  void set_sliding_speeds();
+
+  /// The friction that a sticking contact holds at lambda [rows], and the friction at which it gives way, N.
+  double held(std::size_t contact, const double* lambda) const {
+    return norm(held_friction(tangents, laws, contact, lambda));
+  }
+  double limit(std::size_t contact, const double* lambda) const;
+  /// Lets the contact slide from now on, against the friction that holds it at lambda.
+  void release(std::size_t contact, const double* lambda);
+  /// Lets the contact slide from now on, in the direction of its motion.
+  void let_slide(std::size_t contact);
+
+  /// Returns one number for each contact, which tells its whole state but reference and place. Returns an empty vector
+  /// where no contact may stick.
+  std::vector<int> discrete_state() const;
+  /// Throws InputError if the size does not fit. Slip directions need T, so `restore_slip_directions` restores them at
+  /// the first configuration where T is known. It does nothing in later calls.
+  void restore_discrete_state(std::span<const int> state);
+  void restore_slip_directions(const double* r, const double* v);
+
+  /// Adds to the report of one instant what is known about all modes and about reactions, with K as `blocks` and the
+  /// rows that depend on others.
+  void add_verdict(const std::vector<double>& blocks, const Redundancy& redundancy, FrictionReport* report) const;
+  /// Names a contact whose reaction depends on how dependent constraints share their load, or returns an empty string.
+  /// Its motion is determined by convention only.
+  std::string find_undetermined_reaction(const std::vector<double>& blocks, const Redundancy& redundancy) const;
+
+ private:
+  std::vector<int> restored_;  // modes whose slip directions are not restored yet
+};
+
+}  // namespace tanor
