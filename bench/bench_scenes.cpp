@@ -161,6 +161,22 @@ System dendrimer(int arms, int depth) {
   return copies(1, points, rods);
 }
 
+/// Makes a tree whose points each hang on one of the `window` points before it, drawn at random.
+System random_tree(int count, int window) {
+  std::mt19937 generator(11);
+  std::normal_distribution<double> normal;
+  std::vector<Eigen::Vector3d> points{Eigen::Vector3d::Zero()};
+  std::vector<std::array<int, 2>> rods;
+  for (int k = 1; k <= count; ++k) {
+    const auto from =
+        static_cast<std::size_t>(std::uniform_int_distribution<int>(std::max(0, k - window), k - 1)(generator));
+    const Eigen::Vector3d along(normal(generator), normal(generator), normal(generator));
+    rods.push_back({static_cast<int>(from), k});
+    points.emplace_back(points[from] + along.normalized());
+  }
+  return copies(1, points, rods);
+}
+
 /// Gives the points masses between 0.5 and 2 kg.
 System with_unequal_masses(System system) {
   std::mt19937 generator(7);
@@ -308,6 +324,10 @@ const std::vector<BenchScene>& bench_scenes() {
       {"dendrimer 16", [] { return dendrimer(3, 16); }, 10.0, 0.0},
       {"shuffled dendrimer 14", [] { return shuffled(dendrimer(3, 14)); }, 10.0, 0.0},
       {"binary tree 14", [] { return dendrimer(2, 14); }, 10.0, 0.0},
+      {"random tree 1e3", [] { return random_tree(1000, 100); }, 0.0, 0.0},
+      {"random tree 1e5", [] { return random_tree(100000, 100); }, 0.0, 0.0},
+      {"shuffled random tree 1e5", [] { return shuffled(random_tree(100000, 100)); }, 0.0, 0.0},
+      {"recursive tree 1e5", [] { return shuffled(random_tree(100000, 100000)); }, 0.0, 0.0},
       {"ring 1e3", [] { return branched(1000, true); }, 0.0, 0.0},
       {"ring 1e5", [] { return branched(100000, true); }, 0.0, 0.0},
       {"spheres 1e3", [] { return on_spheres(1000); }, 13.0, 260.0},

@@ -4,7 +4,8 @@
     compare_builds.py OLD NEW [--pairs 15] [--only TEXT]
 
 OLD and NEW are checkouts with a release build in build/ (targets linear_solvers, tanor_cli). Evaluations are those of
-`linear_solvers --repeat`, by its own clock; runs are whole programs, by their processor time. The interval is that of
+all scenes of `linear_solvers`, own and as a host calls them (`--repeat`, `--repeat-call`), by its own clock; runs are
+whole programs, by their processor time. The interval is that of
 the median of the ratios, by order statistics: it covers the true median in at least 95 of 100 comparisons. A scene is
 slower where the whole interval lies above 1.03; the exit code is 1 then.
 """
@@ -18,10 +19,6 @@ import subprocess
 import sys
 import tempfile
 
-EVALUATIONS = ["chain 1e3", "chain 1e4", "chain 1e5", "chain 1e6", "shuffled chain 1e6", "clusters 1e3 x 10",
-               "clusters 1e5 x 10", "rings 1e4 x 6", "triangles 1e4", "tetrahedra 1e4", "tree 1e3", "tree 1e5",
-               "ring 1e3", "ring 1e5", "spheres 1e3", "spheres 1e5", "circles 1e5", "melt 320 x 99", "net 30",
-               "net 100", "net 300", "lattice 10", "lattice 20", "mixed clusters 1e4 + net 30"]
 RUNS = {"run chain.json (dop853)": ["chain.json", "--t-end", "60", "--method", "dop853"],
         "run chain.json (taylor)": ["chain.json", "--t-end", "60", "--method", "taylor"],
         "run chain.json (rattle)": ["chain.json", "--t-end", "60", "--method", "rattle", "--step", "1e-4"],
@@ -35,11 +32,15 @@ SECONDS = "0.15"
 LIMIT = 1.03
 
 
-def time_evaluation(tree: str, scene: str) -> float:
+def list_scenes(tree: str) -> list:
+    done = subprocess.run([f"{tree}/build/bench/linear_solvers", "--list"], check=True, capture_output=True, text=True)
+    return done.stdout.splitlines()
+
+
+def time_evaluation(tree: str, way: str, scene: str) -> float:
     """ns a rod or bead."""
-    programs = [f"{tree}/build/bench/{name}" for name in ("linear_solvers", "ways")]  # `ways` is its former name
-    done = subprocess.run([next(filter(os.path.exists, programs)), "--repeat", SECONDS, scene], check=True,
-                          capture_output=True, text=True)
+    done = subprocess.run([f"{tree}/build/bench/linear_solvers", way, SECONDS, scene], check=True, capture_output=True,
+                          text=True)
     return float(done.stdout.split()[1])
 
 
@@ -73,7 +74,8 @@ def main() -> int:
     options = parser.parse_args()
     os.environ.update(OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1")
 
-    measures = {scene: (lambda tree, scene=scene: time_evaluation(tree, scene)) for scene in EVALUATIONS}
+    measures = {name + end: (lambda tree, way=way, name=name: time_evaluation(tree, way, name))
+                for name in list_scenes(options.new) for way, end in (("--repeat", ""), ("--repeat-call", ", called"))}
     measures |= {name: (lambda tree, run=run: time_run(tree, run)) for name, run in RUNS.items()}
     slower = []
     print("| scene | median new/old | 95 % interval |\n|---|---:|---:|")

@@ -1,16 +1,18 @@
 // Measures one evaluation of the accelerations by each linear solver (SolverOptions::linear_solver), beside the Eigen
-// baseline, in turn in one process:
+// baseline and, for paths in natural order, the plainest pass of scalars, in turn in one process:
 //   linear_solvers [--threads N] [--json FILE] [NAME …]   scenes whose name begins so; default: all of them
 //   linear_solvers --repeat SECONDS NAME                  our solver alone, one thread, for a profiler: prints the
 //                                                         evaluations made; --repeat-call: as a host calls it
+//   linear_solvers --list                                 the names of all scenes, a line each
 //   linear_solvers --series SECONDS RTOL                  likewise a chain of 1000 rods, released level, by power
 //                                                         series (problem P1 of bench/rivals): prints the steps
 // Prints nanoseconds a rod or bead (medians) of ours by itself, in the inner order, and as a host calls it
 // (Dynamics::solve: the user's arrays in the user's order, accelerations and multipliers, three calls after each
 // evaluation of the baseline, which takes the caches); the ratios baseline/ours,
-// baseline/called, baseline/inexact (called without refinement) and general solver/ours on one thread, and the part of
-// the memory's bandwidth (for as many bytes as the scene has) or of dgemm's speed that is reached; then the speedup by
-// 2, 4, … N threads (best of each, since other work on the machine stops threads that wait for each other).
+// baseline/called, baseline/inexact (called without refinement), general solver/ours and called/plain pass on one
+// thread, and the part of the memory's bandwidth (for as many bytes as the scene has) or of dgemm's speed that is
+// reached; then the speedup by 2, 4, … N threads (best of each, since other work on the machine stops threads that wait
+// for each other).
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -20,6 +22,7 @@
 #include <fstream>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -31,6 +34,7 @@
 #include "dynamics/forms.hpp"
 #include "eigen_baseline.hpp"
 #include "machine.hpp"
+#include "path_baseline.hpp"
 #include "timing.hpp"
 #include "traffic.hpp"
 
@@ -50,19 +54,27 @@ double with_digits(int count, double value) {
   return std::stod(fmt::format("{:.{}g}", value, count));
 }
 
-/// Makes the yardstick for the constraints of a system.
-EigenBaseline make_baseline(const System& system) {
+EigenBaseline::Triple gravity_of(const System& system) {
   EigenBaseline::Triple gravity{};
   for (const Force& force : system.forces) gravity = std::get<Gravity>(force).acceleration;
-  const Constraint& first = system.constraints.front();
-  if (const auto* rods = std::get_if<Rods>(&first)) {
-    std::vector<double> masses = system.masses;
-    for (const Support& support : system.supports) {
-      for (const Index point : support.points)
-        masses[static_cast<std::size_t>(point)] = std::numeric_limits<double>::infinity();
-    }
-    return {rods->pairs, masses, gravity};
+  return gravity;
+}
+
+/// Returns the masses, infinite at supports.
+std::vector<double> masses_of(const System& system) {
+  std::vector<double> masses = system.masses;
+  for (const Support& support : system.supports) {
+    for (const Index point : support.points)
+      masses[static_cast<std::size_t>(point)] = std::numeric_limits<double>::infinity();
   }
+  return masses;
+}
+
+/// Makes the yardstick for the constraints of a system.
+EigenBaseline make_baseline(const System& system) {
+  const EigenBaseline::Triple gravity = gravity_of(system);
+  const Constraint& first = system.constraints.front();
+  if (const auto* rods = std::get_if<Rods>(&first)) return {rods->pairs, masses_of(system), gravity};
   const auto guide =
       std::holds_alternative<Spheres>(first) ? EigenBaseline::Guide::Sphere : EigenBaseline::Guide::Circle;
   return {guide, system.masses, gravity};
@@ -109,25 +121,33 @@ struct Called {
   }
 };
 
+/// Makes the yardstick for rods in paths; none where they are not, or not in natural order.
+std::optional<PathBaseline> make_path_baseline(const System& system) {
+  const auto* rods = std::get_if<Rods>(&system.constraints.front());
+  if (rods == nullptr || !PathBaseline::serves(rods->pairs)) return {};
+  return PathBaseline(rods->pairs, masses_of(system), gravity_of(system));
+}
+
 /// Times of one evaluation, s, of many that were taken in turn.
 struct Times {
-  std::vector<double> baseline, general, ours, called, inexact;
+  std::vector<double> baseline, general, ours, called, inexact, plain;
   std::vector<std::vector<double>> threads;  // [number of threads in the list]
 };
 
-Times take_times(EigenBaseline* baseline, Ours* general, Ours* ours, Called* called, Called* inexact,
-                 const std::vector<std::unique_ptr<Ours>>& together, const std::vector<double>& r,
+Times take_times(EigenBaseline* baseline, PathBaseline* plain, Ours* general, Ours* ours, Called* called,
+                 Called* inexact, const std::vector<std::unique_ptr<Ours>>& together, const std::vector<double>& r,
                  const std::vector<double>& v, double num_members) {
   Times times;
   const int repeats = std::max(1, static_cast<int>(2e5 / num_members));
   const auto evaluate_baseline = [&] { return seconds_of([&] { (void)baseline->evaluate(r.data(), v.data()); }); };
-  const auto evaluate = [&](auto* each) {
-    each->evaluate();  // wakes the caches after another one's work
+  const auto repeat = [&](const auto& once) {
+    once();  // wakes the caches after another one's work
     return seconds_of([&] {
-             for (int k = 0; k < repeats; ++k) each->evaluate();
+             for (int k = 0; k < repeats; ++k) once();
            }) /
            repeats;
   };
+  const auto evaluate = [&](Ours* each) { return repeat([&] { each->evaluate(); }); };
   // As a host calls it, whose own work has taken the caches: one evaluation of the baseline before every three calls.
   const auto call = [&](Called* each, std::vector<double>* to) {
     constexpr int calls = 3;
@@ -146,6 +166,7 @@ Times take_times(EigenBaseline* baseline, Ours* general, Ours* ours, Called* cal
     call(inexact, &times.inexact);
     times.ours.push_back(evaluate(ours));
     times.general.push_back(evaluate(general));
+    if (plain != nullptr) times.plain.push_back(repeat([&] { (void)plain->evaluate(r.data(), v.data()); }));
     for (std::size_t k = 0; k < together.size(); ++k) times.threads[k].push_back(evaluate(together[k].get()));
   }
   return times;
@@ -189,6 +210,7 @@ ordered_json measure(const BenchScene& scene, const std::vector<int>& thread_cou
   for (const int threads : thread_counts)
     together.push_back(std::make_unique<Ours>(system, SolverOptions{.threads = threads}));
   EigenBaseline baseline = make_baseline(system);
+  std::optional<PathBaseline> plain = make_path_baseline(system);
   const Model& model = ours.forms.model;
   const bool is_of_beads = !std::holds_alternative<Rods>(system.constraints.front());
   const auto num_points = static_cast<double>(model.num_points()), num_rows = static_cast<double>(model.num_rows());
@@ -196,11 +218,14 @@ ordered_json measure(const BenchScene& scene, const std::vector<int>& thread_cou
 
   const std::vector<double> r = ours.in_users_order(ours.r), v = ours.in_users_order(ours.v);
   Called called(system, r, v), inexact(system, r, v, false);
-  const Times times = take_times(&baseline, &general, &ours, &called, &inexact, together, r, v, num_members);
+  const Times times =
+      take_times(&baseline, plain ? &*plain : nullptr, &general, &ours, &called, &inexact, together, r, v, num_members);
   for (const std::vector<double>& w : {ours.in_users_order(ours.w), called.w, inexact.w})
     compare(scene.name, w, baseline.evaluate(r.data(), v.data()), num_members);
+  if (plain) compare(scene.name, called.w, plain->evaluate(r.data(), v.data()), num_members);
 
   const double base = median(times.baseline), mine = median(times.ours), theirs = median(times.general);
+  const double of_plain = plain ? median(times.plain) : NAN;
   const double of_call = median(times.called), of_inexact = median(times.inexact);
   const PlanSummary& plan = ours.forms.plan;
   const LinearSolver solver = plan.linear_solvers.size() == 1 ? plan.linear_solvers.front() : LinearSolver::General;
@@ -216,9 +241,10 @@ ordered_json measure(const BenchScene& scene, const std::vector<int>& thread_cou
   std::string columns;
   for (const ordered_json& speedup : speedups) columns += fmt::format("{:8.2f}", speedup.get<double>());
   const double unit = 1e9 / num_members;
-  fmt::print("{:28}{:>16}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:8.1f}{:10.1f}{:10.2f}{:10.2f}{}\n",
-             scene.name, plan.linear_solver(), unit * base, unit * theirs, unit * mine, unit * of_call, base / mine,
-             base / of_call, base / of_inexact, scene.bar, theirs / mine, of_memory, of_product, columns);
+  fmt::print(
+      "{:28}{:>16}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:8.1f}{:10.1f}{:10.2f}{:10.2f}{:10.2f}{}\n",
+      scene.name, plan.linear_solver(), unit * base, unit * theirs, unit * mine, unit * of_call, base / mine,
+      base / of_call, base / of_inexact, scene.bar, theirs / mine, of_call / of_plain, of_memory, of_product, columns);
   std::fflush(stdout);
   return {{"scene", scene.name},
           {"linear_solver", plan.linear_solver()},
@@ -229,6 +255,7 @@ ordered_json measure(const BenchScene& scene, const std::vector<int>& thread_cou
           {"ours_ns", with_decimals(2, unit * mine)},
           {"called_ns", with_decimals(2, unit * of_call)},
           {"inexact_ns", with_decimals(2, unit * of_inexact)},
+          {"plain_ns", plain ? ordered_json(with_decimals(2, unit * of_plain)) : ordered_json()},
           {"ratio", with_decimals(2, base / mine)},
           {"noise", with_decimals(3, noise_of_ratio(times.baseline, times.ours))},
           {"bar", with_decimals(1, scene.bar)},
@@ -314,6 +341,10 @@ int main(int argc, char** argv) try {
   std::vector<ordered_json> rows;
   for (int k = 1; k < argc; ++k) {
     const std::string word = argv[k];
+    if (word == "--list") {
+      for (const BenchScene& scene : bench_scenes()) fmt::print("{}\n", scene.name);
+      return 0;
+    }
     if (word == "--threads" && k + 1 < argc) {
       most_threads = std::stoi(argv[++k]);
     } else if (word == "--json" && k + 1 < argc) {
@@ -349,9 +380,9 @@ int main(int argc, char** argv) try {
     columns += fmt::format("{:>7}x", threads);
   }
   const double dense = measure_dense_product();
-  fmt::print("{:28}{:>16}{:>10}{:>10}{:>10}{:>10}{:>10}{:>10}{:>10}{:>8}{:>10}{:>10}{:>10}{}\n", "ns a rod or bead",
-             "solver", "Eigen", "general", "ours", "called", "ratio", "/called", "/inexact", "bar", "/general",
-             "/memory", "/dgemm", columns);
+  fmt::print("{:28}{:>16}{:>10}{:>10}{:>10}{:>10}{:>10}{:>10}{:>10}{:>8}{:>10}{:>10}{:>10}{:>10}{}\n",
+             "ns a rod or bead", "solver", "Eigen", "general", "ours", "called", "ratio", "/called", "/inexact", "bar",
+             "/general", "/plain", "/memory", "/dgemm", columns);
   for (const BenchScene& scene : bench_scenes()) {
     if (is_wanted(scene)) rows.push_back(measure(scene, thread_counts, dense));
   }
