@@ -110,16 +110,17 @@ TEST(TorsionJump, OfRandomRotorsIsPassedRight) {
   }
 }
 
-/// A fixed step stays as it was asked for, with a warning where the jump costs more than a thousandth of the energy.
-TEST(TorsionJump, IsWarnedOfWhereFixedStepsPassTheJump) {
-  for (const Method method : {Method::Rk4, Method::Rattle}) {
-    for (const double step : {0.2, 0.05, 0.02, 0.01}) {
+/// Fixed steps are divided at jumps, so that they keep their order: (w h)^order in each radian.
+TEST(TorsionJump, LeavesTheOrderOfFixedSteps) {
+  constexpr double end = 10.0, w = 2.0;  // seven jumps
+  for (const Method method : list_methods_that(&MethodTraits::has_fixed_steps)) {
+    for (const double step : {0.02, 0.01, 0.005}) {
       Simulation simulation(make_rotor(), {.method = method, .step = step});
 
-      ASSERT_TRUE(simulation.advance_to(10.0).ok()) << simulation.outcome().what;
+      ASSERT_TRUE(simulation.advance_to(end).ok()) << name_of(method) << ": " << simulation.outcome().what;
 
-      EXPECT_NE(simulation.report().accuracy_warning, "")
-          << name_of(method) << " " << step << ": " << simulation.report().energy.drift_relative();
+      const double of_steps = std::pow(w * step, traits_of(method).order) * w * end;
+      EXPECT_LT(miss_of(simulation, Turning(end)), 1e-9 + 10.0 * of_steps) << name_of(method) << ", step " << step;
     }
   }
 }

@@ -43,7 +43,7 @@ ForcePassages* find_passages(ForcePassages* all, bool adapts) {
 Passages::Passages(const IntegrationOptions& options, Mechanics& mechanics, bool adapts)
     : mechanics_(mechanics),
       forces_(find_passages(mechanics.force_passages(), adapts)),
-      may_jump_(adapts && forces_ != nullptr && forces_->may_jump()) {
+      may_jump_(forces_ != nullptr && forces_->may_jump()) {
   // Fixed steps have no tolerance. An unseen change of velocity by one percent is worth a warning.
   constexpr double worth_a_warning = 1e-2;
   follows_tolerance = adapts;

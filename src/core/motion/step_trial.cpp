@@ -50,9 +50,9 @@ StepAttempt StepTrial::step(double t, bool may_surprise, Looks looks) {
   return attempt;
 }
 
-/// Looks for forces between the instants at which the scheme evaluated them. A fixed step keeps its length, with a
-/// warning. The error of an adaptive step over a jump tells nothing, and it may fail there. A step that has passed a
-/// corner is not made.
+/// Looks for forces between the instants at which the scheme evaluated them. A fixed step that passes one keeps its
+/// length, with a warning. The error of an adaptive step over a jump tells nothing, and it may fail there. A step that
+/// has passed a corner is not made.
 void StepTrial::look_between(StepAttempt* attempt) {
   constexpr double half = 0.5;
   if (attempt->is_good() && corners.have_passed(*motion_.scheme, motion_.state, state)) {
@@ -67,10 +67,13 @@ void StepTrial::look_between(StepAttempt* attempt) {
     const bool has_found = has_end && passages_.found_jump().exists();
     if (!is_good && !has_found) passages_.look_along_parabola(*motion_.scheme, motion_.state, state.t);
     attempt->jump = passages_.found_jump();
-  } else if (attempt->step.outcome.ok() && report_.accuracy_warning.empty() &&
-             passages_.look(*motion_.scheme, motion_.state, state) < 1.0) {
-    report_.accuracy_warning =
-        "steps are too long: one passes a force between two evaluations at t = " + text(motion_.state.t);
+  } else if (attempt->step.outcome.ok() && (passages_.may_find_jumps() || report_.accuracy_warning.empty())) {
+    const double part = passages_.look(*motion_.scheme, motion_.state, state);
+    attempt->jump = passages_.found_jump();
+    if (part < 1.0 && report_.accuracy_warning.empty()) {
+      report_.accuracy_warning =
+          "steps are too long: one passes a force between two evaluations at t = " + text(motion_.state.t);
+    }
   }
 }
 
