@@ -33,6 +33,7 @@
 namespace {
 
 using namespace tanor;
+using namespace tanor::detail;
 
 struct Chains {
   std::vector<double> masses, r, v, f;

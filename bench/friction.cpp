@@ -22,6 +22,7 @@
 namespace {
 
 using namespace tanor;
+using namespace tanor::detail;
 using Clock = std::chrono::steady_clock;
 
 constexpr Index num_beads = 10000;

@@ -20,6 +20,7 @@
 namespace {
 
 using namespace tanor;
+using namespace tanor::detail;
 using namespace tanor::patterns;
 
 /// Returns the values of S = C'C beside the pattern's rows; row k is that of column order[k] of C.

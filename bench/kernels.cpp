@@ -16,6 +16,7 @@
 namespace {
 
 using namespace tanor;
+using namespace tanor::detail;
 
 constexpr Index num_points = 20000;  // stays in the second cache
 constexpr double length = 0.1;

@@ -41,6 +41,7 @@
 namespace {
 
 using namespace tanor;
+using namespace tanor::detail;
 using nlohmann::ordered_json;
 
 /// Rounds to so many decimals.

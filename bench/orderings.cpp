@@ -19,6 +19,7 @@
 namespace {
 
 using namespace tanor;
+using namespace tanor::detail;
 using namespace tanor::patterns;
 
 constexpr std::pair<Ordering, const char*> names[] = {{Ordering::Amd, "amd"},

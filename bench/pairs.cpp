@@ -13,6 +13,7 @@
 namespace {
 
 using namespace tanor;
+using namespace tanor::detail;
 
 /// Makes 32,000 beads on a shaken grid, 0.8442 a cubic sigma, periodic.
 System make_beads() {

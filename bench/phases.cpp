@@ -18,6 +18,7 @@
 namespace {
 
 using namespace tanor;
+using namespace tanor::detail;
 
 std::vector<double> inner_inverse_masses(const System& system, const Numbering& numbering) {
   std::vector<double> result;

@@ -21,6 +21,7 @@
 namespace {
 
 using namespace tanor;
+using namespace tanor::detail;
 using namespace tanor::patterns;
 
 void measure(const std::string& name, const SparseColumns& C, int rounds) {

@@ -26,6 +26,7 @@
 namespace {
 
 using namespace tanor;
+using namespace tanor::detail;
 
 double thread_seconds() {
   timespec now{};

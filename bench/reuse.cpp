@@ -23,6 +23,7 @@
 namespace {
 
 using namespace tanor;
+using namespace tanor::detail;
 
 struct ReuseScene {
   std::string name, generate;

@@ -28,6 +28,7 @@
 namespace {
 
 using namespace tanor;
+using namespace tanor::detail;
 
 /// Makes beads on circles side by side, each joined to the next one by a spring.
 System make_beads(int count) {

@@ -11,6 +11,7 @@
 #include "system/numbering.hpp"
 
 namespace tanor {
+using namespace detail;
 
 /// All arrays are in the inner order.
 struct Linearised {

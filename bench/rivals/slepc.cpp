@@ -34,6 +34,7 @@
 namespace {
 
 using namespace tanor;
+using namespace tanor::detail;
 
 constexpr double tolerance = 1e-8;
 

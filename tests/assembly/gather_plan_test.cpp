@@ -15,6 +15,7 @@
 #include "linearised.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 /// K as random blocks, since the plan knows nothing of constraints.

@@ -9,6 +9,7 @@
 #include "assembly/newton_plan.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 /// The system has three moving points and a support (3), a constraint on 0 and 1, a compliant row on 1 and 2, and

@@ -9,6 +9,7 @@
 #include "random_numbers.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 RC_GTEST_PROP(ReactionGather, IsKTimesLambdaOnAllPoints, ()) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 std::uint64_t sum_of(std::string_view text) {

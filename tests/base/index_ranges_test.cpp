@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 std::vector<std::size_t> any_numbers(std::mt19937* generator) {

@@ -9,6 +9,7 @@
 namespace {
 
 using namespace tanor;
+using namespace tanor::detail;
 
 std::array<double, 24> numbers_in_turn() {
   std::array<double, 24> result;

@@ -11,6 +11,7 @@
 namespace {
 
 using namespace tanor;
+using namespace tanor::detail;
 
 TEST(Parallel, SumsHaveTheSameBitsForAnyNumberOfThreads) {
   const auto term = [](std::size_t k) { return 1.0 / (3.0 + static_cast<double>(k)); };

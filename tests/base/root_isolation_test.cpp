@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 using std::numbers::pi;

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 /// Returns the error in units in the last place of the larger of |wanted| and 1e-3. Near their zeros sine and cosine

@@ -7,6 +7,7 @@
 #include "base/text.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 TEST(Text, OfNumbersHasFourDigits) {

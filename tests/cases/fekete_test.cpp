@@ -14,6 +14,7 @@
 #include "base/parallel.hpp"
 
 namespace tanor::cases {
+using namespace detail;
 namespace {
 
 /// Makes points at rest on the unit sphere.

@@ -13,6 +13,7 @@
 #include "random_systems.hpp"
 
 namespace tanor {
+using namespace detail;
 
 /// A system solved at its start, and the result, in the inner order.
 struct Case {

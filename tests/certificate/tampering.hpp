@@ -5,7 +5,7 @@
 #include "certificate/certified.hpp"
 #include "friction/guide_contacts.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Changes single numbers inside a solver.
 struct Tampering {
@@ -97,4 +97,4 @@ inline System only_coordinates() {
   return system;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

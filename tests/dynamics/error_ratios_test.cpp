@@ -11,6 +11,7 @@
 #include "dynamics/workspace.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 constexpr double atol = 1e-3, rtol = 1e-2;

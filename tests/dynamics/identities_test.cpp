@@ -13,6 +13,7 @@
 #include "solved.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 using Eigen::MatrixXd;

@@ -14,6 +14,7 @@
 #include "random_numbers.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 using Eigen::MatrixXd;

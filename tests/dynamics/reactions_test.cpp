@@ -5,6 +5,7 @@
 #include "dynamics/forms.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 constexpr double mass = 2.0, mu = 0.3;

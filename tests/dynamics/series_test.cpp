@@ -13,6 +13,7 @@
 #include "random_systems.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 /// A system in normal form at one instant, and its series.

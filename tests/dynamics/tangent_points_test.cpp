@@ -14,6 +14,7 @@
 #include "dynamics/forms.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 enum class Field { Uniform, Springs };

@@ -30,6 +30,7 @@ std::atomic<std::size_t> allocations{0};
 }
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 /// Makes every kind of constraint and force on a zigzag long enough for several threads. Parameters that may move do

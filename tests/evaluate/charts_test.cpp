@@ -11,6 +11,7 @@
 #include "random_coordinates.hpp"
 
 namespace tanor {
+using namespace detail;
 
 /// Points of a bowl z = s (x^2 + y^2)/2 around a place, by x and y. The library does not know these coordinates.
 struct Bowls {

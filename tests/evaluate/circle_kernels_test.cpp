@@ -9,6 +9,7 @@
 namespace {
 
 using namespace tanor;
+using namespace tanor::detail;
 
 /// Points on circles of radius 2 about the origin, each in its own plane.
 struct Beads {

@@ -15,6 +15,7 @@
 
 /// \file Each kind of constraint with each way to give its parameters, and the library's results for it.
 namespace tanor::constraint_scenes {
+using namespace detail;
 
 inline constexpr double t = 0.7;
 

@@ -20,6 +20,7 @@
 #include "system/neighbourhoods.hpp"
 
 namespace tanor::constraint_scenes {
+using namespace detail;
 namespace {
 
 void expect_close(const Eigen::VectorXd& computed, const Eigen::VectorXd& expected, double scale = 1.0) {

@@ -11,6 +11,7 @@
 #include "random_systems.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 struct Found {

@@ -8,6 +8,7 @@
 #include <tanor/forward.hpp>
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 /// Applies every operation that a definition may use to a, b and c along a curve.

@@ -6,6 +6,7 @@
 
 /// \file The forces and the potential of the pairs of a system, in the user's order.
 namespace tanor {
+using namespace detail;
 
 /// The forces on all points, in the user's order, and the potential.
 struct PairResult {

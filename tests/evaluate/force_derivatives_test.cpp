@@ -9,6 +9,7 @@
 #include "system/numbering.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 System make_system() {

@@ -12,6 +12,7 @@
 #include "random_systems.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 constexpr Index num_points = 6;  // 4 and 5 are supports

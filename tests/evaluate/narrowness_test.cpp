@@ -9,6 +9,7 @@
 #include <tanor/system.hpp>
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 /// Returns the count while x1 runs from a to b, and y1, z1 and t are 0.

@@ -13,6 +13,7 @@
 #include "scenes.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 const double root_6_of_2 = std::pow(2.0, 1.0 / 6.0);

@@ -14,6 +14,7 @@
 #include "system/numbering.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 using Json = nlohmann::json;

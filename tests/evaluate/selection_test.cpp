@@ -11,6 +11,7 @@
 #include "system/members.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 /// Draws a random system and two groups of a user's constraints.

@@ -8,6 +8,7 @@
 #include <tanor/system.hpp>
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 constexpr int order = 10;

@@ -10,6 +10,7 @@
 #include "evaluate/forces.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 /// For few points and laws with a definition over a scalar type, the sums by hand are those of the single pairs.
@@ -32,7 +33,7 @@ TEST(SmoothPairTest, ForcesByHandAreThoseOfTheDefinition) {
       {.law = PairLaw::Morse, .depth = 0.4, .width = 1.3, .rest_length = 0.8}};
   for (const PairForces& pairs : laws) {
     system.forces = {pairs};
-    const Numbering numbering = number(system);
+    const Numbering numbering = detail::number(system);
     PairField field(system, pairs, numbering);
     const PotentialFamily family(make_pair_energies(system, pairs), numbering);
     std::vector<double> r(36), f(36, 0.0), by_pair(6 * family.size()), rates(family.size()), energies(family.size()),
@@ -61,7 +62,7 @@ TEST(SmoothPairTest, ACutoffShiftsTheEnergy) {
         PairForces{
             .law = PairLaw::Morse, .cutoff = 1.5, .box = {4, 4, 4}, .depth = 1.2, .width = 2.0, .rest_length = 1.0}}) {
     const System system = make_two_points(pairs, 3.2);  // the distance to the image is 0.8
-    const Numbering numbering = number(system);
+    const Numbering numbering = detail::number(system);
     PairField field(system, pairs, numbering);
     std::vector<double> r(6), f(6, 0.0);
     numbering.gather_points(system.positions, r);

@@ -15,6 +15,7 @@
 #include "random_numbers.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 using Matrix = Eigen::MatrixXd;

@@ -14,6 +14,7 @@
 #include "patterns.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 using namespace patterns;

@@ -13,6 +13,7 @@
 #include "plan/thresholds.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 using namespace patterns;

@@ -13,6 +13,7 @@
 #include "dense.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 /// Makes a factor of the upper triangle of a dense symmetric matrix on its nonzeros and its diagonal.

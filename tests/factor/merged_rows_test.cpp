@@ -10,6 +10,7 @@
 #include "dense.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 Vec3 random_vector(std::mt19937& generator) {

@@ -10,6 +10,7 @@
 
 /// \file Gradients of a molecule's rigid bonds and angles.
 namespace tanor::patterns {
+using namespace detail;
 
 /// Returns C = M^-1/2 K with columns of unit length, first bonds and then angles as in the file. Nothing is periodic.
 inline SparseColumns gradients_of(const scene::Imported& data) {

@@ -12,6 +12,7 @@
 #include "patterns.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 using namespace patterns;

@@ -11,6 +11,7 @@
 #include "patterns.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 using namespace patterns;

@@ -12,6 +12,7 @@
 
 /// \file Rods between points, the pattern of their S = K'K and the unit columns of K.
 namespace tanor::patterns {
+using namespace detail;
 
 struct Rods {
   int num_points = 0;

@@ -17,6 +17,7 @@
 #include "dense.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 using Matrix = Eigen::MatrixXd;

@@ -9,6 +9,7 @@
 #include "factor/sparse_lu.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 /// Makes a pattern of up to five numbers a column besides the diagonal, in random rows.

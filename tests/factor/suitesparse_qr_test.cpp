@@ -12,6 +12,7 @@
 #include "scene/text_file.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 using namespace patterns;

@@ -8,6 +8,7 @@
 #include "friction/instant_of_contacts.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 System draw_beads(unsigned seed) {

@@ -9,6 +9,7 @@
 #include "friction/instant_of_contacts.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 constexpr double g = 9.81;

@@ -10,6 +10,7 @@
 #include "dynamics/workspace.hpp"
 
 namespace tanor {
+using namespace detail;
 
 /// Makes beads on lines in space, each joined to the next by a rod, under gravity. All of them slide.
 inline System make_beads_on_lines(const std::vector<Vector3>& positions, const std::vector<Vector3>& directions,

@@ -7,6 +7,7 @@
 #include "friction/law_forms.hpp"
 
 namespace tanor {
+using namespace detail;
 
 /// A law mu (|N| + adhesion) with a limit, which the library does not know.
 struct Sticky {

@@ -12,6 +12,7 @@
 ///
 ///   |tau_c| <= mu |N_c|,   tau_c = -mu |N_c| a_c/|a_c| where a_c is not 0
 namespace tanor {
+using namespace detail;
 namespace {
 
 constexpr double mu = 0.25;

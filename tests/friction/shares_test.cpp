@@ -13,6 +13,7 @@
 /// \file Beads at rest on rough lines can share their load in many ways, with reactions that depend on the share. Where
 /// one motion obeys the law it is found, and where several do they are counted, by a dense twin and by tanor.
 namespace tanor {
+using namespace detail;
 namespace {
 
 using Eigen::Vector3d;

@@ -20,6 +20,7 @@
 namespace {
 
 using namespace tanor;
+using namespace tanor::detail;
 
 constexpr std::size_t size_of_sum = 8;
 

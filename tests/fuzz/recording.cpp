@@ -18,6 +18,7 @@
 namespace {
 
 using namespace tanor;
+using namespace tanor::detail;
 
 constexpr std::string_view last_words = "checksum ";
 

@@ -9,6 +9,7 @@
 #include "evaluate/forces.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 System dragged_points(const Force& force) {

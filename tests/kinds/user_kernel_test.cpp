@@ -18,6 +18,7 @@
 #include "reference.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 struct Numbers {

@@ -16,6 +16,7 @@
 #include "scenes.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 struct AsideScene {

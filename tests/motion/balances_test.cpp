@@ -5,6 +5,7 @@
 #include "base/parallel.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 // ---- momentum ----

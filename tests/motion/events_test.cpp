@@ -11,6 +11,7 @@
 #include "motion/toys.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 using std::numbers::pi;

@@ -9,6 +9,7 @@
 #include "base/parallel.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 using extreme::Case;

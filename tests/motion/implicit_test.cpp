@@ -10,6 +10,7 @@
 #include "scenes.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 /// A system that is advanced in steps of one length, whatever a scheme thinks of its errors.

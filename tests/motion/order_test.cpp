@@ -15,6 +15,7 @@
 #include "scenes.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 using std::numbers::pi;

@@ -17,6 +17,7 @@
 
 /// \file Random scenes that steps must not jump, and how the runs of each are counted.
 namespace tanor::passing {
+using namespace detail;
 
 using scenes::add_point;
 

@@ -12,6 +12,7 @@
 /// \file Three beads on rough lines, joined by springs, stop and leave many times. They are compared with a reference
 /// in long double: m s_ddot = F.e - mu_k |F - (F.e) e| sign(s_dot), classical Runge-Kutta steps, events by bisection.
 namespace tanor {
+using namespace detail;
 namespace {
 
 using Real = long double;

@@ -6,6 +6,7 @@
 #include "system/fingerprint.hpp"
 
 namespace tanor {
+using namespace detail;
 
 inline Snapshot open_saved(Simulation& simulation) {
   return unpack(simulation.save(), fingerprint_of(simulation.system()));

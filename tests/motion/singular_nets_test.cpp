@@ -10,6 +10,7 @@
 #include "scenes.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 /// Makes a flat net of 10 x 10 points that hangs from two adjacent corners, so that the edge between them is taut. Rods

@@ -10,6 +10,7 @@
 #include "scenes.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 using scenes::make_four_bar;

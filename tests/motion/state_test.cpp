@@ -3,6 +3,7 @@
 #include "motion/scheme.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 /// Makes a state all of whose members hold `number`.

@@ -4,6 +4,7 @@
 #include "scenes.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 /// Returns the error at t = 0.5 against a much finer run.

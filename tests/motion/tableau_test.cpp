@@ -11,6 +11,7 @@
 #include "motion/runge_kutta.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 using Row = std::vector<double>;

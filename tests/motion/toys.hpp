@@ -9,6 +9,7 @@
 #include "motion/integration.hpp"
 
 namespace tanor::toys {
+using namespace detail;
 
 /// A few numbers without constraints that obey x'' = a(t, x, v). It keeps the instants of its switches.
 class Toy : public Mechanics, private StepProjector, private RankMonitor {

@@ -12,6 +12,7 @@
 #include "motion/method_options.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 constexpr double never = std::numeric_limits<double>::infinity();

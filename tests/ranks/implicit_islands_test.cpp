@@ -13,6 +13,7 @@
 #include "scenes.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 constexpr std::size_t points_of_pendulum = 3;

@@ -14,6 +14,7 @@
 #include "report/trajectory.hpp"
 
 namespace tanor::report {
+using namespace detail;
 namespace {
 
 using nlohmann::json;

@@ -4,6 +4,7 @@
 #include "scene/reading.hpp"
 
 namespace tanor::scene {
+using namespace detail;
 namespace {
 
 TEST(Suggestion, IsTheNearestWordIfItIsNear) {

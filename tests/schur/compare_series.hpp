@@ -11,6 +11,7 @@
 
 /// \file The power series of a motion in lanes is compared order by order with that of the general solver.
 namespace tanor::series {
+using namespace detail;
 
 constexpr int order = 12;
 

@@ -11,6 +11,7 @@
 #include "random_numbers.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 GramSolver make_solver(const Linearised& inner, Ordering ordering = Ordering::Auto) {

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 IslandTopology path_topology(int num_rods) {

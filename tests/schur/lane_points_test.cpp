@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 /// Draws lanes of `length` points: some are consecutive in the array, some are not, and some slots have no point.

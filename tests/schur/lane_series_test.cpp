@@ -16,6 +16,7 @@
 #include "schur/lane_series.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 using series::agreement;

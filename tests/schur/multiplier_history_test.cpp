@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 std::vector<double> motion(double t) {

@@ -13,6 +13,7 @@
 #include "schur/needed_terms.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 using series::Expanded;

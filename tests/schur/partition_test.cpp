@@ -9,6 +9,7 @@
 #include <rapidcheck/gtest.h>
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 std::vector<Index> any_islands(int most_islands, int most_rows) {

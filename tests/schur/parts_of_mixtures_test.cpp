@@ -17,6 +17,7 @@
 #include "schur/tree_solver.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();

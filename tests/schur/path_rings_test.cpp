@@ -14,6 +14,7 @@
 #include "system/numbering.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 constexpr double ring_rounding = 1e-13;

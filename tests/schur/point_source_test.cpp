@@ -13,6 +13,7 @@
 #include "schur/composite_solver.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 /// Chains of so many rods. With `held` their first points are supports; with `rings` a further rod closes each. With

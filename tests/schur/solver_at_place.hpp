@@ -13,6 +13,7 @@
 #include "schur/composite_solver.hpp"
 
 namespace tanor {
+using namespace detail;
 
 struct SolverAtPlace {
   Workspace work;

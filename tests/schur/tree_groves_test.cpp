@@ -12,6 +12,7 @@
 #include "linearised.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 /// A backbone of points, each with a chain of `length` rods.

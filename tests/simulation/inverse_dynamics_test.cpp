@@ -11,6 +11,7 @@
 #include "scenes.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 /// Makes a bead of 2 kg on a rod of 1 m, with its weight along -y.

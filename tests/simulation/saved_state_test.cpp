@@ -9,6 +9,7 @@
 #include "simulation/saved_state.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 using Bytes = std::vector<std::byte>;

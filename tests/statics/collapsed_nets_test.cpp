@@ -16,6 +16,7 @@
 #include "scenes.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 bool says_self_stress(const EquilibriumResult& found) {

@@ -9,6 +9,7 @@
 #include "statics/equilibrium_equations.hpp"
 
 namespace tanor {
+using namespace detail;
 
 /// W, K and M of linearised equations, and all modes by dense matrices: Z by Householder reflections of K, and Eigen's
 /// generalised eigenvalue problem.

@@ -8,6 +8,7 @@
 #include "statics/one_sided.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 using Eigen::MatrixXd, Eigen::VectorXd;

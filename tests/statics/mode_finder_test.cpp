@@ -16,6 +16,7 @@
 #include "statics/mode_finder.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 using Eigen::MatrixXd, Eigen::VectorXd;

@@ -13,6 +13,7 @@
 #include "statics/kkt_solver.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 using scenes::g;

@@ -9,6 +9,7 @@
 #include "statics/kkt_solver.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 /// A random system at rest with its inner arrays, and numbers that stand for multipliers.

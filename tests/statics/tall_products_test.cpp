@@ -5,6 +5,7 @@
 #include "statics/tall_products.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 using Eigen::Index, Eigen::MatrixXd;

@@ -17,6 +17,7 @@
 #include "system/formula.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 const std::vector<std::string> variables = {"x1", "y1", "z1", "x2", "y2", "z2", "t"};

@@ -9,6 +9,7 @@
 #include <tanor/error.hpp>
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 const std::vector<std::string> time = {"t"};

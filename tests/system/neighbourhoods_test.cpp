@@ -10,6 +10,7 @@
 #include "system/neighbourhoods.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 /// Finds the sets by passing the least number on along each rod until nothing changes.

@@ -15,6 +15,7 @@
 #include "linearised.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 std::vector<Index> any_order(Index n, std::uint32_t seed) {

@@ -198,14 +198,14 @@ struct NoChart {};
 namespace detail {
 
 template <class Group>
-struct ChartOf {
+struct ChartType {
   using Type = NoChart;
 };
 template <class Group>
 requires requires {
   typename KindOf<Group>::Chart;
 }
-struct ChartOf<Group> {
+struct ChartType<Group> {
   using Type = typename KindOf<Group>::Chart;
 };
 
@@ -213,7 +213,7 @@ struct ChartOf<Group> {
 
 /// The chart of a group: the point at which the numbers of a member are centred.
 template <class Group>
-using ChartOf = typename detail::ChartOf<Group>::Type;
+using ChartOf = typename detail::ChartType<Group>::Type;
 
 /// The coordinates q of a point, for coordinates of single points.
 template <class Group, class T>

@@ -13,6 +13,7 @@
 #include "system/fingerprint.hpp"
 
 namespace tanor {
+using namespace detail;
 
 namespace {
 

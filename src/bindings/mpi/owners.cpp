@@ -15,6 +15,7 @@
 #include "system/members.hpp"
 
 namespace tanor {
+using namespace detail;
 
 namespace {
 

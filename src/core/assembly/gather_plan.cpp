@@ -9,7 +9,7 @@
 #include "base/groups.hpp"
 #include "plan/thresholds.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 std::vector<Incidence> group_by_point(std::span<const Incidence> incidences, std::span<const double> weights) {
   return Groups<Incidence>(weights.size(),
@@ -149,4 +149,4 @@ void GatherPlan::assemble(const double* blocks, double* values, const Parallel& 
   });
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include "evaluate/family.hpp"
 #include "evaluate/product.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Returns the incidences of points with a nonzero weight, grouped by point.
 std::vector<Incidence> group_by_point(std::span<const Incidence> incidences, std::span<const double> weights);
@@ -68,4 +68,4 @@ class GatherPlan {
   bool weights_are_scaled_ = false;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <complex>
 
-namespace tanor {
+namespace tanor::detail {
 
 NewtonPlan::NewtonPlan(std::span<const double> masses, std::size_t num_rows, std::span<const Coupling> couplings,
                        std::span<const Influence> influences, std::span<const Incidence> incidences,
@@ -162,4 +162,4 @@ void NewtonPlan::add_stiffness(const Values& values, const double* x, double* y)
     add(points.on, values.influence_positions[number] * load(x, points.of));
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

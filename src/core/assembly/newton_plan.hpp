@@ -8,7 +8,7 @@
 #include "base/block3.hpp"
 #include "evaluate/family.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The compliance of a row: multiplier = -stiffness xi - damping dxi/dt.
 struct Compliance {
@@ -89,4 +89,4 @@ class NewtonPlan {
   std::vector<int> start_, rows_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -1,6 +1,6 @@
 #include "assembly/reactions.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 ReactionGather::ReactionGather(std::span<const Incidence> incidences, std::size_t num_points)
     : by_point_(num_points, [&](const auto& add) {
@@ -54,4 +54,4 @@ void ReactionGather::write_sums(const Parallel& parallel, const double* blocks, 
   });
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include "base/parallel.hpp"
 #include "evaluate/family.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Computes eta = K lambda, gathered point by point in a fixed order.
 class ReactionGather {
@@ -49,4 +49,4 @@ class ReactionGather {
   Groups<Entry> by_point_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -9,7 +9,7 @@
 /// \file Serialization of numbers, texts, lists and structs made of them, in the byte order of this machine. A type
 /// that is neither a number nor a list names its parts in a function visit_parts(value, visit), which calls visit(part
 /// …).
-namespace tanor {
+namespace tanor::detail {
 
 /// True for types that are copied byte by byte: numbers, and structs that declare themselves here because they have no
 /// gaps.
@@ -106,4 +106,4 @@ class ByteReader {
   Check check_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

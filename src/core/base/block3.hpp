@@ -6,7 +6,7 @@
 
 #include "base/vec3.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// A 3 x 3 matrix, stored row by row: the derivative of the force on one point with respect to the position of one
 /// point.
@@ -46,4 +46,4 @@ struct Influence {
   int on, of;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,6 +4,7 @@
 #include "base/instruction_sets.hpp"
 
 namespace tanor {
+using namespace detail;
 
 BuildInfo build_info() {
   return {TANOR_VERSION, TANOR_GPL != 0, TANOR_CHOLMOD_HAS_GPL != 0, name_of(instruction_set())};

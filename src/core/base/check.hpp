@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Thrown if one of our own invariants is broken. This is a bug, not a wrong input.
 class InternalError : public std::logic_error {
@@ -20,4 +20,4 @@ inline void ensure(bool condition, const char* thought, const char* file = __bui
   throw InternalError(path.substr(path.rfind('/') + 1) + ":" + std::to_string(line) + ": " + thought);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// A 64-bit checksum of bytes that come in pieces; how they were cut into pieces does not matter. It is FNV-1a on words
 /// of eight bytes, with a shift that carries high bits down. The map from each word to the sum is one to one, so a
@@ -63,4 +63,4 @@ class Checksum {
   std::size_t num_pending_ = 0;  ///< their number, 0 … 7
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Checks that a count fits into an int, by which entries of matrices are counted, as in CHOLMOD. Throws
 /// std::length_error if it does not: "S of 70000 rows: 2450035000 nonzeros of L, above 2^31 - 1 = 2147483647". `what`
@@ -16,4 +16,4 @@ inline void check_count(double count, const std::string& of, const std::string& 
                           ", above 2^31 - 1 = 2147483647");
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 #include <Eigen/QR>
 #include <Eigen/SVD>
 
-namespace tanor::dense {
+namespace tanor::detail::dense {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -83,4 +83,4 @@ ThinQr find_thin_qr(const MatrixXd& A) {
           qr.matrixQR().topRows(A.cols()).triangularView<Eigen::Upper>()};
 }
 
-}  // namespace tanor::dense
+}  // namespace tanor::detail::dense

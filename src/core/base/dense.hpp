@@ -7,7 +7,7 @@
 
 /// \file Decompositions of small dense matrices. They are Eigen's and are compiled once, since each takes seconds in
 /// every file that instantiates it.
-namespace tanor::dense {
+namespace tanor::detail::dense {
 
 /// LU decomposition of a square matrix, with partial pivoting.
 class Lu {
@@ -79,4 +79,4 @@ struct ThinQr {
 };
 ThinQr find_thin_qr(const Eigen::MatrixXd& A);
 
-}  // namespace tanor::dense
+}  // namespace tanor::detail::dense

@@ -6,7 +6,7 @@
 /// \file
 /// Disjoint sets of numbers, kept in an array (Tarjan 1975). parent[i] is another member of the set of i, nearer to its
 /// root, or i itself if i is the root. Initially each number is its own parent.
-namespace tanor {
+namespace tanor::detail {
 
 /// Returns the root of the set of i, and shortens the path to it for later calls.
 template <class Integer>
@@ -24,4 +24,4 @@ Integer join_sets(Integer* parent, Integer i, Integer j) {
   return parent[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -1,6 +1,6 @@
 #pragma once
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Returns the second derivative of |a| while a moves along a straight line with velocity v, which is phi of a rod:
 /// (v.v - (u.v)^2)/|a| with the unit vector u = a/|a| and `inverse` = 1/|a|.
@@ -11,4 +11,4 @@ template <class Vector, class Number>
   return inverse * (dot(v, v) - along * along);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -1,6 +1,7 @@
 #include <tanor/error.hpp>
 
 namespace tanor {
+using namespace detail;
 
 InputError::InputError(std::string where, const std::string& what)
     : std::runtime_error(what), where_(std::move(where)) {}

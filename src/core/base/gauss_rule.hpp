@@ -2,7 +2,7 @@
 
 #include <array>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Nodes and weights of the Gauss rule with eight points on [0, 1], which is exact for polynomials of degree 15.
 inline constexpr std::array<std::array<double, 2>, 8> gauss_rule{{{0.0198550717512319, 0.0506142681451882},
@@ -14,4 +14,4 @@ inline constexpr std::array<std::array<double, 2>, 8> gauss_rule{{{0.01985507175
                                                                   {0.8983332387068134, 0.1111905172266872},
                                                                   {0.9801449282487681, 0.0506142681451882}}};
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Entries stored group by group (compressed rows). The entries of group k are [start[k], start[k + 1]).
 template <class Entry>
@@ -64,4 +64,4 @@ void compress_pairs(std::size_t num_groups, std::vector<Pair> pairs, std::vector
   std::partial_sum(start->begin(), start->end(), start->begin());
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

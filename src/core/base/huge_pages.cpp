@@ -6,7 +6,7 @@
 #include <sys/mman.h>
 #endif
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -35,4 +35,4 @@ void release_pages(void* memory, std::size_t bytes) {
   ::operator delete(memory, alignment_of(bytes));
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

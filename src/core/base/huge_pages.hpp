@@ -5,7 +5,7 @@
 
 /// \file Arrays that are read from memory in whole. With pages of 4 KiB the machine translates an address for every 512
 /// numbers: a solve of a large net takes a tenth longer, and more in a virtual machine.
-namespace tanor {
+namespace tanor::detail {
 
 /// Allocates memory that begins at a cache line. From 4 MiB on it has pages of 2 MiB if the system offers them.
 void* allocate_pages(std::size_t bytes);
@@ -31,4 +31,4 @@ struct HugePageAllocator {
 template <class T>
 using LargeArray = std::vector<T, HugePageAllocator<T>>;
 
-}  // namespace tanor
+}  // namespace tanor::detail

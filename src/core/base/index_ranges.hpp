@@ -6,7 +6,7 @@
 
 #include "base/parallel.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// A set of numbers 0, 1, 2, …, stored as index ranges [begin, end) in increasing order. A loop over the set is a loop
 /// over a few ranges.
@@ -89,4 +89,4 @@ class IndexRanges {
   std::vector<Range> ranges_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

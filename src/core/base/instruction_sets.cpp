@@ -6,8 +6,7 @@
 
 #include <tanor/error.hpp>
 
-namespace tanor {
-
+namespace tanor::detail {
 namespace {
 
 InstructionSet find_best() {
@@ -48,4 +47,4 @@ const char* name_of(InstructionSet set) {
   return names[static_cast<std::size_t>(set)];
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -9,7 +9,7 @@
 /// \file Compiles the body of a hot loop once for each instruction set and chooses one at run time. Packaged binaries
 /// are built for the baseline of their architecture, which is too slow for hot loops.
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Instruction sets: Avx512 is x86-64-v4, Avx2 is x86-64-v3.
 enum class InstructionSet { Unchosen, Baseline, Avx2, Avx512 };
@@ -97,4 +97,4 @@ auto dispatch(Body body) {
 }
 #endif
 
-}  // namespace tanor
+}  // namespace tanor::detail

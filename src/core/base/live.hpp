@@ -4,7 +4,7 @@
 
 #include <tanor/error.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Returns the implementation that a public object points to. Throws InputError with the object's `name` if the object
 /// was moved from.
@@ -16,4 +16,4 @@ auto& live(const Pointer& implementation, const char* name) {
   return *implementation;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

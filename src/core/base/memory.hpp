@@ -12,7 +12,7 @@
 
 #include "base/vec3.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The data that a running simulation keeps beside its state, as plain numbers. Each part has one function that
 /// exchanges its members in a fixed order. The same function appends them to a snapshot and reads them back, so the two
@@ -87,4 +87,4 @@ class Memory {
   bool misses_some_ = false;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <limits>
 
-namespace tanor {
+namespace tanor::detail {
 
 constexpr double eps = std::numeric_limits<double>::epsilon();
 
@@ -15,4 +15,4 @@ inline double irregular(std::size_t k, double step = 2.399963) {
   return std::sin(1.0 + step * static_cast<double>(k));
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

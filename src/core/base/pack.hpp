@@ -12,7 +12,7 @@
 /// \file Packs of numbers, or of points, side by side in one vector register. All kernels use `Pack<>`, of eight
 /// numbers, apart from those of series along few paths. Functions that use packs are compiled once for each instruction
 /// set (instruction_sets.hpp).
-namespace tanor {
+namespace tanor::detail {
 
 // All functions that take or return packs are inlined, so no binary interface has to be kept.
 #pragma GCC diagnostic ignored "-Wpsabi"
@@ -304,4 +304,4 @@ struct Largest {
   }
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

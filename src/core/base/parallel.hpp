@@ -12,7 +12,7 @@
 
 #include "base/quiet_traps.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Returns the larger of two numbers. A NaN wins, so that it cannot hide in a maximum.
 inline double larger(double a, double b) {
@@ -159,4 +159,4 @@ class Parallel {
   int threads_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

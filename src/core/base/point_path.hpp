@@ -10,7 +10,7 @@
 
 #include "base/vec3.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The motion of all points during one step. Positions and velocities are known at knots that lie evenly in time;
 /// between two knots each point follows a cubic in time.
@@ -133,4 +133,4 @@ inline double sagitta(const PointPath::Place& a, const PointPath::Place& b, doub
   return 4.0 / 27.0 * (norm(length * a.v - e) + norm(length * b.v - e));
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

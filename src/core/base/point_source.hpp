@@ -4,7 +4,7 @@
 
 #include "base/parallel.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// A source of points that are to be written into arrays [3n]. A caller brings the points that it works on right before
 /// it first reads them, and then has them in its first cache. No separate pass over the memory copies them.
@@ -24,4 +24,4 @@ inline void bring(const Parallel& parallel, const PointSource* source, std::size
                       [&](std::size_t first, std::size_t last) { source->bring(begin + first, last - first); });
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

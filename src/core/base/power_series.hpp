@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The length of a step that nothing limits, s. It is finite, so that snapshots hold it.
 inline constexpr double any_length = std::numeric_limits<double>::max();
@@ -23,4 +23,4 @@ inline double log_of_longest_step(int k, double position_ratio, double velocity_
   return std::min(-std::log(position_ratio) / k, -std::log(k * velocity_ratio) / (k - 1));
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

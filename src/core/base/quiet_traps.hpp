@@ -4,7 +4,7 @@
 #include <memory>
 #include <utility>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Switches the floating-point traps of the thread off for its lifetime. A host with enabled traps then notices neither
 /// our infinities and NaN, which we test for ourselves, nor the flags that they leave behind. It costs next to nothing
@@ -37,4 +37,4 @@ std::unique_ptr<T> make_quietly(Arguments&&... arguments) {
   return std::make_unique<T>(std::forward<Arguments>(arguments)...);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

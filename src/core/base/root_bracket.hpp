@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Brackets a point where a function falls through 0 and narrows it by the ITP method (Oliveira & Takahashi, ACM Trans.
 /// Math. Softw. 47, 2020), which is superlinear for a smooth function and takes at most one evaluation more than
@@ -49,4 +49,4 @@ class RootBracket {
   double radius_ = 0.0, stretch_ = 0.0;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

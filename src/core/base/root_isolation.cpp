@@ -5,7 +5,7 @@
 
 #include "base/root_bracket.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -279,4 +279,4 @@ double RootIsolation::find_root(std::size_t i, const Function& g) const {
   return bracket.root();
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Finds where a scalar function g on [0, 1] changes its sign, as a function of a motion does along a step.
 ///
@@ -84,4 +84,4 @@ class RootIsolation {
   double doubtful_place_ = std::numeric_limits<double>::quiet_NaN();
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// A number with a bound of the rounding errors in it (running error analysis; Higham, Accuracy and Stability of
 /// Numerical Algorithms, 2002, section 3.3). A difference keeps the errors of its terms when these cancel.
@@ -70,4 +70,4 @@ inline Rounded atan2(const Rounded& y, const Rounded& x) {
   return Rounded::of_library(std::atan2(y.v, x.v), carried);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

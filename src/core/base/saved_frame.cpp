@@ -9,7 +9,7 @@
 #include "base/checksum.hpp"
 #include "base/text.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 std::uint64_t checksum_of(std::span<const std::byte> bytes) {
   Checksum sum;
@@ -36,4 +36,4 @@ std::span<const std::byte> check_frame(std::span<const std::byte> bytes, const S
   return bytes.subspan(sizeof header, bytes.size() - sizeof header - sizeof sum);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

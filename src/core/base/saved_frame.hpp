@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <span>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The header of saved bytes: their kind, their format, the byte order and a fingerprint of what they belong to. A
 /// checksum of all that and the bytes follows behind them. The layout is the same for every kind.
@@ -30,4 +30,4 @@ std::uint64_t checksum_of(std::span<const std::byte> bytes);
 /// says.
 std::span<const std::byte> check_frame(std::span<const std::byte> bytes, const SavedHeader& wanted, const SavedBy& by);
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Visits elements that are scattered over the memory, and calls for those to come. If all of them fit into the second
 /// cache, the processor orders its reads early enough by itself.
@@ -26,4 +26,4 @@ template <class Address, class Visit>
   for (; i < end; ++i) visit(i);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Beyond this angle the reduction in `sine_cosine` loses digits.
 inline constexpr double largest_angle = 1e6;
@@ -45,4 +45,4 @@ inline constexpr double largest_angle = 1e6;
   *cosine = std::bit_cast<double>(std::bit_cast<std::uint64_t>(swaps ? s : c) ^ sign_of_cosine);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

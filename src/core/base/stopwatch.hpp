@@ -3,9 +3,7 @@
 #include <chrono>
 #include <cstdint>
 
-namespace tanor {
-
-namespace detail {
+namespace tanor::detail {
 
 #if defined(__x86_64__)
 /// Reads the time stamp counter of the processor. A call of the operating system's clock would take as long as one
@@ -25,8 +23,6 @@ inline double seconds_per_tick() {
 }
 #endif
 
-}  // namespace detail
-
 /// Adds the seconds of its lifetime to a sum.
 class Stopwatch {
  public:
@@ -40,4 +36,4 @@ class Stopwatch {
   std::int64_t start_ = detail::count_ticks();
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,9 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace tanor {
-
-namespace detail {
+namespace tanor::detail {
 
 /// Counts the changes that turn one word into the other: letters that are lost, added or replaced, and neighbours that
 /// change places (the distance of Damerau and Levenshtein, as an optimal alignment of strings).
@@ -65,8 +63,6 @@ inline std::string find_symbol(std::string_view word, const std::vector<std::str
   return "";
 }
 
-}  // namespace detail
-
 /// Returns " (did you mean run?)" if a word is near a known one, else nothing.
 inline std::string suggest(std::string_view word, const std::vector<std::string>& known) {
   constexpr std::size_t longest = 80;  // of a word that may be a mistyped name
@@ -84,4 +80,4 @@ inline std::string suggest(std::string_view word, const std::vector<std::string>
   return meant.empty() ? "" : " (did you mean " + meant + "?)";
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -11,7 +11,7 @@
 
 #include "base/quiet_traps.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Runs tasks that wait for others with a given number of threads. One thread runs them in the order in which they were
 /// added, or backwards. Several threads take the tasks that are ready, those with the longest path to the end first. A
@@ -143,4 +143,4 @@ class TaskGraph {
   std::size_t num_left_ = 0, num_idle_ = 0;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

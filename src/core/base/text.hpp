@@ -10,7 +10,7 @@
 #include <string>
 #include <type_traits>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// So many digits tell all numbers apart; the shortest text that does so is taken then.
 constexpr int all_digits = 17;
@@ -66,4 +66,4 @@ inline std::string text_of_count(std::size_t count, const std::string& noun) {
   return text(count) + " " + noun + (count == 1 ? "" : "s");
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

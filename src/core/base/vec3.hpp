@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Three numbers in registers, with the arithmetic that kernels need.
 struct Vec3 {
@@ -50,4 +50,4 @@ inline Vec3 make_vec3(const std::array<double, 3>& a) {
   return {a[0], a[1], a[2]};
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

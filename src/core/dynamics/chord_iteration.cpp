@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -70,4 +70,4 @@ ProjectionReport project_along_chord(const Model& model, ChordEquations& equatio
   }
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

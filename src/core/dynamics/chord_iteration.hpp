@@ -3,7 +3,7 @@
 #include "dynamics/mechanics.hpp"
 #include "dynamics/model.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The linearized equations that a chord iteration onto xi = 0 needs. They own the array `rows`, which takes the
 /// residual.
@@ -40,4 +40,4 @@ struct ChordLimits {
 ProjectionReport project_along_chord(const Model& model, ChordEquations& equations, const ChordLimits& limits, double t,
                                      double* r, double* sum, ProjectionReport report);
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -5,7 +5,7 @@
 #include "dynamics/forms.hpp"
 
 /// \file Checks rank K + rank A = 3n: the coordinates reach every motion that the constraints allow.
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -69,4 +69,4 @@ void Forms::check_completeness(double t, const double* r) {
                                        text(3 * model.num_moving()) + "; both must describe the same motion");
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 
 #include "base/stopwatch.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -59,4 +59,4 @@ void ConjugateResiduals::correct(bool begins, double* rows, double* points) {
   num_kept_ = std::max(num_kept_, next_ == 0 ? most_kept : next_);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 
 #include "dynamics/rank_revealing_factor.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Corrects solutions where the contacts that stick are compliant. The factor P of S + C leaves a large error in
 /// motions that the constraints hold no more stiffly than C does, e.g. of a bead between two others nearly on their
@@ -36,4 +36,4 @@ class ConjugateResiduals {
   std::size_t num_kept_ = 0, next_ = 0;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

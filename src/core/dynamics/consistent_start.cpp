@@ -7,7 +7,7 @@
 #include "dynamics/nearest_point.hpp"
 #include "dynamics/rod_lengths.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Throws InputError naming the constraint that (r, v) violates most, if the violation is larger than what is
 /// corrected.
@@ -71,4 +71,4 @@ StartReport ConsistentStart::find(double t, double* r, double* v, StartMode mode
   return report;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

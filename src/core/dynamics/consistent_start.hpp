@@ -4,7 +4,7 @@
 #include "dynamics/projector.hpp"
 #include "dynamics/workspace.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Finds the nearest consistent start in the M-norm.
 class ConsistentStart {
@@ -25,4 +25,4 @@ class ConsistentStart {
   Projector& projector_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

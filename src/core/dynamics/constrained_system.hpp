@@ -8,7 +8,7 @@
 #include "schur/gram_solver.hpp"
 #include "schur/redundancy.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Serves the contacts while they choose their modes: it linearizes, projects and solves the constrained system, always
 /// with the contacts that stick at present.
@@ -42,4 +42,4 @@ class ConstrainedSystem {
   virtual const Redundancy& redundancy() const = 0;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

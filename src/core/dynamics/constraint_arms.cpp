@@ -7,7 +7,7 @@
 
 #include "base/text.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 ConstraintArms::ConstraintArms(const Model& model) : model_(model) {
   const auto inner = [&](Index point) { return model.numbering.inner_point[static_cast<std::size_t>(point)]; };
@@ -63,4 +63,4 @@ std::string ConstraintArms::name(std::size_t k) const {
   return where + "part from " + (arm.begin == -1 ? "a" : "b") + " to " + user(arm.end);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

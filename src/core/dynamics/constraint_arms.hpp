@@ -7,7 +7,7 @@
 #include "base/vec3.hpp"
 #include "dynamics/model.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Vectors along which constraints need a direction though their lengths may change: the parts of ropes, from a wheel
 /// to its point, the legs of angles, and rods whose lengths depend on time. Where one is 0, the constraint has no
@@ -39,4 +39,4 @@ class ConstraintArms {
   std::vector<Arm> arms_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

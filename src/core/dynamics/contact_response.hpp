@@ -1,6 +1,6 @@
 #pragma once
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The response of multipliers and accelerations to a right-hand side at the linearized configuration: S x = -b,
 /// dw = M^-1 K x. Contacts need to know no more of the system around them.
@@ -17,4 +17,4 @@ class ContactResponse {
   virtual void minimize_multiplier_norm(double* x) = 0;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

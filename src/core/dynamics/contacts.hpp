@@ -10,7 +10,7 @@
 #include "dynamics/constrained_system.hpp"
 #include "dynamics/roles.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 class Workspace;
 
@@ -100,4 +100,4 @@ std::unique_ptr<Contacts> make_contacts(Workspace& work, FrictionMethod method, 
 /// Returns a failure with the message "friction at t = 0.5: why".
 Outcome fail_friction(Status status, double t, const std::string& why);
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 
 #include "dynamics/instant.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Corners, where the gradients of constraints, the tangents of coordinates or the rates of what moves by itself jump.
 /// Formulas have terms with two branches each; functions of time alone have instants.
@@ -34,4 +34,4 @@ class CornerFunctions {
   ~CornerFunctions() = default;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -11,7 +11,7 @@
 #include "system/formula_names.hpp"
 #include "system/members.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -495,4 +495,4 @@ double TangentCorners::kinetic_energy(const Kinematics& at) {
   return 0.5 * model_.power(linearization_.v().data(), linearization_.v().data());
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -13,7 +13,7 @@
 #include "dynamics/workspace.hpp"
 #include "system/corner_terms.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Corners of guides, and what a motion does there.
 ///
@@ -141,4 +141,4 @@ class TangentCorners final : public GuideCorners {
   TangentLinearization& linearization_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

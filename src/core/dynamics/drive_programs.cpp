@@ -4,7 +4,7 @@
 #include "dynamics/drives.hpp"
 
 /// \file Evaluates formulas of state and time as functions of time, at the state where a step begins.
-namespace tanor {
+namespace tanor::detail {
 
 /// Loads all variables but the time.
 void Drives::load_state(const Program& each, const Place& place, SeriesLane* lanes) const {
@@ -57,4 +57,4 @@ double Drives::run(const Program& each, const Place& place) {
   return steepness;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

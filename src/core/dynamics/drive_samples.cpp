@@ -5,7 +5,7 @@
 #include <limits>
 #include <numbers>
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -196,4 +196,4 @@ int DriveSamples::count_pieces(DriveLevel level, const double* values, const Fou
   return static_cast<int>(std::min<double>(std::ceil(pieces), DriveReport::most_pieces));
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 
 #include "dynamics/roles.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The quantity of a motion that a function of time prescribes.
 enum class DriveLevel { Acceleration, Velocity, Position };
@@ -67,4 +67,4 @@ class DriveSamples {
   const std::vector<double>* weights_ = nullptr;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -9,7 +9,7 @@
 #include "system/contacts.hpp"
 #include "system/members.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -294,4 +294,4 @@ void Drives::assess(const DrivenStep& step, const Place& place, std::span<const 
     report->pieces = std::max(report->pieces, samples_.count_pieces(level, values, found));
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

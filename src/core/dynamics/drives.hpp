@@ -10,7 +10,7 @@
 #include "evaluate/series_program.hpp"
 #include "system/numbering.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The functions of time of a system: accelerations (forces over the smallest mass that they act on), velocities (of
 /// guides along themselves) and positions (lengths, directions, displacements of supports). Formulas of state and time
@@ -93,4 +93,4 @@ class Drives {
   std::vector<double> lanes_;   // scratch of programs
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

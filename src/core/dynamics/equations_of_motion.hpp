@@ -2,7 +2,7 @@
 
 #include "dynamics/mechanics.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The inverse problem (forward dynamics) in one of its forms, in the inner order of points and rows. A form steps in
 /// its own variables x (positions, or generalized coordinates); r, v, w, eta are always 3n, point by point.
@@ -52,4 +52,4 @@ class EquationsOfMotion : public Mechanics {
   virtual void describe(PlanSummary* plan) const = 0;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

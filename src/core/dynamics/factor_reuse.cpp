@@ -6,7 +6,7 @@
 
 #include "base/stopwatch.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 std::unique_ptr<FactorReuse> FactorReuse::make(Workspace& work, GramSolver& factor) {
   const Model& model = work.model();
@@ -75,4 +75,4 @@ bool FactorReuse::correct(const double* blocks, double* rows, double* points) {
   return true;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -8,7 +8,7 @@
 #include "dynamics/workspace.hpp"
 #include "schur/reuse.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Solves inside a step with the factor of another configuration. There K changes from stage to stage, and only
 /// S lambda = -b is solved. Conjugate gradients converge to the tolerance of the step. If they do not converge soon,
@@ -56,4 +56,4 @@ class FactorReuse final : public InexactSolves {
   std::vector<double> sums_;           // [neighbourhood] scratch
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -9,7 +9,7 @@
 #include "dynamics/prestress_rigidity.hpp"
 #include "dynamics/split.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 Forms::Forms(System system, const SolverOptions& options, double t, const MakeForm& make, Ranks* ranks)
     : work(std::move(system), options, t), ranks_(ranks), start_time_(t) {
@@ -174,4 +174,4 @@ Outcome Forms::solve_other(const Kinematics& at, const Request& request, double*
   return outcome;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -12,7 +12,7 @@
 #include "dynamics/tangent_form.hpp"
 #include "dynamics/workspace.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// A system with the forms that it needs.
 class Forms {
@@ -75,4 +75,4 @@ class Forms {
   Reactions found_;                                    // its reactions
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -9,7 +9,7 @@
 #include "dynamics/light_points.hpp"
 #include "schur/refinement.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 ForwardDynamics::ForwardDynamics(Workspace& work, Linearization& linearization, Residuals& residuals,
                                  Contacts* contacts)
@@ -307,4 +307,4 @@ Outcome ForwardDynamics::reconsider_rank(double t, const double* r) {
                                 text(report_.residual) + " of themselves: masses are too unequal for double precision"};
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

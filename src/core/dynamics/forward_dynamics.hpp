@@ -11,7 +11,7 @@
 #include "dynamics/workspace.hpp"
 #include "schur/refinement.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Computes the accelerations from the forces, and the Lagrange multipliers of the constraints:
 ///
@@ -71,4 +71,4 @@ class ForwardDynamics {
   Residuals::Problem problem_{nullptr, nullptr, 0.0};  // of the present solve
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include "base/text.hpp"
 #include "dynamics/split.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 Outcome iterate_friction_blocks(MultiplierForm& normal, Workspace& work, const FrictionPlace& place,
                                 int most_iterations, FrictionBlocks* result) {
@@ -59,4 +59,4 @@ Outcome iterate_friction_blocks(MultiplierForm& normal, Workspace& work, const F
   return {Status::NotConverged, "the iteration of friction does not converge at t = " + text(place.t)};
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 
 #include "dynamics/multiplier_form.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The state at which the normal form stands.
 struct FrictionPlace {
@@ -17,4 +17,4 @@ struct FrictionPlace {
 Outcome iterate_friction_blocks(MultiplierForm& normal, Workspace& work, const FrictionPlace& place,
                                 int most_iterations, FrictionBlocks* result);
 
-}  // namespace tanor
+}  // namespace tanor::detail

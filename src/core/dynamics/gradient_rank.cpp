@@ -6,7 +6,7 @@
 #include "base/numbers.hpp"
 #include "base/stopwatch.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Returns true if contacts take part in a dependence. A sticking contact holds a point beside its constraints, which
 /// does not change their rank.
@@ -111,4 +111,4 @@ double GradientRank::compare_gradients() {
   return 1.0 / (1.0 - eigenvalue);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 #include "dynamics/roles.hpp"
 #include "dynamics/workspace.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Reports the rank of K, and how near K came to losing rank between two configurations.
 class GradientRank final : public RankMonitor {
@@ -38,4 +38,4 @@ class GradientRank final : public RankMonitor {
   std::vector<double> x_, y_, move_;  // [d], [d], [3n] scratch
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

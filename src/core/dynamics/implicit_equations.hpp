@@ -10,7 +10,7 @@
 #include "dynamics/instant.hpp"
 #include "dynamics/power.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The coefficients of M, -df/dv and -df/dx in Newton's matrix of an implicit step.
 template <class T>
@@ -75,4 +75,4 @@ class ImplicitFormulation {
   ~ImplicitFormulation() = default;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

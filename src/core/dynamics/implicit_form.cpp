@@ -7,7 +7,7 @@
 #include "base/stopwatch.hpp"
 #include "base/text.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -245,4 +245,4 @@ void ImplicitForm::exchange_memory(Memory& memory) {
   exchange_memory(memory, at, &complex_);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -11,7 +11,7 @@
 #include "dynamics/workspace.hpp"
 #include "factor/sparse_lu.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The equations with multipliers for implicit schemes. Friction, if there is any, is viscous.
 class ImplicitForm final : public ImplicitEquations {
@@ -99,4 +99,4 @@ class ImplicitMultiplierForm final : public ImplicitFormulation {
   Workspace& work_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -9,7 +9,7 @@
 #include "base/point_source.hpp"
 #include "dynamics/power.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The state of a system at one instant. Positions and velocities are in the variables of the object that is called.
 struct Kinematics {
@@ -90,4 +90,4 @@ struct AccelerationOutput {
   Reactions* reactions;  ///< those that belong to `a`
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

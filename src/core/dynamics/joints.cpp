@@ -8,7 +8,7 @@
 #include "base/numbers.hpp"
 #include "base/vec3.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 Joints::Joints(std::span<const Incidence> incidences, std::span<const Coupling> couplings, std::size_t num_moving)
     : group_(num_moving) {
@@ -96,4 +96,4 @@ ErrorRatios Joints::error_ratios(const StepErrors& errors, double atol, double r
   return worst;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

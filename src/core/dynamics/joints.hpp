@@ -9,7 +9,7 @@
 #include "dynamics/scales.hpp"
 #include "evaluate/family.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Groups of moving points that constraints and springs join; supports join nothing. The rounding of a force on one
 /// point of a group affects all of its points. The groups have tolerances that allow for rounding; see
@@ -38,4 +38,4 @@ class Joints {
   std::vector<double> atol_;                   // m/s, of each group; scratch
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

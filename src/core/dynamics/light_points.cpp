@@ -9,7 +9,7 @@
 #include "base/groups.hpp"
 #include "base/numbers.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -93,4 +93,4 @@ bool settle_light_points(const Model& model, const double* blocks, double* rows,
   return true;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -2,7 +2,7 @@
 
 #include "dynamics/model.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Moves points of next to no mass so that they obey their rows: adds to dw [3n] what takes the residual `rows` [d], of
 /// the form K'dw + b, away. `blocks` is K.
@@ -12,4 +12,4 @@ namespace tanor {
 /// lambda. Returns false if there are no such points.
 bool settle_light_points(const Model& model, const double* blocks, double* rows, double* dw);
 
-}  // namespace tanor
+}  // namespace tanor::detail

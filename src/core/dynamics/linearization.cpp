@@ -5,7 +5,7 @@
 #include "base/stopwatch.hpp"
 #include "schur/refinement.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 Linearization::Linearization(Workspace& work, const SolverOptions& options, Contacts* contacts)
     : work_(work),
@@ -115,4 +115,4 @@ std::optional<Projection> Linearization::project_velocities(double target, const
   return found;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -9,7 +9,7 @@
 #include "dynamics/workspace.hpp"
 #include "schur/refinement.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// K and the factor of S = K'M^-1K at one configuration, and all solutions with them:
 ///
@@ -106,4 +106,4 @@ class Linearization {
   std::vector<double> rows_, right_side_, points_;  // [d], [d], [3n] scratch
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

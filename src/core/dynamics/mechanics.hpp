@@ -12,7 +12,7 @@
 #include "dynamics/instant.hpp"
 #include "dynamics/roles.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The estimated errors of a step, and its two end points; `size()` numbers each.
 struct StepErrors {
@@ -105,4 +105,4 @@ class Mechanics {
   CornerFunctions* corners() { return roles().corners; }
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -11,7 +11,7 @@
 #include "system/enum_check.hpp"
 #include "system/loops.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -71,7 +71,7 @@ Model::Model(NumberedSystem numbered, const Families& families)
       inverse_mass(inverses(mass)),
       incidences(families.constraints.list_incidences()),
       gather(incidences, numbering.num_points()),
-      scene_size(tanor::scene_size(system)),
+      scene_size(detail::scene_size(system)),
       smallest_length(find_smallest_length(families.constraints, scene_size)),
       may_lose_rank(closes_loops(system)),
       mass_ratio(find_mass_ratio(incidences, inverse_mass)),
@@ -133,4 +133,4 @@ Outcome Model::not_finite(double t) const {
   return {Status::NotFinite, "state or forces are not finite at t = " + text(t)};
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -14,7 +14,7 @@
 #include "evaluate/parametrisation.hpp"
 #include "system/numbering.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// A valid system and its numbers in an order of good memory locality.
 struct NumberedSystem {
@@ -115,4 +115,4 @@ class Model : public NumberedSystem {
   bool depends_on_time_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -9,7 +9,7 @@
 #include "base/stopwatch.hpp"
 #include "schur/refinement.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -153,4 +153,4 @@ bool is_finite(std::span<const double> numbers) {
   return std::ranges::all_of(numbers, [](double x_i) { return std::isfinite(x_i); });
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -10,7 +10,7 @@
 #include "evaluate/constraint_series.hpp"
 #include "evaluate/force_series.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// K_0 and the factor of its S at the beginning of a series.
 class SeriesFactor {
@@ -86,4 +86,4 @@ void write_first_coefficients(const Kinematics& at, const double* w, std::size_t
                               std::span<double* const> coefficients);
 bool is_finite(std::span<const double> numbers);
 
-}  // namespace tanor
+}  // namespace tanor::detail

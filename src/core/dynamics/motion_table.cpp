@@ -6,6 +6,7 @@
 #include "system/spline.hpp"
 
 namespace tanor {
+using namespace detail;
 
 struct MotionTable::Implementation {
   std::vector<double> times;

@@ -6,7 +6,7 @@
 #include "dynamics/corners.hpp"
 #include "plan/thresholds.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 MultiplierForm::MultiplierForm(Workspace& work, const SolverOptions& options)
     : PointForm(work),
@@ -140,4 +140,4 @@ SeriesExpansion* MultiplierForm::series(std::string* why_not) {
   return series_->obstacle().empty() ? series_.get() : nullptr;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -17,7 +17,7 @@
 #include "dynamics/step_projection.hpp"
 #include "dynamics/workspace.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 class PointCorners;
 
@@ -99,4 +99,4 @@ class MultiplierForm final : public PointForm {
   std::vector<double> rows_;                  // [d] scratch
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 
 #include "base/stopwatch.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 MultiplierSeries::MultiplierSeries(Workspace& work, Linearization& linearization)
     : work_(work),
@@ -101,4 +101,4 @@ void MultiplierSeries::correct(double* rows, double* points) {
   if (model_.num_rows() > 0) linearization_.correct(rows, points);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

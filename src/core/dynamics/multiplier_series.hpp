@@ -12,7 +12,7 @@
 #include "plan/thresholds.hpp"
 #include "schur/lane_series.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The motion of points as a power series in time: coefficient k + 2 of r from S lambda_k = -b_k, with the one factor
 /// of S at the beginning (see MotionSeries, or LaneSeries for the islands that it serves).
@@ -52,4 +52,4 @@ class MultiplierSeries final : public SeriesExpansion, private SeriesFactor {
   std::vector<double> points_;            // [3n] scratch
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

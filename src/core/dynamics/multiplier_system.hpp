@@ -7,7 +7,7 @@
 #include "dynamics/residuals.hpp"
 #include "dynamics/workspace.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The response of multipliers at the linearized configuration.
 class LinearizedResponse final : public ContactResponse {
@@ -70,4 +70,4 @@ class MultiplierSystem final : public ConstrainedSystem {
   ContactResponse& response_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

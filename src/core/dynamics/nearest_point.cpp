@@ -7,7 +7,7 @@
 
 #include "base/numbers.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Reaches some configuration on xi = 0 from anywhere, by Newton's method in limited moves, then by chord iterations
 /// for the last digits.
@@ -158,4 +158,4 @@ ProjectionReport NearestPoint::find(double t, double* r) {
   return report;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 #include "dynamics/projector.hpp"
 #include "dynamics/workspace.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Moves r [3n], however far, to the nearest configuration on xi = 0 in the M-norm. Newton's method reaches some
 /// configuration there, and descent along xi = 0 then shortens the distance. If rows contradict each other to first
@@ -35,4 +35,4 @@ class NearestPoint {
   std::vector<double> rows_;  // [d] scratch
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include "dynamics/workspace.hpp"
 
 /// \file The common part of equations of motion whose variables are the positions of points themselves.
-namespace tanor {
+namespace tanor::detail {
 
 class PointPassages final : public ForcePassages {
  public:
@@ -101,4 +101,4 @@ class PointForm : public EquationsOfMotion {
   PointRounding rounding_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -1,6 +1,6 @@
 #pragma once
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Power that enters a system, W; or work, J.
 struct Power {
@@ -22,4 +22,4 @@ struct Energy {
   double kinetic = 0.0, potential = 0.0;  ///< J
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 
 #include "system/members.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -74,4 +74,4 @@ std::vector<Index> find_prestress_rigid_points(const System& system, const std::
   return rigid;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

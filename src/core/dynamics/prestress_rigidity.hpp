@@ -5,7 +5,7 @@
 
 #include <tanor/dynamics.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Finds the points that rods under tension hold between fixed supports, more strongly than K alone tells.
 ///
@@ -39,4 +39,4 @@ auto make_without_rigid_points(System system, const Make& make, const Find& find
   }
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

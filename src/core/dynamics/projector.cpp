@@ -7,7 +7,7 @@
 #include "base/text.hpp"
 #include "schur/refinement.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -144,4 +144,4 @@ ProjectionReport Projector::project_velocities(double t, const double* r, double
   }
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -9,7 +9,7 @@
 #include "dynamics/residuals.hpp"
 #include "dynamics/workspace.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Projects onto xi = 0 and onto K'v + xi_t = 0 along M^-1 K, which is orthogonal in the M-norm, by chord iterations
 /// with the present factor of S.
@@ -55,4 +55,4 @@ class Projector final : private ChordEquations {
   std::vector<double> rows_;  // [d] residuals, then corrections
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

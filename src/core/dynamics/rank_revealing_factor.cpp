@@ -5,7 +5,7 @@
 
 #include "base/text.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -230,4 +230,4 @@ Outcome RankRevealingFactor::explain_contradiction(double t, const std::vector<d
                                      text(std::abs(contradiction->excess)) + unit + ")"};
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -10,7 +10,7 @@
 #include "schur/redundancy.hpp"
 #include "schur/schur_solver.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The factor of S for all rows together, also where rows of K depend on others. A nearly singular S raises a
 /// suspicion, and a QR of K decides (see Redundancy). Dependent rows then take no part until the rank is decided again.
@@ -97,4 +97,4 @@ class RankRevealingFactor final : public SchurFactor {
   std::vector<double> right_side_of_qr_;  // [d] scratch for QR
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

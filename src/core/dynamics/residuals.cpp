@@ -6,7 +6,7 @@
 
 #include "base/numbers.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -137,4 +137,4 @@ double Residuals::largest_beyond(const double* r, double allowed, double times) 
   return worst;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 
 #include "dynamics/workspace.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Measures residuals by the scale of their own neighbourhood, so that one that is far, fast or heavy does not decide
 /// for others. Each function tries a cheap test first: a residual that is small beside the slowest neighbourhood is
@@ -57,4 +57,4 @@ class Residuals {
   } beyond_;  // scratch of `beyond_rounding`
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -14,7 +14,7 @@
 #include "base/text.hpp"
 #include "base/vec3.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -128,4 +128,4 @@ Outcome check_rod_lengths(const Model& model, double t, const double* r) {
   return RodGraph(model, t, r).check(t);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -14,7 +14,7 @@
 #include "dynamics/instant.hpp"
 
 /// \file Roles that a mechanics may have beside its core. In all roles x and v have `Mechanics::size()` numbers.
-namespace tanor {
+namespace tanor::detail {
 
 /// A step of length h from x and v whose errors of v and x at its end may be atol + rtol |.|.
 struct StepTarget {
@@ -235,4 +235,4 @@ struct Roles {
   CornerFunctions* corners = nullptr;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

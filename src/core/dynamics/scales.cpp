@@ -2,7 +2,7 @@
 
 #include <limits>
 
-namespace tanor {
+namespace tanor::detail {
 
 Scales::Scales(const Neighbourhoods& neighbourhoods, const Numbering& numbering, std::span<const Incidence> incidences,
                double scene_size)
@@ -61,4 +61,4 @@ void Scales::derive_from_speeds() {
     acceleration_[i] = velocity_tolerance_[i] * velocity_tolerance_[i] / (part * position_tolerance_[i]);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -9,7 +9,7 @@
 #include "system/neighbourhoods.hpp"
 #include "system/numbering.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The scales of length and speed of each neighbourhood (see Neighbourhoods), in the inner order. Rows that join
 /// supports alone count as a neighbourhood of their own, the last one.
@@ -66,4 +66,4 @@ class Scales {
   std::vector<double> position_tolerance_, velocity_tolerance_, acceleration_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

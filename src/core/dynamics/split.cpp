@@ -6,7 +6,7 @@
 #include "base/text.hpp"
 #include "schur/refinement.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -139,4 +139,4 @@ void TangentSpace::project(const double* u, double* u_T, double* x) {
   });
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -9,7 +9,7 @@
 
 /// \file The Euclidean split u = u_T + u_N (16) of R^{3n}, which does not depend on masses. Rows of supports take no
 /// part.
-namespace tanor {
+namespace tanor::detail {
 
 /// The space N spanned by K: u_N = K Gamma^-1 K'u (15), Gamma = K'K. Gamma has the pattern of S, so the solver of S
 /// with unit masses serves.
@@ -60,4 +60,4 @@ class TangentSpace {
 /// Returns true if all moving points have one mass.
 bool has_one_mass(const Model& model);
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 #include "schur/condition.hpp"
 #include "schur/rod_rows.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -150,7 +150,7 @@ void StandingFactor::describe(PlanSummary* plan) const {
 
 double StandingFactor::estimate_reciprocal_condition() {
   const auto estimate = [&](SchurFactor& factor) {
-    return tanor::estimate_reciprocal_condition(problem_of(work_), model_.parallel, blocks_.data(), factor);
+    return detail::estimate_reciprocal_condition(problem_of(work_), model_.parallel, blocks_.data(), factor);
   };
   if (state_ == State::Composite) return estimate(composite_);
   // The factor of S does not contain the rows that QR solves.
@@ -162,4 +162,4 @@ void StandingFactor::exchange_memory(Memory& memory) {
   if (reuse_ != nullptr) reuse_->exchange_memory(memory);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

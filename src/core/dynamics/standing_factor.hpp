@@ -11,7 +11,7 @@
 #include "dynamics/workspace.hpp"
 #include "schur/composite_solver.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The present factor of S, and its kind: of the present K, by the composite of SchurSolvers or for all rows together,
 /// or of another K, to be used with conjugate gradients. Decides who makes the next one.
@@ -129,4 +129,4 @@ class StandingFactor {
   bool is_cheap_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

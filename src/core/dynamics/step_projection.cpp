@@ -7,7 +7,7 @@
 #include "base/stopwatch.hpp"
 #include "base/text.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -178,4 +178,4 @@ bool StepProjection::steps_with_friction() const {
   return contacts_ != nullptr && contacts_->depends_on_multipliers();
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

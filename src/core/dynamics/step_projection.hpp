@@ -10,7 +10,7 @@
 #include "dynamics/roles.hpp"
 #include "dynamics/workspace.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Both halves of a step of RATTLE in positions and velocities of points. The first guess comes from the multipliers of
 /// the last steps, and friction is that of the step's own multipliers.
@@ -71,4 +71,4 @@ class StepProjection final : public StepProjector {
   std::vector<double> eta_;         // [3n] scratch
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

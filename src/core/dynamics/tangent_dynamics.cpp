@@ -9,7 +9,7 @@
 #include "base/stopwatch.hpp"
 #include "schur/refinement.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 TangentDynamics::TangentDynamics(Workspace& work, TangentLinearization& linearization)
     : work_(work),
@@ -234,4 +234,4 @@ void TangentDynamics::exchange_memory(Memory& memory) {
   if (friction_ != nullptr) friction_->exchange_memory(memory);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include "dynamics/tangent_linearization.hpp"
 #include "dynamics/workspace.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Computes accelerations from forces in coordinates:
 ///
@@ -84,4 +84,4 @@ class TangentDynamics {
   std::vector<double> points_, columns_;                   // [3n], [s] scratch
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -5,7 +5,7 @@
 #include "base/text.hpp"
 #include "dynamics/corners.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 TangentForm::TangentForm(Workspace& work, const SolverOptions& options)
     : work_(work),
@@ -162,4 +162,4 @@ void TangentForm::resume(const Counters& counters, const PhaseTimes& times) {
   work_.times = times;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

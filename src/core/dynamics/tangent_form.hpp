@@ -10,7 +10,7 @@
 #include "dynamics/tangent_roles.hpp"
 #include "dynamics/workspace.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 class TangentCorners;
 
@@ -94,4 +94,4 @@ class TangentForm final : public EquationsOfMotion {
   std::vector<double> rates_;                           // [s] scratch
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 #include "plan/thresholds.hpp"
 #include "schur/refinement.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 TangentLinearization::TangentLinearization(Workspace& work, const SolverOptions& options)
     : TangentLinearization(work, options, work.coordinates.list_products(work.model().mass)) {}
@@ -96,4 +96,4 @@ double TangentLinearization::predicted_flops() const {
          plan::flops_of_tangent_point * static_cast<double>(model_.num_moving());
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -5,7 +5,7 @@
 #include "dynamics/workspace.hpp"
 #include "schur/gram_solver.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The state of the points by coordinates at one instant: r(q, t), v and psi [3n], A = dr/dq' as blocks, and the factor
 /// of H = A'MA. H has one block for each member of the coordinates.
@@ -75,4 +75,4 @@ class TangentLinearization {
   std::vector<double> columns_;         // [s] scratch
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

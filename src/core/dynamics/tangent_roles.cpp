@@ -1,6 +1,6 @@
 #include "dynamics/tangent_roles.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 Kinematics TangentPassages::find_points(const Kinematics& at, double* r, double* v) {
   const double t_before = work_.time();
@@ -39,4 +39,4 @@ Outcome TangentEvents::switch_equations(double t, const double* q, double* q_dot
   return outcome.ok() ? dynamics_.solve({t, q, q_dot}, request, to) : outcome;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

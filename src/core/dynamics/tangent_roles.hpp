@@ -8,7 +8,7 @@
 #include "dynamics/tangent_dynamics.hpp"
 
 /// \file The roles of equations of motion in coordinates.
-namespace tanor {
+namespace tanor::detail {
 
 /// The condition of H = A'MA tells of singular coordinates, and nothing is known about how they turn.
 class TangentRank final : public RankMonitor {
@@ -70,4 +70,4 @@ class TangentEvents final : public EventFunctions {
   TangentDynamics& dynamics_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

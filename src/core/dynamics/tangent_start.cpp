@@ -6,7 +6,7 @@
 #include "dynamics/tangent_form.hpp"
 
 /// \file The consistent start of TangentForm.
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -159,4 +159,4 @@ Outcome TangentForm::stand_beside(double t, double distance, double* r) {
   return linearization_.factorize(t);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 
 #include "system/members.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 bool is_friction_viscous(const System& system) {
   for (std::size_t k = 0; k < system.friction.size(); ++k)
@@ -39,4 +39,4 @@ double ViscousFriction::power(const double* v) const {
   return sum;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 #include "base/block3.hpp"
 #include "evaluate/tangents.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// True if all friction that acts is viscous, a force of the velocity like others, or if none acts.
 bool is_friction_viscous(const System& system);
@@ -36,4 +36,4 @@ class ViscousFriction {
   std::vector<double> coefficients_;  // [contact] c, N s/m
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

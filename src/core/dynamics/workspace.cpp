@@ -17,7 +17,7 @@
 #include "system/members.hpp"
 #include "system/neighbourhoods.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -402,4 +402,4 @@ Outcome Workspace::check_contacts(double t) const {
                                      : ": its surface has no normal there")};
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -14,7 +14,7 @@
 #include "schur/factor_summary.hpp"
 #include "schur/gram_solver.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Writes the cost of a form's factorization into the plan.
 void describe_factor(const FactorSummary& factor, PlanSummary* plan);
@@ -126,4 +126,4 @@ class Workspace : public Families {
   std::vector<double> rows_;                   // [d] scratch
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

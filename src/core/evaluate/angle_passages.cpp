@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -130,4 +130,4 @@ double AnglePassages::find(const Parallel& parallel, PointPath* path) {
   return part;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

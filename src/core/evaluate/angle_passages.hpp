@@ -8,7 +8,7 @@
 #include "base/parallel.hpp"
 #include "base/point_path.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Finds steps that pass an angle of three points at which a law is not smooth. Where the points are in line, dihedral
 /// angles are undefined and harmonic bendings have a tip. Only that instant itself shows it, so a step may pass from
@@ -46,4 +46,4 @@ class AnglePassages {
   std::vector<char> is_doubtful_;  // [triple]
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 #include "evaluate/charts.hpp"
 #include "evaluate/coordinate_family.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Coordinates of rigid bodies, q = (c, theta), with r_p = c + R(theta) rho_p and rho measured from the centre of mass.
 /// With y = R rho, v = c' + omega x y and psi = omega x (omega x y) + alpha x y.
@@ -205,4 +205,4 @@ class BodyCoordinates final : public CoordinateFamily {
   }
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

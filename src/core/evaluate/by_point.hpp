@@ -8,7 +8,7 @@
 
 #include "base/groups.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Entries grouped by the point that each belongs to. Those of one point keep the order in which they were given.
 template <class Entry>
@@ -32,4 +32,4 @@ class ByPoint {
   Groups<Entry> groups_;  // [point]; without groups if there are no entries
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

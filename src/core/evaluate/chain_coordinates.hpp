@@ -4,7 +4,7 @@
 #include "evaluate/coordinate_family.hpp"
 #include "kinds/tables.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Coordinates of chains on a support, r_k = r_{k-1} + l_k u_k, where r_0 is the support. A link has two coordinates (a
 /// chart of its direction) or one (its angle in a plane). Each has one block, l du/dq, which is the same for all points
@@ -187,4 +187,4 @@ class ChainCoordinates final : public CoordinateFamily {
   }
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

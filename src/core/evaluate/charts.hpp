@@ -9,7 +9,7 @@
 
 /// \file Charts without poles. They are rational, without trigonometry, and their derivatives are written by hand. Each
 /// is centred where the motion is.
-namespace tanor {
+namespace tanor::detail {
 
 /// Returns a unit vector orthogonal to the unit vector n, along n x (the axis that n is farthest from).
 inline Vec3 any_orthogonal(Vec3 n) {
@@ -117,4 +117,4 @@ class RotationChart {
   Eigen::Quaterniond centre_ = Eigen::Quaterniond::Identity();
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include "base/pack.hpp"
 #include "base/sine_cosine.hpp"
 
-namespace tanor::circles {
+namespace tanor::detail::circles {
 
 namespace {
 
@@ -82,4 +82,4 @@ double accelerate(const Circles& given, std::size_t count, const double* __restr
   });
 }
 
-}  // namespace tanor::circles
+}  // namespace tanor::detail::circles

@@ -6,7 +6,7 @@
 #include "evaluate/place.hpp"
 
 /// \file Loops in lanes over points on circles that stay where they are. See instruction_sets.hpp.
-namespace tanor::circles {
+namespace tanor::detail::circles {
 
 /// Circles r = center + cos q a + sin q b with |a| = |b| = R. Each array is [k].
 struct Circles {
@@ -25,4 +25,4 @@ void place(const Circles& circles, std::size_t count, const double* q, const dou
 double accelerate(const Circles& circles, std::size_t count, const double* q, const double* q_dot, Vec3 w0,
                   double* q_ddot, Vec3* w);
 
-}  // namespace tanor::circles
+}  // namespace tanor::detail::circles

@@ -6,7 +6,7 @@
 
 #include "evaluate/constraints.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -198,4 +198,4 @@ void Constraints::add_hessian_products(const double* r, const double* moves, dou
   });
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

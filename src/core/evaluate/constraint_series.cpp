@@ -11,7 +11,7 @@
 #include "evaluate/definitions.hpp"
 #include "system/members.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -266,4 +266,4 @@ void ConstraintSeries::advance(const Parallel& parallel, int k, std::span<double
   }
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -14,7 +14,7 @@
 #include "evaluate/time_series.hpp"
 #include "system/numbering.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// All constraints of a system as series in time. Distances are hand-written; every other kind runs on its definition.
 class ConstraintSeries {
@@ -80,4 +80,4 @@ class ConstraintSeries {
   std::string obstacle_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

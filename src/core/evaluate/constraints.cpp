@@ -7,7 +7,7 @@
 #include "system/members.hpp"
 #include "system/neighbourhoods.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -420,4 +420,4 @@ void Constraints::write_lengths(double* lengths) const {
   for_each_family([&](const auto& family) { family.write_lengths(lengths); });
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

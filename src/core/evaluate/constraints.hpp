@@ -14,7 +14,7 @@
 #include "system/neighbourhoods.hpp"
 #include "system/numbering.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The type of the loops over the members of a kernel.
 template <class Kernel>
@@ -172,4 +172,4 @@ class Constraints {
   std::size_t num_points_ = 0, num_rows_ = 0, num_blocks_ = 0;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

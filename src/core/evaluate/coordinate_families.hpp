@@ -10,7 +10,7 @@
 #include "kinds/kernels.hpp"
 
 /// \file The families that evaluate the coordinates of a kind.
-namespace tanor {
+namespace tanor::detail {
 
 /// The families written by hand, in the order of the kinds. A kind of single points that has none here runs on its
 /// definition.
@@ -23,4 +23,4 @@ template <class Group>
 using FamiliesOfCoordinates =
     typename ChosenOf<Group, PointCoordinates<JetChart<Group>>, CoordinateFamiliesByHand>::List;
 
-}  // namespace tanor
+}  // namespace tanor::detail

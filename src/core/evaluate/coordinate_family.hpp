@@ -14,7 +14,7 @@
 #include "kinds/tables.hpp"
 #include "system/numbering.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The input of coordinates: a system, and the instant of "initial" numbers and of the first charts.
 struct CoordinateStart {
@@ -261,4 +261,4 @@ class PointCoordinates final : public PointFamily {
   Index block(std::size_t k) const { return first_block + S * static_cast<Index>(k); }
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -15,7 +15,7 @@
 
 /// \file Coordinates of single points, written by hand where speed asks for it; jet_chart.hpp serves the others. psi is
 /// the second derivative along (q + e q', t + e).
-namespace tanor {
+namespace tanor::detail {
 
 /// The two unit vectors orthogonal to a direction that may turn. They come from an axis that stays between steps, as a
 /// chart does. `recentre` chooses another axis if the direction has come near it; the pair then turns by an angle
@@ -238,7 +238,7 @@ struct CircleChartKernel : TurningCharts {
   VectorTable<AsGiven> center;
   ScalarTable radius;
 
-  static bool takes(const CircleCoordinates& group) { return tanor::depends_on_time(group); }
+  static bool takes(const CircleCoordinates& group) { return detail::depends_on_time(group); }
   Index add(const CircleCoordinates& group, double t) {
     add_axes(group.normal, t);
     return static_cast<Index>(center.add(group.center));
@@ -288,7 +288,7 @@ struct FixedCircleKernel : OneChart {
   std::vector<double> ax, ay, az, bx, by, bz;  ///< [member] r = center + cos q a + sin q b
   std::vector<Vec3> center;
 
-  static bool takes(const CircleCoordinates& group) { return !tanor::depends_on_time(group); }
+  static bool takes(const CircleCoordinates& group) { return !detail::depends_on_time(group); }
   Index add(const CircleCoordinates& group, double t) {
     const TurningPair axes(group.normal, t);
     group_ = {make_moving(group.center(t)).value, axes.first.value, axes.second.value};
@@ -366,4 +366,4 @@ struct SphereChartKernel {
   void recentre(std::size_t k, double* q, double* q_dot, double* q_ddot) { chart[k].recentre(q, q_dot, q_ddot); }
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include "system/members.hpp"
 #include "system/tuples.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -340,4 +340,4 @@ void Definitions::reactions(double t, std::span<const double> r, std::span<const
       t, r, [&](std::size_t row, Index point, Vec3 gradient) { add_to(eta.data(), point, lambda[row] * gradient); });
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -10,7 +10,7 @@
 
 #include "base/parallel.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The recorded definition of one group. Its variables are the coordinates of a member's points (three each), then
 /// functions of time.
@@ -73,4 +73,4 @@ class Definitions {
   std::size_t num_rows_ = 0;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

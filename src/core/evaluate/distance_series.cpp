@@ -5,7 +5,7 @@
 
 #include "base/instruction_sets.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 void DistanceSeries::append(const Member& member, const Extra& extra) {
   if (extra.is_there()) extras_.resize(members_.size());
@@ -25,8 +25,8 @@ void DistanceSeries::load(Series::Coefficient* c, std::size_t chunk, int k, std:
   for (std::size_t lane = 0; lane < series_width; ++lane) {
     const std::size_t m = std::min(chunk * series_width + lane, members_.size() - 1);
     const Member& member = members_[m];
-    Vec3 d = tanor::load(r, member.j);
-    if (member.i >= 0) d = d - tanor::load(r, member.i);
+    Vec3 d = detail::load(r, member.j);
+    if (member.i >= 0) d = d - detail::load(r, member.i);
     if (!extras_.empty()) {
       if (k == 0) d = d + extras_[m].offset;
       if (const std::optional<std::size_t> slot = extras_[m].center)
@@ -98,4 +98,4 @@ void DistanceSeries::advance(const Parallel& parallel, int k, std::span<double* 
       64);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

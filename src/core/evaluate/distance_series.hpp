@@ -12,7 +12,7 @@
 #include "evaluate/series_program.hpp"
 #include "evaluate/time_series.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Distances |a| - l of rods and spheres as series in time. They are hand-written, since most scenes consist of them.
 ///
@@ -67,4 +67,4 @@ class DistanceSeries {
   int order_ = 0;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -8,7 +8,7 @@
 
 /// \file The arithmetic of the certificate. Kernels take derivatives by hand, or on Jet and Forward. Here the
 /// definitions run once more on a separate implementation of the chain rule, so that an error in Jet or Forward shows.
-namespace tanor {
+namespace tanor::detail {
 
 /// A number with its derivative along one direction. A dual number over dual numbers also has the second derivative
 /// (hyper-dual numbers; J. Fike and J. Alonso, AIAA 2011-886).
@@ -166,16 +166,20 @@ inline SecondDual second_dual(double value, double first, double second) {
   return {{value, first}, {first, second}};
 }
 
+}  // namespace tanor::detail
+
+namespace tanor {
+
 /// The clock of numbers that run along with time, as jets do.
 template <>
-struct ClockOf<SecondDual> {
+struct ClockOf<detail::SecondDual> {
   double t;
 
-  SecondDual operator()(const ScalarFunction& function) const {
+  detail::SecondDual operator()(const ScalarFunction& function) const {
     const Jet<2> now = function(t);
-    return second_dual(now.value(), now.derivative(1), now.derivative(2));
+    return detail::second_dual(now.value(), now.derivative(1), now.derivative(2));
   }
-  TripleOf<SecondDual> operator()(const VectorFunction& function) const {
+  TripleOf<detail::SecondDual> operator()(const VectorFunction& function) const {
     return {(*this)(function.components[0]), (*this)(function.components[1]), (*this)(function.components[2])};
   }
 };

@@ -5,7 +5,7 @@
 #include "evaluate/dual.hpp"
 #include "kinds/energy_groups.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -78,4 +78,4 @@ DefinedForces find_defined_forces(const System& system, double t, std::span<cons
   return result;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

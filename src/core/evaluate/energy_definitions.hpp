@@ -5,7 +5,7 @@
 
 #include <tanor/system.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Forces with bounds of their rounding errors.
 struct DefinedForces {
@@ -19,4 +19,4 @@ struct DefinedForces {
 /// they are springs.
 DefinedForces find_defined_forces(const System& system, double t, std::span<const double> r);
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace tanor {
+namespace tanor::detail {
 
 EnergyForces::EnergyForces(const Numbering& numbering, std::vector<EnergyGroup> groups,
                            std::vector<EnergyGroup> of_pairs)
@@ -102,7 +102,7 @@ std::string EnergyForces::find_undefined(const Parallel& parallel, double t, con
 void EnergyForces::append_influences(std::vector<Influence>* list) const {
   for_each_stiff_family([&](const PotentialFamily& family) {
     const auto point = [&](std::size_t k, std::size_t i) { return family.point(k, i); };
-    tanor::append_influences(family.size(), family.points_per_member(), point, list);
+    detail::append_influences(family.size(), family.points_per_member(), point, list);
   });
 }
 
@@ -128,4 +128,4 @@ void EnergyForces::add_derivatives(const Parallel& parallel, double t, const dou
   });
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

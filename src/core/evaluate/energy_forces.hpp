@@ -8,7 +8,7 @@
 #include "evaluate/forces_on_points.hpp"
 #include "evaluate/potential_family.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Forces of tuples of points that have an energy: bonds, angles, torsions, and a user's own.
 ///
@@ -61,4 +61,4 @@ class EnergyForces {
   bool depends_on_time_ = false;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 
 #include <tanor/expression.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Returns the same expression with equal operations on equal operands performed once. A sine and its cosine stay a
 /// pair. Formulas of several components have most of their operations in common.
@@ -34,4 +34,4 @@ inline Expression join_equal_operations(const Expression& given) {
   return result;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -9,7 +9,7 @@
 #include "base/parallel.hpp"
 #include "kinds/kernel.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The position of a block of K: column `row` of K has `sign * blocks[block]` at `point`.
 struct Incidence {
@@ -167,4 +167,4 @@ class Family {
   }
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

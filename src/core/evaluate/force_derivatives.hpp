@@ -4,7 +4,7 @@
 
 #include "base/block3.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The arrays to which df/dr and df/dv are written. Those of points are [moving point], those of couplings are in the
 /// order of `Forces::list_couplings`, and those of influences in the order of `Forces::list_influences`.
@@ -43,4 +43,4 @@ void append_influences(std::size_t size, std::size_t p, const Point& point, std:
   }
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include "kinds/energy_groups.hpp"
 #include "system/members.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -231,4 +231,4 @@ void ForceSeries::advance(const Parallel& parallel, int k, std::span<double* con
   }
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -11,7 +11,7 @@
 #include "evaluate/time_series.hpp"
 #include "system/numbering.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The active forces of a system as series in time.
 ///
@@ -54,4 +54,4 @@ class ForceSeries {
   std::string obstacle_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -9,7 +9,7 @@
 #include "kinds/force_kernel.hpp"
 #include "system/pair_rules.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Reads the forces of a system, entry by entry, into lists for each sort.
 class Forces::Reader {
@@ -325,4 +325,4 @@ std::size_t num_points(const System& system, const PairForces& pairs) {
   return pairs.points.empty() ? system.num_points() : pairs.points.size();
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

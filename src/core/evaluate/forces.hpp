@@ -17,7 +17,7 @@
 #include "evaluate/spring_forces.hpp"
 #include "system/numbering.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The active forces f(r, v, t) of a system, in the inner order.
 ///
@@ -135,4 +135,4 @@ class Forces {
   AnglePassages angle_passages_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include "base/vec3.hpp"
 #include "evaluate/by_point.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Forces that the members of a family write into slots of their own, N. Each point then gathers what acts on it in a
 /// fixed order, so any number of threads gives the same bits.
@@ -42,4 +42,4 @@ class ForcesOnPoints {
   ByPoint<Index> slots_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 #include "evaluate/formula_passages.hpp"
 
 /// \file The accelerations that formulas cause at the points of their members, at which FormulaPassages looks.
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -232,4 +232,4 @@ std::unique_ptr<FormulaPassages> make_coordinate_passages(const CoordinateKernel
   return if_needed(std::make_unique<CoordinatePassages>(kernel, inner_points, first_coordinate));
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

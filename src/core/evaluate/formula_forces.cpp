@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -92,7 +92,7 @@ void FormulaForces::add_member_derivatives(const FormulaGroup& group, const Memb
 void FormulaForces::append_influences(std::vector<Influence>* list) const {
   for (const FormulaGroup& group : groups_) {
     const std::size_t p = group.points_per_member();
-    tanor::append_influences(
+    detail::append_influences(
         group.size(), p, [&](std::size_t k, std::size_t i) { return group.points[k * p + i]; }, list);
   }
 }
@@ -129,4 +129,4 @@ void FormulaForces::add_derivatives(const Parallel& parallel, double t, const do
   }
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -9,7 +9,7 @@
 #include "evaluate/forces_on_points.hpp"
 #include "system/numbering.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// One formula (kernel) and the points that it acts on: p points a member, in the inner order.
 struct FormulaGroup {
@@ -49,4 +49,4 @@ class FormulaForces {
   bool depends_on_velocity_ = false;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 #include "evaluate/locate_jump.hpp"
 
 /// \file Places of a step where what a formula causes jumps: by abs, min and max, or at the cut of atan2.
-namespace tanor {
+namespace tanor::detail {
 
 void FormulaPassages::load_variables(const PointPath& path, std::size_t member, double s, double* to) const {
   const std::span<const Index> own = numbers(member);
@@ -113,4 +113,4 @@ void FormulaPassages::note_jumps(PointPath* path, std::size_t member) const {
   }
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

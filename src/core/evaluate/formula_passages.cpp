@@ -7,7 +7,7 @@
 
 #include "base/instruction_sets.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -424,4 +424,4 @@ void FormulaPassages::subtract_looks(const PointPath& path, std::size_t member, 
   }
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -15,7 +15,7 @@
 #include "base/point_path.hpp"
 #include "evaluate/narrowness.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 inline double norm_of(std::span<const double> x) {
   double square = 0.0;
@@ -149,4 +149,4 @@ std::unique_ptr<FormulaPassages> make_constraint_passages(const ConstraintKernel
 std::unique_ptr<FormulaPassages> make_coordinate_passages(const CoordinateKernel& kernel,
                                                           std::span<const Index> inner_points, Index first_coordinate);
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include "kinds/tables.hpp"
 #include "system/numbering.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Forces on points that depend on nothing but the time.
 class GivenForces {
@@ -46,4 +46,4 @@ struct DragNumbers {
   double over_speed(double speed) const { return linear + quadratic * speed; }
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

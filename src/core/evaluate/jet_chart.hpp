@@ -11,7 +11,7 @@
 #include "evaluate/coordinate_family.hpp"
 #include "kinds/jet_kernel.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Coordinates of single points without a hand-written kernel. Their definition runs on Jet<2> along (q + e q', t + e),
 /// which yields r, v and psi, and on Forward, which yields the tangents.
@@ -23,7 +23,7 @@ class JetChart {
   static constexpr bool are_unit = false;
 
   Index add(const Group& group, double t) {
-    groups_.push_back({std::make_shared<const Group>(group), tanor::depends_on_time(group), {}, {}});
+    groups_.push_back({std::make_shared<const Group>(group), detail::depends_on_time(group), {}, {}});
     groups_.back().set_time(t);
     return static_cast<Index>(groups_.size() - 1);
   }
@@ -140,4 +140,4 @@ class JetChart {
   ScalarTable number_;        // [member] of kinds that have a parameter
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

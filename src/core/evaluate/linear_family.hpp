@@ -6,7 +6,7 @@
 #include "evaluate/family.hpp"
 #include "kinds/linear_kernel.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Linear constraints on tuples of any size. The interface is that of Family.
 class LinearFamily {
@@ -90,4 +90,4 @@ class LinearFamily {
   }
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -5,7 +5,7 @@
 
 #include "base/point_path.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Returns where f falls through 0 between low and high, by regula falsi (Illinois) with bisection where that is slow.
 /// Requires f(low) > 0 >= f(high).
@@ -65,4 +65,4 @@ PointPath::Jump locate_jump(PointPath* path, double low, double high, double mar
   return {};
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -10,7 +10,7 @@
 #include "evaluate/equal_operations.hpp"
 #include "system/operations.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -397,4 +397,4 @@ void Narrowness::measure_turns(const double* variables, double* turns) const {
   }
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

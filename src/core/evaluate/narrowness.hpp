@@ -8,7 +8,7 @@
 
 #include "base/pack.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// All numbers from `low` to `high`, in eight lanes. A computed interval holds every result of numbers from the
 /// operands, up to rounding, which is not directed.
@@ -56,4 +56,4 @@ class Narrowness {
   std::size_t num_to_count_ = 0;    // number of functions among those that `count` needs
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

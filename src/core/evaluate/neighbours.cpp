@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -214,4 +214,4 @@ void NeighbourLists::make_lists(const Parallel& parallel, const std::vector<Vec3
   num_pairs_ = std::accumulate(num_neighbours_.begin(), num_neighbours_.end(), std::size_t{0});
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

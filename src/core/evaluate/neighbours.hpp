@@ -10,7 +10,7 @@
 #include "base/parallel.hpp"
 #include "evaluate/periodic_box.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Lists of numbers that belong to each point. Those of point i stand at start[i] … start[i + 1] - 1.
 struct IndexLists {
@@ -126,4 +126,4 @@ class NeighbourLists {
   std::vector<std::size_t> next_;              // [cell], scratch
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

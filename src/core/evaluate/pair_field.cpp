@@ -9,7 +9,7 @@
 #include "base/groups.hpp"
 #include "evaluate/pair_stiffness.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -336,4 +336,4 @@ double PairField::power_of_supports(const Parallel& parallel, const double* r, c
   });
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -16,7 +16,7 @@
 #include "evaluate/pair_potential.hpp"
 #include "system/numbering.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Squares of the largest and the least distance of a pair that one step may lead over.
 inline constexpr double far_apart2 = 1.25;
@@ -165,4 +165,4 @@ class PairField {
   } quiet_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -10,7 +10,7 @@
 #include "evaluate/pair_field.hpp"
 
 /// \file Places of a step where pairs come to a cutoff at which their force does not vanish.
-namespace tanor {
+namespace tanor::detail {
 
 /// The first crossing of the cutoff by one pair.
 class PairField::Crossing {
@@ -113,4 +113,4 @@ void PairField::note_jump(PointPath* path, const Crossing& crossing, std::span<c
   path->jump.include(jump);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

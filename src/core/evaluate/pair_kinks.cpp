@@ -5,7 +5,7 @@
 #include "evaluate/pair_field.hpp"
 
 /// \file Contacts of pairs that begin or end inside a step.
-namespace tanor {
+namespace tanor::detail {
 
 Vec3 PairField::force_along(const PointPath& path, const Approach& approach, double s) const {
   const Vec3 d = relative(path, approach, s).r;
@@ -66,4 +66,4 @@ double PairField::resolve_kinks(const PointPath& path, const Approach& approach,
   return std::clamp(0.9 / std::sqrt(error), 0.1, 0.9);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -12,7 +12,7 @@
 #include "base/instruction_sets.hpp"
 #include "evaluate/pair_field.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -148,7 +148,7 @@ class PairField::Nearness {
   bool may_any_pass(std::size_t i, std::span<const Index> others) const {
     if (!by_chords_) return true;
     double apart = 0.0;
-    if (tanor::may_any_pass(all_, field_.box_, field_.begins_, field_.moves_, i, others, &apart)) return true;
+    if (detail::may_any_pass(all_, field_.box_, field_.begins_, field_.moves_, i, others, &apart)) return true;
     // Both points of a pair may go two fifths of the way to the cutoff.
     constexpr double most_way = 0.05;
     const double way = std::sqrt(all_.cutoff2 + apart) - field_.potential_.cutoff();
@@ -321,7 +321,7 @@ bool PairField::Nearness::may_pass(const Approach& approach) const {
     const PointPath::Place to = place(k + 1);
     const Vec3 e = to.r - from.r;
     near2 = std::min(near2, squared(from.r + nearest_fraction(from.r, e) * e));
-    bend = std::max(bend, tanor::sagitta(from, to, length));
+    bend = std::max(bend, detail::sagitta(from, to, length));
     from = to;
   }
   const double seen2 = std::min(begin2, squared(from.r));
@@ -439,4 +439,4 @@ double PairField::find_unseen(const PointPath& path, const Approach& approach, c
   return 1.0;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 
 #include "system/pair_rules.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 PairPotential::PairPotential(const PairForces& pairs)
     : law_(pairs.law),
@@ -71,4 +71,4 @@ double PairPotential::largest_force(double nearest, double farthest) const {
   return force;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

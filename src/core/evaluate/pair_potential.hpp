@@ -4,7 +4,7 @@
 
 #include <tanor/system.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The law of one group of pair forces for two points at a distance r: the energy u(r) and the force -du/dr.
 class PairPotential {
@@ -69,4 +69,4 @@ class PairPotential {
   double shift_ = 0.0;                           // J
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 
 #include <tanor/system.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Returns true if Forces::evaluate_derivatives knows these pairs: their law is smooth, without a cutoff, and they are
 /// few.
@@ -18,4 +18,4 @@ double bytes_of_dense_stiffness(std::size_t num_points);
 /// Returns the number of points that take part.
 std::size_t num_points(const System& system, const PairForces& pairs);
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 
 #include "base/point_path.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Pair forces between points of this process and those of others. All functions are collective.
 class PairsBeyond {
@@ -19,4 +19,4 @@ class PairsBeyond {
   virtual double find_passage(const PointPath& path, std::span<const double> masses) = 0;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 #include "base/text.hpp"
 #include "evaluate/coordinate_families.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -184,4 +184,4 @@ void Parametrisation::recentre(double t, double* q, double* q_dot, double* q_ddo
   }
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

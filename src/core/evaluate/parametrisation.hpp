@@ -7,7 +7,7 @@
 #include "evaluate/coordinate_family.hpp"
 #include "evaluate/formula_passages.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 class UserCoordinateFamily;
 
@@ -88,4 +88,4 @@ class Parametrisation {
   std::vector<Index> island_start_{0};
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 
 #include "base/vec3.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// A box with edges along the axes that repeats itself; an edge of 0 does not repeat.
 class PeriodicBox {
@@ -33,4 +33,4 @@ class PeriodicBox {
   Vec3 edges_{}, inverses_{};
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

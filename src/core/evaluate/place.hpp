@@ -2,7 +2,7 @@
 
 #include "base/vec3.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The position of one point, r = r(q, t) with S coordinates, and its derivatives.
 template <int S>
@@ -11,4 +11,4 @@ struct Place {
   Vec3 tangent[S];
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include "base/instruction_sets.hpp"
 #include "base/pack.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -86,4 +86,4 @@ Vec3 sum_moments(const Parallel& parallel, std::size_t count, const double* mass
                          [&](std::size_t begin, std::size_t end) { return sum_moments(mass, r, begin, end); });
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -9,7 +9,7 @@
 #include "base/text.hpp"
 #include "base/vec3.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -202,4 +202,4 @@ std::string PotentialFamily::find_undefined(const Parallel& parallel, double t, 
   return {};
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

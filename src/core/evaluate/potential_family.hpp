@@ -10,7 +10,7 @@
 #include "kinds/energy_groups.hpp"
 #include "system/numbering.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Tuples of p points with one energy U(r_1 … r_p, t), in the inner order.
 ///
@@ -62,4 +62,4 @@ class PotentialFamily {
   std::vector<double> prepared_;   // [number][stride]
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -1,6 +1,6 @@
 #pragma once
 
-namespace tanor {
+namespace tanor::detail {
 
 /// One product of X'WX (S, Gamma, H, G). It adds weight * g_a.g_b of the blocks a, b to the entry (row, column). The
 /// weight is sign_a sign_b w of the point that both rows share, or the sum over several points if the blocks are the
@@ -11,4 +11,4 @@ struct Product {
   double weight;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -10,7 +10,7 @@
 #include "evaluate/series_program.hpp"
 #include "evaluate/time_series.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The source of a variable of a program: a coordinate or a velocity of one of a member's points, or a function of time
 /// that the member has.
@@ -114,4 +114,4 @@ class ProgramFamily {
   int order_ = 0;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

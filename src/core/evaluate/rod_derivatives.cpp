@@ -2,7 +2,7 @@
 
 #include "evaluate/constraints.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -41,4 +41,4 @@ void Constraints::evaluate_rod_derivatives(const Parallel& parallel, const doubl
   });
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

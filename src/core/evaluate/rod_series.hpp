@@ -4,7 +4,7 @@
 
 #include "base/pack.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The power series of rods in lanes. With a = r_j - r_i and the force mu a = lambda a/|a_0| on the end j, order k
 /// needs products of the lower coefficients alone; see PathSeries.
@@ -69,4 +69,4 @@ struct RodSeries {
   }
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

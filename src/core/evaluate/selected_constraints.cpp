@@ -1,7 +1,7 @@
 #include "evaluate/constraints.hpp"
 
 /// \file The evaluations of Constraints for selected members.
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -82,4 +82,4 @@ double Constraints::apply_transposed(const Parallel& parallel, const Selection& 
   return worst;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

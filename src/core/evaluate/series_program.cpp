@@ -5,7 +5,7 @@
 #include "base/instruction_sets.hpp"
 #include "evaluate/equal_operations.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -394,4 +394,4 @@ template void SeriesProgram::evaluate(double*, int, int) const;
 template void SeriesProgram::differentiate(SeriesLane*, int, int, const SeriesLane*) const;
 template void SeriesProgram::differentiate(double*, int, int, const double*) const;
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -5,7 +5,7 @@
 
 #include <tanor/expression.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The members that stand side by side in a SeriesLane, which is a view of doubles at any address.
 inline constexpr std::size_t series_width = 8;
@@ -80,4 +80,4 @@ class SeriesProgram {
   std::vector<int> quotient_;  // [instruction] its slot among the quotients; -1: it needs none
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -1,6 +1,6 @@
 #include "evaluate/spring_forces.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 SpringForces::SpringForces(const Numbering& numbering, std::vector<Spring> springs)
     : num_moving_(numbering.num_moving), springs_(std::move(springs)) {
@@ -146,4 +146,4 @@ void SpringForces::evaluate_derivatives(const Parallel& parallel, const double* 
   });
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -8,7 +8,7 @@
 #include "evaluate/forces_on_points.hpp"
 #include "system/numbering.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// A spring between inner points, with the force -(k (L - rest) + c dL/dt) u on j, u from i to j.
 struct Spring {
@@ -71,4 +71,4 @@ class SpringForces {
   bool has_damping_ = false;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <variant>
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -196,4 +196,4 @@ double Tangents::evaluate_right_side(const double* v, const double* w0, const st
   return worst;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

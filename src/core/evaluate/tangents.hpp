@@ -11,7 +11,7 @@
 #include "system/contacts.hpp"
 #include "system/numbering.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Contacts at one instant: the directions T in which a guided point may slide, its velocity there relative to the
 /// guide, and, for each contact that sticks, the rows
@@ -109,4 +109,4 @@ class Tangents {
   std::size_t num_blocks_ = 0;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 
 #include <tanor/time_function.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Taylor coefficients of functions of time and of constants, one slot each.
 class TimeSeriesTable {
@@ -44,4 +44,4 @@ class TimeSeriesTable {
   double smooth_until_ = std::numeric_limits<double>::infinity();
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include "base/dense.hpp"
 #include "evaluate/coordinate_family.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// A user's map from s coordinates to p points, with one kernel and one loop.
 class UserCoordinateFamily final : public CoordinateFamily {
@@ -194,4 +194,4 @@ class UserCoordinateFamily final : public CoordinateFamily {
   double t_ = 0.0;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

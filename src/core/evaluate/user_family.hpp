@@ -7,7 +7,7 @@
 #include "kinds/user_kernels.hpp"
 #include "system/tuples.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// User constraints, with one loop for each group, where a kernel is called once for some dozens of members. The
 /// interface is that of Family. Members are numbered group by group.
@@ -169,4 +169,4 @@ class UserFamily {
   }
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -15,7 +15,7 @@
 #include "factor/multifrontal.hpp"
 #include "plan/thresholds.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -296,4 +296,4 @@ bool Cholesky::solves_by_threads() const {
   return implementation_->fronts && implementation_->fronts->solves_by_threads();
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -9,7 +9,7 @@
 
 #include "factor/dissection.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Pattern of one triangle of a symmetric n x n matrix, by columns. The entries of column j are start[j] …
 /// start[j + 1] - 1, with increasing rows. The diagonal is always present.
@@ -76,4 +76,4 @@ class Cholesky {
   std::unique_ptr<Implementation> implementation_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace tanor {
+namespace tanor::detail {
 
 bool ClosedForm::serves(const TrianglePattern& upper) {
   return upper.rows.size() == upper.size() || upper.size() <= most_rows;
@@ -71,4 +71,4 @@ void ClosedForm::solve(double* x) const {
   }
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

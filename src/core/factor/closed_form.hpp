@@ -5,7 +5,7 @@
 
 #include "factor/cholesky.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Factorizes L L' = S in closed form where no sparse factorization is needed: S is diagonal (beads on surfaces of
 /// their own), or it belongs to one point, which has at most three rows. It takes the upper triangle and otherwise
@@ -31,4 +31,4 @@ class ClosedForm {
   std::array<std::array<double, most_rows>, most_rows> L_{};  // L of any other S
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

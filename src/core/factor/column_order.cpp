@@ -7,7 +7,7 @@
 
 #include "base/check.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 std::vector<int> order_columns(std::size_t num_columns, const std::vector<int>& row_start,
                                const std::vector<int>& columns) {
@@ -34,4 +34,4 @@ std::vector<int> order_columns(std::size_t num_columns, const std::vector<int>& 
   return order;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Returns an order of the columns of a sparse matrix C in which its QR factor has little fill, with each subtree of
 /// the column elimination tree together: COLAMD (T. A. Davis, J. R. Gilbert, S. I. Larimore, E. G. Ng, ACM TOMS 30,
@@ -12,4 +12,4 @@ namespace tanor {
 std::vector<int> order_columns(std::size_t num_columns, const std::vector<int>& row_start,
                                const std::vector<int>& columns);
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -11,7 +11,7 @@
 #include "base/numbers.hpp"
 #include "base/vec3.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -150,4 +150,4 @@ std::vector<std::vector<int>> find_columns_in_question(const SparseColumns& C, d
   return search.list_groups();
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

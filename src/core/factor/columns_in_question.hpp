@@ -4,7 +4,7 @@
 
 #include "factor/sparse_qr.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Returns the columns of C that may depend on others, in groups that have no row in common. Groups and their columns
 /// are in increasing order.
@@ -19,4 +19,4 @@ namespace tanor {
 /// is above 1e-4 over the tolerance, since rounding might then hide a dependence. C must have columns of unit length.
 std::vector<std::vector<int>> find_columns_in_question(const SparseColumns& C, double tolerance);
 
-}  // namespace tanor
+}  // namespace tanor::detail

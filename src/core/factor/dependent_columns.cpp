@@ -8,7 +8,7 @@
 #include "base/numbers.hpp"
 #include "factor/independent_columns.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -240,4 +240,4 @@ DependentColumns find_dependent_columns(const SparseColumns& C, double tolerance
   return Decision(C, tolerance, factorize).make();
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 
 #include "factor/sparse_qr.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// States that column `column` of K is the sum of `coefficient` times the columns of `terms`.
 struct Dependence {
@@ -29,4 +29,4 @@ struct DependentColumns {
 /// Decides which columns depend on others, as RankSolver says. C must have columns of unit length.
 DependentColumns find_dependent_columns(const SparseColumns& C, double tolerance, QrFunction& factorize);
 
-}  // namespace tanor
+}  // namespace tanor::detail

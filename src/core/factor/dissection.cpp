@@ -8,7 +8,7 @@
 
 #include "plan/thresholds.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -211,4 +211,4 @@ Dissection dissect_along_axes(const RowsInSpace& rows) {
   return AxisCuts(rows).dissect();
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

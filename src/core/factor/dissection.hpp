@@ -4,7 +4,7 @@
 
 #include "base/groups.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The points that each row of S = K'WK acts on. Two rows with a common point have an entry of S.
 struct RowsInSpace {
@@ -40,4 +40,4 @@ Groups<int> list_rows_of_points(const RowsInSpace& rows);
 std::vector<int> order_by_nodes(const RowsInSpace& rows, const std::vector<int>& points,
                                 const std::vector<int>& node_of_row, int num_nodes);
 
-}  // namespace tanor
+}  // namespace tanor::detail

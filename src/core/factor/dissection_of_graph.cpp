@@ -8,7 +8,7 @@
 #include "factor/dissection.hpp"
 #include "plan/thresholds.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -95,4 +95,4 @@ double first_cut_of_graph(const RowsInSpace& rows) {
   return first_cut(rows, bisect(rows, depth), depth);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include "factor/front_lanes.hpp"
 #include "plan/thresholds.hpp"
 
-namespace tanor::kernels {
+namespace tanor::detail::kernels {
 
 namespace {
 
@@ -368,4 +368,4 @@ void add_to_update(const TrianglePart& part, const RowsInParent& in_parent, cons
   dispatch([=]<class Lanes>(std::type_identity<Lanes>) { add_to_triangle<Lanes>(part, in_parent, from, columns, to); });
 }
 
-}  // namespace tanor::kernels
+}  // namespace tanor::detail::kernels

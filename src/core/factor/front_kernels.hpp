@@ -6,7 +6,7 @@
 /// \file Dense arithmetic of Multifrontal, compiled for each instruction set. Columns stand `stride` numbers apart,
 /// which is a multiple of `front_width`, and are padded with zeros. Kernels may read up to `front_width` numbers behind
 /// an array.
-namespace tanor::kernels {
+namespace tanor::detail::kernels {
 
 inline constexpr std::size_t front_width = 8;
 
@@ -104,4 +104,4 @@ void substitute_pack_forwards(std::size_t columns, std::size_t rows, std::size_t
 void substitute_pack_backwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
                                const double* inverse_pivots, const int* numbers, double* x);
 
-}  // namespace tanor::kernels
+}  // namespace tanor::detail::kernels

@@ -8,7 +8,7 @@
 #include "factor/front_kernels.hpp"
 
 /// \file The kernels of a factorization and those of a substitution share these functions.
-namespace tanor::kernels {
+namespace tanor::detail::kernels {
 
 static_assert(front_width == num_lanes);
 
@@ -37,4 +37,4 @@ template <std::size_t count, class Body>
   (std::make_index_sequence<count>{});
 }
 
-}  // namespace tanor::kernels
+}  // namespace tanor::detail::kernels

@@ -7,7 +7,7 @@
 #include "factor/front_kernels.hpp"
 #include "plan/thresholds.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -338,4 +338,4 @@ int FrontTree::add_tiles(std::size_t s, bool of_factor, const std::vector<int>& 
   return join;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -8,7 +8,7 @@
 #include "factor/supernodes.hpp"
 #include "plan/thresholds.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// A dense lower triangle with the rows of a supernode.
 struct Front {
@@ -77,4 +77,4 @@ struct FrontTree {
                 TaskGraph* graph) const;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace tanor {
+namespace tanor::detail {
 
 IncompleteCholesky::IncompleteCholesky(TrianglePattern upper) : pattern_(std::move(upper)) {
   const auto& [start, rows] = pattern_;
@@ -82,4 +82,4 @@ void IncompleteCholesky::solve_negative(const double* scale, const double* b, do
   }
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -5,7 +5,7 @@
 
 #include "factor/cholesky.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Incomplete factorization U'D U ~ S, where U is a unit triangle on the pattern of S: Cholesky's method without fill
 /// (J. A. Meijerink, H. A. van der Vorst 1977). It is exact if the elimination in the given order makes no fill, as
@@ -39,4 +39,4 @@ class IncompleteCholesky {
   std::vector<int> terms_start_;  // [slot]
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -100,4 +100,4 @@ IndependentColumns find_independent_columns(const SparseColumns& C, double toler
   return found;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 
 #include "factor/sparse_qr.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 struct IndependentColumns {
   TriangularFactor factor;         ///< R11 of the independent columns; lists the dependent ones
@@ -29,4 +29,4 @@ std::vector<int> all_but(const std::vector<int>& left_out, std::size_t num_colum
 /// value is small.
 double find_smallest_singular_value(const TriangularFactor& R);
 
-}  // namespace tanor
+}  // namespace tanor::detail

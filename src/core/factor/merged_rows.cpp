@@ -7,7 +7,7 @@
 #include "base/groups.hpp"
 #include "factor/triangular_rows.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -246,4 +246,4 @@ TriangularFactor merge_rows(const PointColumns& C, double tolerance) {
   return RowMerger(C, tolerance).merge();
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

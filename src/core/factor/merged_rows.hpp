@@ -5,7 +5,7 @@
 #include "base/vec3.hpp"
 #include "factor/sparse_qr.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Sparse matrix by columns whose rows come in triples, one triple a point. The entries of column j are start[j] …
 /// start[j + 1] - 1, each point once.
@@ -31,4 +31,4 @@ struct PointColumns {
 /// 1980; J. W. H. Liu 1986).
 TriangularFactor merge_rows(const PointColumns& C, double tolerance);
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include "factor/front_kernels.hpp"
 #include "plan/thresholds.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 using kernels::front_width;
 
@@ -230,4 +230,4 @@ std::size_t Multifrontal::factorize(const TrianglePattern& lower, const double* 
   return failed_.load(std::memory_order_relaxed);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -9,7 +9,7 @@
 #include "factor/front_tree.hpp"
 #include "factor/supernodes.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Factorizes L L' = S by the multifrontal method (Duff & Reid 1983; Liu 1992). Each supernode has a front, a dense
 /// lower triangle of its rows,
@@ -127,4 +127,4 @@ class Multifrontal {
   std::atomic<std::size_t> failed_{0};           // first column without a positive pivot
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

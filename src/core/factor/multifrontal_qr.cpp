@@ -13,7 +13,7 @@
 #include "factor/supernodes.hpp"
 #include "factor/triangular_rows.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -268,4 +268,4 @@ TriangularFactor factorize_by_fronts(const SparseColumns& C, double tolerance) {
   return R;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

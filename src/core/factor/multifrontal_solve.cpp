@@ -6,7 +6,7 @@
 
 /// \file The substitutions L y = x from the leaves to the roots and L' x = y back. A task leaves what its parents' task
 /// needs in a vector of its own, so that sums do not depend on which task comes first.
-namespace tanor {
+namespace tanor::detail {
 
 /// Finds where the rows of a sequence stand while it is solved: its own columns in `z_`, the rows above in the vectors
 /// of its roots.
@@ -198,4 +198,4 @@ void Multifrontal::solve_packs(double* x, std::size_t groups) const {
   for (std::size_t s = tree_.fronts.size(); s-- > 0;) for_groups(kernels::substitute_pack_backwards, s);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 
 #include "factor/supernodes.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -75,4 +75,4 @@ void PartialCholesky::write_complement(double* packed) const {
   for (std::size_t j = 0; j < num_kept_; ++j) packed = std::copy_n(fronts_.kept_column(j), num_kept_ - j, packed);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -9,7 +9,7 @@
 #include "factor/cholesky.hpp"
 #include "factor/multifrontal.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Returns an order of elimination, [place] -> row, of a pattern (lower triangle) that keeps some rows for the end, in
 /// the order that they have. The other rows are ordered by `wanted` as if the kept ones were not there.
@@ -53,4 +53,4 @@ class PartialCholesky {
   Multifrontal fronts_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

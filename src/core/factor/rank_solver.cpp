@@ -9,7 +9,7 @@
 #include "factor/columns_in_question.hpp"
 #include "factor/independent_columns.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -218,4 +218,4 @@ std::unique_ptr<RankSolver> decide_rank(const std::function<SparseColumns(Scalin
   return std::make_unique<RankSolver>(make(Scaling::ByMasses), of_K);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

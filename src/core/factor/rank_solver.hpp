@@ -8,7 +8,7 @@
 
 #include "factor/dependent_columns.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Solves S x = b with S = C'C, where the columns of C = M^-1/2 K of one island, [m x d], may depend on each other.
 ///
@@ -90,4 +90,4 @@ enum class Scaling { None, ByMasses };
 std::unique_ptr<RankSolver> decide_rank(const std::function<SparseColumns(Scaling)>& make, double tolerance,
                                         const std::function<double()>& find_mass_ratio);
 
-}  // namespace tanor
+}  // namespace tanor::detail

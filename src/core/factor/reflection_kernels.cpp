@@ -8,7 +8,7 @@
 #include "base/instruction_sets.hpp"
 #include "base/pack.hpp"
 
-namespace tanor::kernels {
+namespace tanor::detail::kernels {
 
 namespace {
 
@@ -137,4 +137,4 @@ std::size_t reduce_rows(const RowFront& front, std::size_t own, double tolerance
   });
 }
 
-}  // namespace tanor::kernels
+}  // namespace tanor::detail::kernels

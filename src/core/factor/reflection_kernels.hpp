@@ -3,7 +3,7 @@
 #include <cstddef>
 
 /// \file Dense arithmetic of the multifrontal QR, compiled for each instruction set.
-namespace tanor::kernels {
+namespace tanor::detail::kernels {
 
 /// Numbers behind the last row of each column that kernels read; they must be 0.
 inline constexpr std::size_t rows_read_beyond = 8;
@@ -21,4 +21,4 @@ struct RowFront {
 /// what remains there is rounding. `scratch` holds 4 strides. Returns the number of rows.
 std::size_t reduce_rows(const RowFront& front, std::size_t own, double tolerance, double* scratch, int* row_at);
 
-}  // namespace tanor::kernels
+}  // namespace tanor::detail::kernels

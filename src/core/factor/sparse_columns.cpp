@@ -2,7 +2,7 @@
 
 #include <numeric>
 
-namespace tanor {
+namespace tanor::detail {
 
 SparseColumns columns_of(const SparseColumns& A, std::span<const int> wanted) {
   SparseColumns result;
@@ -36,4 +36,4 @@ SparseColumns transpose(const SparseColumns& A) {
   return result;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Sparse num_rows x d matrix by columns. The entries of column j are start[j] … start[j + 1] - 1, each row once.
 struct SparseColumns {
@@ -41,4 +41,4 @@ inline double dot_column(const SparseColumns& A, int j, const double* y) {
 SparseColumns columns_of(const SparseColumns& A, std::span<const int> wanted);
 SparseColumns transpose(const SparseColumns& A);
 
-}  // namespace tanor
+}  // namespace tanor::detail

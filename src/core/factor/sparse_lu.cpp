@@ -8,7 +8,7 @@
 
 #include "base/check.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 template <class T>
 struct SparseLu<T>::Implementation {
@@ -148,4 +148,4 @@ void SparseLu<T>::solve(T* x) {
 template class SparseLu<double>;
 template class SparseLu<std::complex<double>>;
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Pattern of a square sparse matrix by columns. The entries of column j are start[j] … start[j + 1] - 1, rows
 /// increasing.
@@ -54,4 +54,4 @@ class SparseLu {
 extern template class SparseLu<double>;
 extern template class SparseLu<std::complex<double>>;
 
-}  // namespace tanor
+}  // namespace tanor::detail

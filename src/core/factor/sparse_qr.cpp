@@ -6,7 +6,7 @@
 #include "factor/multifrontal_qr.hpp"
 #endif
 
-namespace tanor {
+namespace tanor::detail {
 
 TriangularFactor factorize_qr(const SparseColumns& C, double tolerance) {
 #if TANOR_GPL
@@ -34,4 +34,4 @@ void TriangularFactor::solve_transposed(double* x) const {
   }
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

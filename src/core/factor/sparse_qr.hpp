@@ -5,7 +5,7 @@
 
 #include "factor/sparse_columns.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Upper triangular factor R11 of C(:, independent) = Q R11, rho x rho. Q is not kept.
 struct TriangularFactor {
@@ -29,4 +29,4 @@ TriangularFactor factorize_qr(const SparseColumns& C, double tolerance);
 /// The type of factorize_qr and of functions that are compared with it.
 using QrFunction = TriangularFactor(const SparseColumns& C, double tolerance);
 
-}  // namespace tanor
+}  // namespace tanor::detail

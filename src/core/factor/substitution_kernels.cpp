@@ -5,7 +5,7 @@
 #include "factor/front_lanes.hpp"
 
 /// \file Products with the columns of a front, and both substitutions.
-namespace tanor::kernels {
+namespace tanor::detail::kernels {
 
 namespace {
 
@@ -245,4 +245,4 @@ void substitute_pack_backwards(std::size_t columns, std::size_t rows, std::size_
   });
 }
 
-}  // namespace tanor::kernels
+}  // namespace tanor::detail::kernels

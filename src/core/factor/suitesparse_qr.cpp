@@ -6,7 +6,7 @@
 
 #include "base/check.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -95,4 +95,4 @@ TriangularFactor factorize_with_suitesparse(const SparseColumns& C, double toler
   return factor;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

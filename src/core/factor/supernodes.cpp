@@ -9,7 +9,7 @@
 #include "factor/front_kernels.hpp"
 #include "plan/thresholds.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -216,4 +216,4 @@ Supernodes find_supernodes(const TrianglePattern& lower) {
   return result;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

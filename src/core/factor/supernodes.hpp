@@ -5,7 +5,7 @@
 
 #include "factor/cholesky.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Groups of columns of L that have (almost) the same pattern, and their rows.
 struct Supernodes {
@@ -26,4 +26,4 @@ struct Supernodes {
 /// Ashcraft and R. Grimes, ACM TOMS 15, 1989), because a few zeros cost less than another front does.
 Supernodes find_supernodes(const TrianglePattern& lower);
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -2,7 +2,7 @@
 
 #include <numeric>
 
-namespace tanor {
+namespace tanor::detail {
 
 void TriangularRows::write_columns(std::size_t num_columns_of_C, TriangularFactor* R) const {
   std::vector<int> place(num_columns_of_C, -1);
@@ -27,4 +27,4 @@ void TriangularRows::write_columns(std::size_t num_columns_of_C, TriangularFacto
   }
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -5,7 +5,7 @@
 
 #include "factor/sparse_qr.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// R11 of a TriangularFactor row by row, as a QR finds it. Rows may have entries at dependent columns too.
 struct TriangularRows {
@@ -22,4 +22,4 @@ struct TriangularRows {
   void write_columns(std::size_t num_columns_of_C, TriangularFactor* R) const;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

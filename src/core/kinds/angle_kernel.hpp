@@ -9,7 +9,7 @@
 #include "kinds/kernel.hpp"
 #include "kinds/tables.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// xi is cos = u.w of the directions u = a/|a|, w = b/|b| from the corner j to i and k, minus the wanted cosine. Near a
 /// straight angle the cosine itself has no digits left of it. With e = u - s w and the sign s of the cosine,
@@ -54,4 +54,4 @@ struct AngleKernel {
   }
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

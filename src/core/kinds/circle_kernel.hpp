@@ -8,7 +8,7 @@
 #include "kinds/kernel.hpp"
 #include "kinds/tables.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// xi is s = n.a (height over the plane) and rho - radius, with rho = |p|, p = a - s n, a = r - center.
 struct CircleKernel {
@@ -66,4 +66,4 @@ struct CircleKernel {
   }
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

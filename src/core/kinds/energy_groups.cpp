@@ -4,7 +4,7 @@
 #include <numeric>
 #include <set>
 
-namespace tanor {
+namespace tanor::detail {
 
 EnergyGroup make_pair_energies(const System& system, const PairForces& pairs) {
   constexpr std::size_t most_points = 200;  // 20,000 pairs, each with a 6 x 6 Hessian
@@ -47,4 +47,4 @@ EnergyGroup make_pair_energies(const System& system, const PairForces& pairs) {
   return result;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

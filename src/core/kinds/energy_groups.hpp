@@ -10,7 +10,7 @@
 #include "kinds/energy_loop.hpp"
 #include "system/law_numbers.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Members that share one energy.
 struct EnergyGroup {
@@ -25,16 +25,12 @@ struct EnergyGroup {
   std::function<std::string(const double* r, const double* constants)> complaint{};
 };
 
-namespace detail {
-
 template <std::size_t p>
 std::array<TripleOf<double>, p> places_of(const double* r) {
   std::array<TripleOf<double>, p> places;  // NOLINT: filled below
   for (std::size_t i = 0; i < p; ++i) places[i] = {r[3 * i], r[3 * i + 1], r[3 * i + 2]};
   return places;
 }
-
-}  // namespace detail
 
 /// Makes the energy of a kind that has a definition, in the form of a user's kernel.
 template <HasEnergy Group>
@@ -79,4 +75,4 @@ inline EnergyGroup make_energy_group(const System&, const Potential& group) {
 /// pairs.
 EnergyGroup make_pair_energies(const System& system, const PairForces& pairs);
 
-}  // namespace tanor
+}  // namespace tanor::detail

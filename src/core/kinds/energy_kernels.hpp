@@ -13,7 +13,7 @@
 ///
 /// Each is the law that the kind's Definition states once over a scalar type; tests compare the two. Where a law ends
 /// (a FENE bond at its limit, three points in line), the gradient is NaN, and a step that comes there is rejected.
-namespace tanor {
+namespace tanor::detail {
 
 /// The sine at which laws end. It is a little below that at which a start is refused, since rounding differs there.
 inline constexpr double end_of_law = 0.99 * least_sine;
@@ -229,4 +229,4 @@ struct EnergyKernel<Torsions> {
   }
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 
 #include "base/instruction_sets.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -73,4 +73,4 @@ EnergyLoop make_energy_loop(const Torsions& torsions) {
   return make_loop(torsions);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 
 #include "kinds/energy_kernels.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Members [first, last) of a family, `first` a multiple of eight. Arrays of points and numbers stand column by column,
 /// filled up with their last member to `stride`, a multiple of eight.
@@ -35,4 +35,4 @@ EnergyLoop make_energy_loop(const Bonds& bonds);
 EnergyLoop make_energy_loop(const Bendings& bendings);
 EnergyLoop make_energy_loop(const Torsions& torsions);
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -5,7 +5,7 @@
 #include <tanor/kinds.hpp>
 #include <tanor/user_kernel.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Turns a kind of force on single points into a user's force. Its definition runs on doubles and, for derivatives, on
 /// Forward.
@@ -22,4 +22,4 @@ ForceKernel kernel_of_definition(const Group& group) {
   return kernel;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -14,7 +14,7 @@
 #include "kinds/tables.hpp"
 #include "system/members.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Returns true if a field of the group changes with time.
 template <class Group>
@@ -45,7 +45,7 @@ class JetKernel {
   std::vector<double> size;   ///< m, of the neighbourhood, one a member
 
   void add(const Group& group) {
-    groups_.push_back({std::make_shared<const Group>(group), tanor::depends_on_time(group), {}, {}});
+    groups_.push_back({std::make_shared<const Group>(group), detail::depends_on_time(group), {}, {}});
   }
   ScalarTable& own() requires requires { KindOf<Group>::parameter; }
   { return numbers_; }
@@ -114,4 +114,4 @@ class JetKernel {
   ScalarTable numbers_;  // one a member, of kinds that have a parameter
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

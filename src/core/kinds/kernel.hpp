@@ -14,7 +14,7 @@
 
 #include "base/vec3.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 template <int Rows, int Blocks>
 struct Local {
@@ -38,4 +38,4 @@ struct Distance {
   }
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -18,7 +18,7 @@
 #include "kinds/user_kernels.hpp"
 
 /// \file The kernels that evaluate the constraints of a kind.
-namespace tanor {
+namespace tanor::detail {
 
 /// The kernels written by hand, in the order of the kinds. A kind that has none here runs on its definition.
 using KernelsByHand = std::tuple<RodKernel<false, false>, RodKernel<false, true>, RodKernel<true, false>,
@@ -39,4 +39,4 @@ struct ChosenOf<Group, Other, std::tuple<Listed...>> {
 template <class Group>
 using KernelsOf = ChosenOf<Group, JetKernel<Group>, KernelsByHand>;
 
-}  // namespace tanor
+}  // namespace tanor::detail

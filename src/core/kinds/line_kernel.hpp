@@ -9,7 +9,7 @@
 #include "kinds/kernel.hpp"
 #include "kinds/tables.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The two unit vectors of lines, with their derivatives. `choose` applies the rule of line_frame.hpp when a K is
 /// evaluated that others refer to. Until the next such call the axes are kept, so that what a step compares with that K
@@ -111,4 +111,4 @@ struct LineKernel {
   }
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -10,7 +10,7 @@
 #include "base/vec3.hpp"
 #include "kinds/tables.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// xi is the sum over the tuple of c.r, minus the value. Gradients are constant.
 struct LinearKernel {
@@ -48,4 +48,4 @@ struct LinearKernel {
   }
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -8,7 +8,7 @@
 #include "kinds/kernel.hpp"
 #include "kinds/tables.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// xi is n.r - offset/|normal| with the unit normal n = normal/|normal|.
 struct PlaneKernel {
@@ -45,4 +45,4 @@ struct PlaneKernel {
   }
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -10,7 +10,7 @@
 #include "kinds/kernel.hpp"
 #include "kinds/tables.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// xi is |r_i - a| + ratio |r_j - b| - length.
 struct PulleyKernel {
@@ -55,4 +55,4 @@ struct PulleyKernel {
   }
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

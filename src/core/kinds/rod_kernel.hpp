@@ -8,7 +8,7 @@
 #include "kinds/kernel.hpp"
 #include "kinds/tables.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// xi is |r_j - r_i + offset| - length. `Timed` says that lengths move, `Shifted` that some offset is not zero.
 template <bool Timed, bool Shifted>
@@ -64,4 +64,4 @@ inline constexpr bool is_rod_kernel = false;
 template <bool Timed, bool Shifted>
 inline constexpr bool is_rod_kernel<RodKernel<Timed, Shifted>> = true;
 
-}  // namespace tanor
+}  // namespace tanor::detail

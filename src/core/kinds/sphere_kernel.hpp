@@ -8,7 +8,7 @@
 #include "kinds/kernel.hpp"
 #include "kinds/tables.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// xi is |r - center| - radius.
 struct SphereKernel {
@@ -41,4 +41,4 @@ struct SphereKernel {
   }
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

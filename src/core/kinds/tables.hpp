@@ -7,7 +7,7 @@
 
 #include "base/vec3.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// A vector with its first two derivatives in time.
 struct MovingVec3 {
@@ -100,4 +100,4 @@ class VectorTable {
   std::vector<std::pair<std::size_t, VectorFunction>> moving_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

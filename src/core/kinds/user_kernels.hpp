@@ -5,7 +5,7 @@
 
 #include <tanor/kinds/constraint/formula.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Members of one group of user constraints: one kernel, tuples of one size.
 struct UserGroup {
@@ -37,4 +37,4 @@ struct UserKernels {
   }
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

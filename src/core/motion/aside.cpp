@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The solve at the state finds again what follows from it: K, its factor and the forces. It begins with the numbers
 /// that the first one began with, and the numbers that it leaves are replaced by those that the first one left.
@@ -31,4 +31,4 @@ Outcome solve_aside(Mechanics& mechanics, const IntegrationOptions& options, con
   return found;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -5,7 +5,7 @@
 
 #include "motion/scheme.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Holds the memory of `solve_aside` between calls, so that a step allocates nothing.
 struct AsideMemory {
@@ -18,4 +18,4 @@ struct AsideMemory {
 Outcome solve_aside(Mechanics& mechanics, const IntegrationOptions& options, const State& state,
                     const std::function<void()>& work, AsideMemory* memory);
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -1,6 +1,6 @@
 #include "motion/composition.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Suzuki (1990). The fraction 1/(4 - 4^(1/3)) stands twice at each end (GNI, II.4.5).
 std::span<const double> suzuki_fractions() {
@@ -40,4 +40,4 @@ StepResult Composition::step(const State& from, double h, State* to) {
   return result;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -5,7 +5,7 @@
 
 #include "motion/rattle.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Fractions of the step, some of them negative; symmetric, of sum 1.
 std::span<const double> suzuki_fractions();    ///< order 4
@@ -34,4 +34,4 @@ class Composition final : public Scheme {
   std::array<State, 2> between_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

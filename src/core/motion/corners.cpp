@@ -9,7 +9,7 @@
 #include "base/text.hpp"
 #include "motion/dense_output.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -464,4 +464,4 @@ std::string Corners::name_next(const State& from, double within) {
   return instants_.empty() ? "" : "a function of time";
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include "dynamics/corner_functions.hpp"
 #include "motion/scheme.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Ends steps before corners of guides and carries the motion across them.
 ///
@@ -87,4 +87,4 @@ class Corners {
   std::size_t repeated_ = 0;   // … and their number
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

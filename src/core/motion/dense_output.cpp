@@ -1,6 +1,6 @@
 #include "motion/scheme.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 std::span<const double> Scheme::looks() const {
   static constexpr double both_ends[] = {0.0, 1.0};
@@ -39,4 +39,4 @@ void Scheme::interpolate(const Parallel& parallel, const State& from, const Stat
   });
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

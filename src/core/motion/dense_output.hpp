@@ -2,7 +2,7 @@
 
 #include "motion/scheme.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Interpolates inside the last step of a scheme. The two states and what the scheme keeps of the step have to stay as
 /// they are.
@@ -38,4 +38,4 @@ class DenseOutput {
   bool is_prepared_ = false;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

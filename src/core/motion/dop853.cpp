@@ -1,6 +1,6 @@
 #include "motion/runge_kutta.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Dormand & Prince 8(5,3) with the dense output of order 7 and its three additional stages (Hairer, Norsett, Wanner I,
 /// II.5 and II.6; coefficients of their code DOP853). Stage 13 stands at the new point.
@@ -67,4 +67,4 @@ Tableau dop853_tableau() {
   return tableau;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

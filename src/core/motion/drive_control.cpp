@@ -5,7 +5,7 @@
 
 #include "base/text.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -121,4 +121,4 @@ std::string DriveControl::describe() const {
          end + " is passed over";
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 
 #include "motion/scheme.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Keeps steps from passing over what functions of time do inside them, and tells what fixed steps passed over.
 ///
@@ -61,4 +61,4 @@ class DriveControl {
   std::size_t worst_drive_ = 0;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Divides the time from `begin` to `end` into equal steps, the fewest that are no longer than `step`. The last one
 /// ends exactly at `end`.
@@ -24,4 +24,4 @@ class EqualSteps {
   double begin_, end_, count_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -8,7 +8,7 @@
 #include "base/root_bracket.hpp"
 #include "base/text.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -414,4 +414,4 @@ Events::Meeting Events::meet(Scheme& scheme, const State& from, int pieces, Stat
   return meeting;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include "motion/dense_output.hpp"
 #include "motion/scheme.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Ends steps where the equations of a mechanics change, and switches the equations there.
 ///
@@ -118,4 +118,4 @@ class Events {
   double last_time_ = 0.0, series_begin_ = 0.0;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

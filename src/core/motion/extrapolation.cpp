@@ -3,7 +3,7 @@
 #include "base/text.hpp"
 #include "motion/singular_thresholds.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -103,4 +103,4 @@ StepResult Extrapolation::step(Mechanics& mechanics, const IntegrationOptions& o
   return result;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

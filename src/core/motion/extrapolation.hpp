@@ -4,7 +4,7 @@
 
 #include "motion/scheme.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Steps past a singular configuration. K no longer tells there on which branch the motion continues, but the velocity
 /// does: such a step follows the polynomial through the last two states instead of accelerations. The end of the step
@@ -33,4 +33,4 @@ class Extrapolation {
   std::vector<double> kept_;  // positions before a projection that may fail, or the expected velocity
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 
 #include "base/text.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 GeneralizedAlpha::GeneralizedAlpha(const IntegrationOptions& options, Mechanics& mechanics)
     : options_(options),
@@ -128,4 +128,4 @@ double GeneralizedAlpha::measure(const State& from, const State& to) {
       .largest();
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 
 #include "motion/implicit_step.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Generalized-alpha method of order 2 (Chung & Hulbert 1993; for constraints Arnold & Bruels 2007). A step takes one
 /// Newton iteration with one real matrix and damps the fastest oscillations by the factor `spectral_radius`. The method
@@ -46,4 +46,4 @@ class GeneralizedAlpha final : public Scheme {
   std::vector<double> lambda_, residual_, rows_, v_increment_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

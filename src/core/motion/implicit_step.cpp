@@ -7,7 +7,7 @@
 #include "base/check.hpp"
 #include "base/numbers.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -81,4 +81,4 @@ void ImplicitStep::put_onto_positions(State* to) {
   }
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

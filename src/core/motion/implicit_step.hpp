@@ -6,7 +6,7 @@
 #include "motion/newton_iteration.hpp"
 #include "motion/scheme.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The common part of implicit schemes: the linearisation and the factor, which are kept from step to step while
 /// Newton's iteration converges, and the end of a step.
@@ -50,4 +50,4 @@ class ImplicitStep {
   std::vector<double> moves_, rates_, rows_;  // scratch
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -11,7 +11,7 @@
 #include "motion/aside.hpp"
 #include "motion/equal_steps.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -425,4 +425,4 @@ Outcome Integration::reject(const StepAttempt& attempt, const Cut& cut, double h
   return next_step < resolution ? step_too_small(resolution, refusal_) : Outcome{};
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

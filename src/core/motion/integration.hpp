@@ -16,7 +16,7 @@
 #include "motion/stiff_steps.hpp"
 #include "motion/turn_meter.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Advances a state through time: a scheme, the lengths of its steps, and the events and singular configurations on the
 /// way.
@@ -131,4 +131,4 @@ class Integration {
   } last_advance_;  // s, of the last advance in equal steps
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 #include "motion/integration.hpp"
 
 /// \file Exchange of a snapshot with what the next step of Integration depends on besides the state.
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -145,4 +145,4 @@ void Integration::resume(const Snapshot& snapshot) {
   keep_memory();
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 
 #include "dynamics/instant.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The user's options of a motion, and how its accelerations are requested.
 struct IntegrationOptions : MotionOptions {
@@ -27,4 +27,4 @@ struct IntegrationOptions : MotionOptions {
   }
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -5,7 +5,7 @@
 
 #include "base/text.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 JumpSteps::Cut JumpSteps::cut_at(const PointPath::Jump& jump, bool has_stages, double h, double resolution) const {
   constexpr double most_left = 0.1;
@@ -46,4 +46,4 @@ Outcome JumpSteps::explain(const PointPath::Jump& jump, double t) {
                                     "that is defined"};
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

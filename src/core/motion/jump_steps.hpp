@@ -5,7 +5,7 @@
 #include "base/point_path.hpp"
 #include "motion/scheme.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Chooses steps up to jumps of forces and over them.
 class JumpSteps {
@@ -40,4 +40,4 @@ class JumpSteps {
   double longest_ = 0.0;    // … and the longest time between two of them, s
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -11,6 +11,7 @@
 #include "motion/taylor.hpp"
 
 namespace tanor {
+using namespace detail;
 
 namespace {
 
@@ -116,7 +117,7 @@ bool has_fixed_steps(Method method) {
   return traits_of(method).has_fixed_steps;
 }
 
-std::unique_ptr<Scheme> make_scheme(Method method, const IntegrationOptions& options, Mechanics& mechanics) {
+std::unique_ptr<Scheme> detail::make_scheme(Method method, const IntegrationOptions& options, Mechanics& mechanics) {
   const MakeScheme make = row_of(method).make;
   ensure(make != nullptr, "auto is resolved before a scheme is made");
   return make(options, mechanics);

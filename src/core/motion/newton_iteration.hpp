@@ -6,7 +6,7 @@
 
 #include "base/memory.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Decides from its increments whether a simplified Newton iteration inside a step goes on. Increments are measured
 /// over the tolerance of the step (Hairer & Wanner II, IV.8). The iteration goes on until the sum of the increments to
@@ -67,4 +67,4 @@ class NewtonIteration {
   int count_ = 0;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include "base/check.hpp"
 #include "motion/singular_thresholds.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 void PassageFinder::find(RankMonitor& monitor, DenseOutput dense, const State& to, const Stretch& stretch,
                          const std::function<void(double t)>& note) {
@@ -70,4 +70,4 @@ double PassageFinder::narrow(RankMonitor& monitor, DenseOutput* dense, double lo
   return interpolate();
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 #include "motion/dense_output.hpp"
 #include "motion/scheme.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Finds where singular values of K change sign inside a step, on the dense output of its scheme.
 class PassageFinder {
@@ -35,4 +35,4 @@ class PassageFinder {
   std::vector<double> x_, v_, a_;  // state inside the step
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

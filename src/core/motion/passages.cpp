@@ -6,7 +6,7 @@
 #include "base/gauss_rule.hpp"
 #include "base/instruction_sets.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -76,7 +76,7 @@ double Passages::measure_bend() const {
   const double least = own_atol_r.empty() ? 0.0 : *std::min_element(own_atol_r.begin(), own_atol_r.end());
   const double moves_nothing = 1e-3 * (atol > 0.0 ? atol : least);
   return mechanics_.parallel().max_over_ranges(from_->x.size(), [&](std::size_t begin, std::size_t end) {
-    return tanor::measure_bend({begin, end, h, moves_nothing}, from_->x.data(), from_->v.data(), from_->a.data(),
+    return detail::measure_bend({begin, end, h, moves_nothing}, from_->x.data(), from_->v.data(), from_->a.data(),
                                to_->x.data(), to_->v.data(), to_->a.data());
   });
 }
@@ -179,4 +179,4 @@ double Passages::look(Scheme& scheme, const State& from, const State& to, bool b
   return forces_->find_passage(this);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 #include "motion/dense_output.hpp"
 #include "motion/scheme.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Looks along a step for forces that act only between the looks of its scheme, as of a pair that meets and parts there
 /// or a narrow well that is jumped. An error estimate is made of the looks and cannot see such forces.
@@ -56,4 +56,4 @@ class Passages final : private PointPath {
   Knots knots_, knots_of_part_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 
 #include "base/text.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -256,4 +256,4 @@ Outcome Radau5::add_work(const State& from, double h, State* to) {
   return {};
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

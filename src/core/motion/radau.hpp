@@ -7,7 +7,7 @@
 #include "motion/implicit_step.hpp"
 #include "motion/radau_coefficients.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Radau IIA of order 5 for stiff forces (Hairer & Wanner II, IV.8 and VII.4), with the stages
 ///
@@ -65,4 +65,4 @@ class Radau5 final : public Scheme {
   std::vector<std::complex<double>> pair_, pair_rows_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstddef>
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -56,4 +56,4 @@ RadauCoefficients radau_coefficients() {
   return r;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -3,7 +3,7 @@
 #include <array>
 #include <complex>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Radau IIA with three stages (Hairer & Wanner II, table IV.5.6) and what its Newton iteration needs (IV.8):
 ///
@@ -25,4 +25,4 @@ struct RadauCoefficients {
 
 RadauCoefficients radau_coefficients();
 
-}  // namespace tanor
+}  // namespace tanor::detail

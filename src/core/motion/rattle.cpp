@@ -7,7 +7,7 @@
 #include "base/point_source.hpp"
 #include "base/vec3.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -162,4 +162,4 @@ StepResult Rattle::step(const State& from, double h, State* to) {
   return result;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -5,7 +5,7 @@
 
 #include "motion/scheme.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// RATTLE (Andersen 1983; Hairer, Lubich, Wanner, Geometric Numerical Integration, VII.1.4) has order 2 and is
 /// symplectic and symmetric if forces have a potential. A step computes the acceleration at its end only if works or
@@ -48,4 +48,4 @@ class Rattle final : public Scheme {
   bool has_constant_ = false;  // true if `free_` is the same everywhere and always
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

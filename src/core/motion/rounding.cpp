@@ -10,7 +10,7 @@
 #include "base/numbers.hpp"
 #include "base/text.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -144,4 +144,4 @@ void Rounding::exchange_memory(Memory& memory) {
                   exceeding_.count, exceeding_.sum_of_excesses, exceeding_.since, whole_, along_);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

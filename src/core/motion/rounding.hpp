@@ -6,7 +6,7 @@
 #include "motion/aside.hpp"
 #include "motion/scheme.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Measures the rounding of accelerations during one motion. Positions and velocities are known to eps |x| and eps |v|.
 /// No step can know accelerations better than such changes alter them, be it by stiff springs, by light points between
@@ -68,4 +68,4 @@ class Rounding {
   AsideMemory aside_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 #include "base/check.hpp"
 #include "base/parallel.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 Tableau rk4_tableau() {
   return {.order = 4,
@@ -246,4 +246,4 @@ void RungeKutta::interpolate(const Parallel& parallel, const State& from, const 
   combine(parallel, n, v, 0.0, v, std::span(in_v).first(stages), h, a, v);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 
 #include "motion/scheme.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// An explicit Runge-Kutta method with s stages: nodes c, strictly lower matrix A, weights b. The error weights are e =
 /// b - b^, whose entry s + 1 belongs to a stage at the new point; e is empty if there is no estimate. e3 is the same
@@ -80,4 +80,4 @@ class RungeKutta final : public Scheme {
   std::vector<double> shares_;  // part of a step's error that each stage may make
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

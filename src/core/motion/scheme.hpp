@@ -13,7 +13,7 @@
 #include "dynamics/mechanics.hpp"
 #include "motion/integration_options.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// A state of a system: x and v on the constraints, the acceleration there, and the works done so far. Between steps
 /// the mechanics is linearised at (t, x).
@@ -126,4 +126,4 @@ enum class MovedVelocity { IsNoError, IsError };
 StepResult stabilize(Mechanics& mechanics, const IntegrationOptions& options, State* state,
                      MovedVelocity moved_velocity, Turn turn = Turn::Small);
 
-}  // namespace tanor
+}  // namespace tanor::detail

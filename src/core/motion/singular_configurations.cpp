@@ -5,7 +5,7 @@
 
 #include "base/text.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 void SingularConfigurations::begin(double t) {
   forget();
@@ -207,4 +207,4 @@ StepResult SingularConfigurations::extrapolate(Scheme& scheme, const State& befo
   return step;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -8,7 +8,7 @@
 #include "motion/scheme.hpp"
 #include "motion/singular_forecast.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Handles configurations where K loses rank during one motion. They are foreseen, passed by extrapolation, and named
 /// in the report. If the mechanics has no rank monitor, there are none.
@@ -118,4 +118,4 @@ class SingularConfigurations {
   Extrapolation extrapolation_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include "base/memory.hpp"
 #include "motion/singular_thresholds.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Foresees from the previous steps when the motion meets a configuration where K loses rank. The smallest singular
 /// value of K goes through 0 there linearly, and the reciprocal condition of S is its square.
@@ -43,4 +43,4 @@ class SingularForecast {
   double zero_ = never;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -3,7 +3,7 @@
 /// \file All thresholds that decide how a motion meets singular configurations. "Singular configurations" in
 /// docs/methods.md tells how they work together. sigma is the smallest singular value of K; the reciprocal condition of
 /// S is its square.
-namespace tanor::singular {
+namespace tanor::detail::singular {
 
 // Reciprocal conditions of S, over the largest one that was met during the motion or that masses alone may cause.
 
@@ -41,4 +41,4 @@ constexpr double turn = 0.1;
 /// Number of approaches, each to half the distance, which come down to the distance over 4096.
 constexpr int most_approaches = 12;
 
-}  // namespace tanor::singular
+}  // namespace tanor::detail::singular

@@ -5,7 +5,7 @@
 
 #include <tanor/motion.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Everything that another simulation of the same system needs to continue from here.
 struct Snapshot {
@@ -32,4 +32,4 @@ struct Snapshot {
   std::vector<double> state_before;     ///< beginning of the last step if it may be extrapolated from; else empty
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -5,7 +5,7 @@
 #include "base/numbers.hpp"
 #include "motion/scheme.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -89,4 +89,4 @@ StepResult stabilize(Mechanics& mechanics, const IntegrationOptions& options, St
   return result;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

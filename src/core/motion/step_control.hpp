@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Chooses step lengths from the error of the last step over the tolerance by proportional-integral control (Hairer &
 /// Wanner II, IV.2). A step grows at most 5 times, and not at all right after a rejection.
@@ -43,4 +43,4 @@ class StepControl {
   bool after_rejection_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

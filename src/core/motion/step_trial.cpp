@@ -7,7 +7,7 @@
 #include "base/text.hpp"
 #include "motion/jump_steps.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 StepTrial::StepTrial(const IntegrationOptions& options, Mechanics& mechanics, const Motion& motion,
                      MotionReport* report)
@@ -233,4 +233,4 @@ StepAttempt StepTrial::step_and_remember(double t, bool may_surprise, Looks look
   return attempt;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -13,7 +13,7 @@
 #include "motion/vanishing_arms.hpp"
 #include "motion/watch.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The outcome of one attempt to continue.
 struct StepAttempt {
@@ -91,4 +91,4 @@ class StepTrial {
   State beyond_;  // end of an extrapolation; the first one makes it
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

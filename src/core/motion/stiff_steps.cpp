@@ -5,7 +5,7 @@
 
 #include "base/text.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 StiffSteps::StiffSteps(const IntegrationOptions& options, Mechanics& mechanics, Method explicit_method)
     : options_(options),
@@ -47,4 +47,4 @@ std::string StiffSteps::explain() const {
          " at " + text(explicit_step_) + " s, where radau5 takes " + text(factor) + " times as long ones";
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

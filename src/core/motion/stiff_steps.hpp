@@ -6,7 +6,7 @@
 #include "motion/rounding.hpp"
 #include "motion/scheme.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Detects, if `auto` chose an explicit method, that stability keeps steps far below what accuracy asks for. A step of
 /// radau5, many times as long, then meets the tolerance from the present state. Such a step is tried, whatever makes
@@ -49,4 +49,4 @@ class StiffSteps {
   State to_;                                  // end of a trial
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -13,7 +13,7 @@
 #include "base/pack.hpp"
 #include "motion/runge_kutta.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -272,7 +272,7 @@ double Taylor::log_of_longest_step(const State& from, int k) {
   const double* const c = pointers_[static_cast<std::size_t>(k)];
   const ErrorRatios ratios = mechanics_.error_ratios(
       from.t, {c, c, from.x.data(), from.v.data(), from.x.data(), from.v.data()}, options_.atol, options_.rtol);
-  log_of_limit = tanor::log_of_longest_step(k, ratios.x, ratios.v);
+  log_of_limit = detail::log_of_longest_step(k, ratios.x, ratios.v);
   return log_of_limit;
 }
 
@@ -382,4 +382,4 @@ StepResult Taylor::step(const State& from, double h, State* to) {
   return result;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

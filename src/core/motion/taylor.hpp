@@ -6,7 +6,7 @@
 
 #include "motion/scheme.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Expands the motion in a power series in time, of any order, with one factorization a step and one solve an order.
 /// The order follows from the tolerance, the step from the last two coefficients (Jorba & Zou 2005). The acceleration
@@ -86,4 +86,4 @@ class Taylor final : public Scheme {
   } acceleration_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 #include "base/instruction_sets.hpp"
 #include "base/pack.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -99,4 +99,4 @@ double TurnMeter::angle(Mechanics& mechanics, const State& from, const State& to
   return std::sqrt(std::max(by_x, h * changed / fastest_));
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -3,7 +3,7 @@
 #include "base/parallel.hpp"
 #include "motion/scheme.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Measures how far fixed steps turn a motion.
 class TurnMeter {
@@ -25,4 +25,4 @@ class TurnMeter {
   double before_ = 0.0;   // … and without the last step
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 
 #include "base/text.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -199,4 +199,4 @@ Outcome VanishingArms::explain(const Found& arm, double t) const {
   return {Status::Singular, name + " has run out at t = " + text(t)};
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

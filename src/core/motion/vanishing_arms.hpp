@@ -10,7 +10,7 @@
 #include "motion/dense_output.hpp"
 #include "motion/scheme.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Finds where a vector vanishes along which the equations need a direction, as a part of a rope that has run through
 /// its wheel. The equations end there, but a step along a straight line may jump over it, and see nothing.
@@ -74,4 +74,4 @@ class VanishingArms {
   RootIsolation isolation_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

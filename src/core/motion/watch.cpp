@@ -8,7 +8,7 @@
 
 #include "base/text.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -231,4 +231,4 @@ void Watch::accept(double t) {
   if (may_be_missed_.empty()) may_be_missed_ = doubt_;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -10,7 +10,7 @@
 #include "base/root_isolation.hpp"
 #include "motion/dense_output.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Finds where functions of a motion pass through 0, on the scheme's dense output (`RootIsolation`). Each function
 /// keeps its last sign from step to step. At the beginning, and after a passage at the end of a step, a function is at
@@ -90,4 +90,4 @@ class Watch {
   std::string may_be_missed_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

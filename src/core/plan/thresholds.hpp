@@ -10,7 +10,7 @@
 /// These numbers stand elsewhere, each beside its only reader: tolerances of arithmetic (what counts as singular, when
 /// a refinement or an iteration ends), the shapes of kernels that follow from the registers (`front_width`, `tile` of
 /// columns), and the counts of operations that the thresholds are compared with.
-namespace tanor::plan {
+namespace tanor::detail::plan {
 
 // ---- which islands a solver takes ----
 
@@ -160,4 +160,4 @@ inline constexpr std::size_t numbers_beyond_cache = 1 << 17;
 /// Solves of larger factors prefetch numbers of L this far ahead (bench/fronts: nets).
 inline constexpr std::size_t numbers_fetched_ahead = 4096;
 
-}  // namespace tanor::plan
+}  // namespace tanor::detail::plan

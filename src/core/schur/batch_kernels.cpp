@@ -6,7 +6,7 @@
 #include "base/instruction_sets.hpp"
 #include "base/parallel.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 // ---- in and out one by one: plain loads and stores, which no instruction set does better ----
 
@@ -448,4 +448,4 @@ void apply(const IslandTopology& topology, const Pack<>* inverse_mass, const Pac
   });
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

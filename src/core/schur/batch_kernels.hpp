@@ -10,7 +10,7 @@
 
 /// \file Arithmetic of islands of one topology, eight at once. The same number of each island stands in the lanes of
 /// one vector. See instruction_sets.hpp.
-namespace tanor {
+namespace tanor::detail {
 
 /// Gathers numbers [place][lane] that lie anywhere into lanes, or scatters them from lanes.
 void gather_points(const double* from, const Index* points, std::size_t count, Pack3<>* to);
@@ -102,4 +102,4 @@ void apply(const IslandTopology& topology, const Pack<>* inverse_mass, const Pac
            const Pack<>* lambda, const Largest& right_side, const Pack3<>* w0, Vec3 uniform, Pack3<>* w,
            LargestResiduals* found);
 
-}  // namespace tanor
+}  // namespace tanor::detail

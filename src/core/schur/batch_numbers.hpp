@@ -3,7 +3,7 @@
 #include "schur/equal_islands.hpp"
 
 /// \file Moves the numbers of a batch between arrays of the system and lanes.
-namespace tanor::batches {
+namespace tanor::detail::batches {
 
 using Batch = EqualIslands::Batch;
 
@@ -44,4 +44,4 @@ inline void write_rows(const Batch& batch, const Pack<>* from, double* to) {
   scatter_sequences(from, batch.rows, 1, batch.num_rods, 1.0, to);
 }
 
-}  // namespace tanor::batches
+}  // namespace tanor::detail::batches

@@ -7,7 +7,7 @@
 #include "schur/batch_kernels.hpp"
 #include "schur/batch_numbers.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 BatchSeries::BatchSeries(const Constraints& constraints, const Numbering& numbering,
                          std::span<const double> inverse_mass, std::vector<Index>* islands)
@@ -201,4 +201,4 @@ double BatchSeries::expand(const Parallel& parallel, std::span<double* const> co
   return std::ranges::min(longest_);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

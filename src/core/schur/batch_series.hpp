@@ -9,7 +9,7 @@
 #include "schur/equal_islands.hpp"
 #include "schur/needed_terms.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The motion of equal islands of rods of fixed length as a power series, eight islands side by side: rings, bodies,
 /// small trees and nets. The recurrences are those of PathSeries; S is eliminated by the schedule of the islands.
@@ -50,4 +50,4 @@ class BatchSeries {
   std::vector<double> longest_;  // [batch] see FoundTerms
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -5,7 +5,7 @@
 #include "plan/thresholds.hpp"
 #include "schur/batch_numbers.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 std::unique_ptr<BatchSolver> BatchSolver::make(const SchurProblem& problem, int threads, bool eagerly,
                                                std::vector<Index>* islands) {
@@ -146,7 +146,7 @@ Elimination BatchSolver::solve(const Parallel& parallel, const FreeMotion& motio
     call_for_points(batch, motion.r);
     call_for(batch.inverse_mass + batch.num_points + batch.num_supports, batch.num_points + batch.num_supports);
     call_for_points(batch, motion.v);
-    keeps ? tanor::solve_negative(schedule, batch.factor, work.b.data(), work.x.data())
+    keeps ? detail::solve_negative(schedule, batch.factor, work.b.data(), work.x.data())
           : eliminate_and_solve(topology, schedule, batch.inverse_mass, work.u.data(), work.b.data(), batch.factor,
                                 work.x.data(), &work.smallest);
     if (!keeps) call_for_blocks(batch, blocks);
@@ -175,7 +175,7 @@ Elimination BatchSolver::factorize(const Parallel& parallel, const double* block
 void BatchSolver::solve_negative(const Parallel& parallel, const double* b, double* x) {
   for_each_batch(parallel, [&](const Batch& batch, Workspace& work) {
     read_rows(batch, b, work.b.data());
-    tanor::solve_negative(batch.structure().schedule, batch.factor, work.b.data(), work.x.data());
+    detail::solve_negative(batch.structure().schedule, batch.factor, work.b.data(), work.x.data());
     write_rows(batch, work.x.data(), x);
   });
 }
@@ -187,7 +187,7 @@ void BatchSolver::correct(const Parallel& parallel, const double* blocks, double
     if (are_zero(work.b.data(), batch.num_rods)) return;  // its series is in lanes, see MultiplierSeries
     read_points(batch, points, work.r.data());
     read_blocks(batch, blocks, work.u.data());
-    tanor::solve_negative(schedule, batch.factor, work.b.data(), work.x.data());
+    detail::solve_negative(schedule, batch.factor, work.b.data(), work.x.data());
     move(topology, batch.inverse_mass, work.u.data(), work.x.data(), work.r.data());
     write_points(batch, work.r.data(), points);
     write_rows(batch, work.x.data(), rows);
@@ -221,7 +221,7 @@ void BatchSolver::iterate(const Batch& batch, double target, Workspace* work, co
     return largest.read();
   };
   const Projection found = iterate_along_chord(target, violation, [&] {
-    tanor::solve_negative(batch.structure().schedule, batch.factor, work->b.data(), work->x.data());
+    detail::solve_negative(batch.structure().schedule, batch.factor, work->b.data(), work->x.data());
     move();
   });
   work->projection.violation = larger(work->projection.violation, found.violation);
@@ -256,7 +256,7 @@ Projection BatchSolver::project_positions(const Parallel& parallel, const double
     iterate(
         batch, target, &work,
         [&, &topology = topology](Largest* largest) {
-          tanor::evaluate_values(topology, work.r.data(), batch.offsets, lengths, work.b.data(), largest);
+          detail::evaluate_values(topology, work.r.data(), batch.offsets, lengths, work.b.data(), largest);
         },
         [&] {
           move_along(work.x.data());
@@ -286,7 +286,7 @@ Projection BatchSolver::project_velocities(const Parallel& parallel, const doubl
     iterate(
         batch, target, &work,
         [&, &topology = topology](Largest* largest) {
-          tanor::evaluate_rates(topology, work.directions.data(), work.v.data(), first_derivatives, work.b.data(),
+          detail::evaluate_rates(topology, work.directions.data(), work.v.data(), first_derivatives, work.b.data(),
                                 largest);
         },
         [&, &topology = topology] {
@@ -309,4 +309,4 @@ void BatchSolver::add_reactions(const Parallel& parallel, const double* blocks, 
   });
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 #include "schur/equal_islands.hpp"
 #include "schur/island_solver.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Solves islands of rods of which many have one topology. The elimination is written down once for a topology and runs
 /// over eight islands side by side in the lanes of a vector. The system alone decides which islands share a vector.
@@ -56,4 +56,4 @@ class BatchSolver final : public IslandSolver {
   std::vector<Workspace> workspaces_;  // [thread]
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

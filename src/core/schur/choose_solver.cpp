@@ -13,7 +13,7 @@
 #include "schur/sparse_solver.hpp"
 #include "schur/tree_solver.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -80,4 +80,4 @@ CompositeSolver make_composite_solver(const SchurProblem& problem, const SolverO
   return CompositeSolver(std::move(solvers));
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace tanor {
+namespace tanor::detail {
 
 CompositeSolver::CompositeSolver(std::vector<std::unique_ptr<SchurSolver>> solvers) : solvers_(std::move(solvers)) {
   for (const auto& solver : solvers_) {
@@ -91,4 +91,4 @@ void CompositeSolver::read_offsets(std::span<const Vec3> offsets) {
   for (const auto& solver : solvers_) solver->read_offsets(offsets);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 
 #include "schur/schur_solver.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Solves islands of several kinds, each kind with its own solver. An empty one has no solver, and answers for no row.
 class CompositeSolver final : public SchurSolver {
@@ -47,4 +47,4 @@ class CompositeSolver final : public SchurSolver {
 /// as good or better. Throws InputError if the solver in `wanted` does not serve the system.
 CompositeSolver make_composite_solver(const SchurProblem& problem, const SolverOptions& wanted);
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <vector>
 
-namespace tanor {
+namespace tanor::detail {
 
 double estimate_reciprocal_condition(const SchurProblem& problem, const Parallel& parallel, const double* blocks,
                                      SchurFactor& factor) {
@@ -30,4 +30,4 @@ double estimate_reciprocal_condition(const SchurProblem& problem, const Parallel
   return 1.0 / (largest * largest_of_inverse);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

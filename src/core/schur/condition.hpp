@@ -7,7 +7,7 @@
 #include "base/numbers.hpp"
 #include "schur/schur_solver.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Returns |A| of a symmetric matrix A by power iterations x, A x, A^2 x, …; apply() overwrites x by A x. For |S^-1| it
 /// solves with S. The answer is 0 if x is empty.
@@ -32,4 +32,4 @@ double estimate_norm(std::vector<double>* x, int iterations, const Apply& apply)
 double estimate_reciprocal_condition(const SchurProblem& problem, const Parallel& parallel, const double* blocks,
                                      SchurFactor& factor);
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace tanor {
+namespace tanor::detail {
 
 ConjugateGradients::ConjugateGradients(const GramOperator& S) : S_(S) {
   for (std::vector<double>* array : {&rho_, &z_, &p_, &q_}) array->resize(S.constraints.num_rows(), 0.0);
@@ -60,4 +60,4 @@ void ConjugateGradients::finish(const Parallel& parallel, const double* blocks, 
   S_.gather.write_scaled(parallel, blocks, lambda, S_.inverse_mass.data(), S_.num_moving, dw);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -9,7 +9,7 @@
 #include "base/parallel.hpp"
 #include "evaluate/constraints.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The operator S = K'M^-1K without its entries. It is applied by two products with the blocks of K.
 struct GramOperator {
@@ -70,4 +70,4 @@ class ConjugateGradients {
   std::vector<double> rho_, z_, p_, q_;  // [d] S lambda + b; -P^-1 rho; direction; S p
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 
 #include "plan/thresholds.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 std::optional<RodTree> RodTree::read(const RodRows& given, const Numbering& numbering, Index island) {
   const auto number = static_cast<std::size_t>(island);
@@ -186,4 +186,4 @@ TreesInLanes::TreesInLanes(const RodRows& rods, const Numbering& numbering, bool
   std::erase_if(*islands, [&](Index island) { return std::ranges::binary_search(numbers, island); });
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -12,7 +12,7 @@
 #include "schur/rod_rows.hpp"
 #include "schur/tree_kernels.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// An island of rods without rings, from its leaves to its root in the inner numbering.
 struct RodTree {
@@ -58,4 +58,4 @@ struct TreesInLanes {
   TreesInLanes(const RodRows& rods, const Numbering& numbering, bool eagerly, std::vector<Index>* islands);
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

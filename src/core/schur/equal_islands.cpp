@@ -8,7 +8,7 @@
 #include "plan/thresholds.hpp"
 #include "schur/rod_rows.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -262,4 +262,4 @@ std::vector<EqualIslands> take_equal_islands(const Constraints& constraints, con
   return result;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

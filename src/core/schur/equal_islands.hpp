@@ -8,7 +8,7 @@
 #include "schur/island_schedule.hpp"
 #include "system/numbering.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Islands of one topology in batches of eight. Lanes that are left over repeat the last island.
 struct EqualIslands {
@@ -71,4 +71,4 @@ std::vector<EqualIslands> take_equal_islands(const Constraints& constraints, con
                                              std::span<const double> inverse_mass, bool eagerly,
                                              std::vector<Index>* islands);
 
-}  // namespace tanor
+}  // namespace tanor::detail

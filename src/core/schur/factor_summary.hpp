@@ -6,7 +6,7 @@
 
 #include <tanor/solver_options.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The size and the cost of a factor, all parts together.
 struct FactorSummary {
@@ -33,4 +33,4 @@ struct FactorSummary {
   }
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

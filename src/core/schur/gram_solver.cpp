@@ -8,7 +8,7 @@
 #include "schur/condition.hpp"
 #include "schur/partition.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -239,4 +239,4 @@ void GramSolver::solve_negative(const Parallel& parallel, const double* b, doubl
   });
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

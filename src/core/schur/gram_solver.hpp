@@ -14,7 +14,7 @@
 #include "schur/partition.hpp"
 #include "system/numbering.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Islands of rows, which no product joins: the first row of each island, then the number of rows that take part. The
 /// rows after those are idle.
@@ -109,7 +109,7 @@ class GramSolver {
       auto* const cholesky = std::get_if<Cholesky>(&factor);
       return cholesky != nullptr ? cholesky->factorize(threads) : std::get<ClosedForm>(factor).factorize();
     }
-    bool assembles_by_threads() const { return plan.rows().size() >= 2 * tanor::plan::products_worth_a_thread; }
+    bool assembles_by_threads() const { return plan.rows().size() >= 2 * detail::plan::products_worth_a_thread; }
     bool factorizes_by_threads() const {
       const auto* const cholesky = std::get_if<Cholesky>(&factor);
       return cholesky != nullptr && cholesky->factorizes_by_threads();
@@ -150,4 +150,4 @@ class GramSolver {
   Summary summary_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace tanor {
+namespace tanor::detail {
 
 IslandGroup::IslandGroup(const Constraints& all, const ReactionGather& given_gather,
                          std::span<const Incidence> incidences, const Numbering& numbering,
@@ -24,4 +24,4 @@ IslandGroup::IslandGroup(const Constraints& all, const ReactionGather& given_gat
   members = constraints.select(has_row);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -8,7 +8,7 @@
 #include "evaluate/constraints.hpp"
 #include "system/numbering.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Some islands of a system with all that belongs to them. Each function reads and writes only the rows and the moving
 /// points of these islands.
@@ -39,4 +39,4 @@ struct IslandGroup {
   }
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

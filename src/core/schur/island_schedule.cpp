@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <tuple>
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -100,4 +100,4 @@ IslandSchedule::Slots IslandSchedule::eliminate(std::vector<std::set<int>> neigh
   return slots;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

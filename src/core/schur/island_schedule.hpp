@@ -7,7 +7,7 @@
 #include <set>
 #include <vector>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Says how the rods of one island join its points. Moving points are 0 … num_points - 1. Each end at a support is a
 /// place of its own, num_points and above. Rods are sorted, each from its lower end to its higher one.
@@ -53,4 +53,4 @@ class IslandSchedule {
   Slots eliminate(std::vector<std::set<int>> neighbours);
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
-namespace tanor {
+namespace tanor::detail {
 
 void IslandSolver::serve(const SchurProblem& problem, std::span<const Index> before, std::span<const Index> left) {
   std::vector<Index> own;
@@ -62,4 +62,4 @@ void IslandSolver::add_reactions(const Parallel& parallel, const double* blocks,
   group_->add_reactions(parallel, blocks, rows, points);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include "schur/island_group.hpp"
 #include "schur/schur_solver.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// A solver of some islands, complete but for its factor. Values, rates and gradients come from the families of
 /// constraints. Projections are chord iterations with the last factor. Each solver overrides what it does faster.
@@ -51,4 +51,4 @@ class IslandSolver : public SchurSolver {
   std::vector<double> rows_;  // [d] scratch
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -10,7 +10,7 @@
 #include "schur/path_lanes.hpp"
 #include "system/numbering.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Moves points between an array [3n] and lanes. Where a lane's points follow one another in the array, as those
 /// of a path mostly do, they move as whole vectors, eight points of eight lanes at a time.
@@ -141,4 +141,4 @@ class LanePoints {
   std::vector<Block> blocks_;  // empty if points are moved one by one
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -10,7 +10,7 @@
 #include "schur/rod_rows.hpp"
 #include "schur/tree_series.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -92,4 +92,4 @@ double LaneSeries::expand(const Parallel& parallel, std::span<double* const> coe
   return longest;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

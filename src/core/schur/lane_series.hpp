@@ -13,7 +13,7 @@
 #include "schur/needed_terms.hpp"
 #include "system/numbering.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 class PathSeries;
 class BatchSeries;
@@ -58,4 +58,4 @@ class LaneSeries {
   IndexRanges left_points_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

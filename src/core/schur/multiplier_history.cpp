@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tanor {
+namespace tanor::detail {
 
 MultiplierHistory::MultiplierHistory(std::size_t num_rows) {
   for (Solution& solution : solutions_) solution = {0.0, std::vector<double>(num_rows, 0.0)};
@@ -63,4 +63,4 @@ void MultiplierHistory::exchange_memory(Memory& memory) {
   }
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

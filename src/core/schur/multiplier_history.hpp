@@ -7,7 +7,7 @@
 #include "base/memory.hpp"
 #include "base/parallel.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Keeps the last three solutions lambda(t). The polynomial through them guesses the next one.
 class MultiplierHistory {
@@ -32,4 +32,4 @@ class MultiplierHistory {
   std::size_t size_ = 0;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

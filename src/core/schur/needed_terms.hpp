@@ -12,7 +12,7 @@
 #include "base/pack.hpp"
 #include "base/power_series.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The step that a series is wanted for, and the errors that each point may have in it.
 struct NeededTerms {
@@ -143,4 +143,4 @@ class TermCounter {
   std::array<FoundTerms, lanes> found_{};  // [lane]; `last` is 0 where more are needed
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 
 #include "plan/thresholds.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 std::vector<Index> partition_islands(std::span<const Index> island_start) {
   const Index num_rows = island_start.back();
@@ -20,4 +20,4 @@ std::vector<Index> partition_islands(std::span<const Index> island_start) {
   return result;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -5,7 +5,7 @@
 
 #include <tanor/system.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Cuts the islands into at most 16 parts of similar size, of whole islands each. Parts are factorized and solved side
 /// by side. The cut does not depend on the number of threads, so neither do the results. `island_start` holds the first
@@ -18,4 +18,4 @@ inline bool runs_alone(double cost, double all, int threads, bool gains_by_threa
   return gains_by_threads && threads * cost > all;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-namespace tanor {
+namespace tanor::detail {
 
 Vec3 PathEquations::direction(const RodPath& path, std::size_t row) const {
   if (motion == nullptr) return rows.direction(given_blocks, row);
@@ -78,4 +78,4 @@ void PathEquations::bring_middle(const RodPath& path, paths::Sides sides) const 
     source->bring(path.right_point(middle), 1);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -3,7 +3,7 @@
 #include "schur/path_half.hpp"
 #include "schur/path_rows.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The data that an elimination of rows of paths reads and writes: K, b = phi + K'w0 and y = L^-1 b. Without `motion`
 /// the blocks of K are given. Without b there is no right side, and only r of the motion is needed.
@@ -26,4 +26,4 @@ struct PathEquations {
   void bring_middle(const RodPath& path, paths::Sides sides) const;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 
 /// \file The two passes over the halves of one path, some rods at a time, so that the numbers of a chunk stay in the
 /// first cache from its evaluation to its last operation. The row that closes a ring is in path_rings.cpp.
-namespace tanor {
+namespace tanor::detail {
 
 using paths::chunk_size, paths::Towards;
 
@@ -241,4 +241,4 @@ void PathFactor::substitute_backward(std::size_t p, paths::Sides sides, double* 
   paths::substitute_backward(&left, &right, &nothing);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 #include "schur/path_half.hpp"
 #include "schur/path_reactions.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The factor of S of paths. S is tridiagonal and is eliminated from both ends at once (a twisted factorization) up to
 /// the row in the middle. The row that closes a ring is eliminated last of all. Its couplings e with the first and the
@@ -53,4 +53,4 @@ class PathFactor {
   std::vector<double> spike_;                   // [row]; empty if no path is a ring
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 #include "schur/schur_solver.hpp"
 
 /// \file The state of the halves of a path on the way to its middle row and back.
-namespace tanor::paths {
+namespace tanor::detail::paths {
 
 /// The half of a path from its left end to its middle row, the half from its right end, or both.
 enum class Sides { Both, Left, Right };
@@ -91,4 +91,4 @@ struct Half {
   }
 };
 
-}  // namespace tanor::paths
+}  // namespace tanor::detail::paths

@@ -9,7 +9,7 @@
 #include "base/pack.hpp"
 #include "plan/thresholds.hpp"
 
-namespace tanor::paths {
+namespace tanor::detail::paths {
 
 namespace {
 
@@ -395,4 +395,4 @@ double largest_magnitude(const double* x, std::size_t count, double so_far) {
   return dispatch([=]<class Lanes>(std::type_identity<Lanes>) { return find_largest<Lanes>(x, count, so_far); });
 }
 
-}  // namespace tanor::paths
+}  // namespace tanor::detail::paths

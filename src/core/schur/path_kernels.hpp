@@ -9,7 +9,7 @@
 /// each instruction set, and the recurrences along the path, which are scalar.
 ///
 /// Directions g point along the path, whatever the signs of the blocks of K: block = sign g.
-namespace tanor::paths {
+namespace tanor::detail::paths {
 
 /// Number of rods that are worked on at once.
 inline constexpr std::size_t chunk_size = plan::rods_of_chunk;
@@ -152,4 +152,4 @@ void add(double factor, const double* x, std::size_t count, double* y);
 /// Returns max(so_far, |x_k|), or NaN if any x_k is not finite.
 double largest_magnitude(const double* x, std::size_t count, double so_far);
 
-}  // namespace tanor::paths
+}  // namespace tanor::detail::paths

@@ -8,7 +8,7 @@
 #include "base/pack.hpp"
 #include "evaluate/rod_series.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The numbers of paths in lanes. A thread needs as many of them as its longest paths have.
 template <std::size_t lanes>
@@ -251,4 +251,4 @@ struct PathLanes {
   }
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-namespace tanor {
+namespace tanor::detail {
 
 paths::Ends PathReactions::accelerate(const RodPath& path, std::size_t first, std::size_t count,
                                       double* residual) const {
@@ -77,4 +77,4 @@ void PathReactions::include_residual(const RodPath& path, paths::PathWork* work)
   work->findings.own_residual = own_residual(residual, work->findings.right_side);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -3,7 +3,7 @@
 #include "schur/path_half.hpp"
 #include "schur/path_rows.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The effect of multipliers on the points of paths: dw = M^-1 K lambda, w := w0 + dw, and the residual K'dw + b.
 /// Without `uniform`, w holds w0. Without b, no residual is computed.
@@ -29,4 +29,4 @@ struct PathReactions {
   void include_residual(const RodPath& path, paths::PathWork* work) const;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

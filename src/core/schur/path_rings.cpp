@@ -9,7 +9,7 @@
 ///   sigma = s - sum of spike^2/d,  y = b_c - sum of spike y/d,  lambda_c = -y/sigma,
 ///
 /// and the path is left with the right side b + e lambda_c.
-namespace tanor {
+namespace tanor::detail {
 
 /// Computes the spike in the next rows, and what they subtract from the closing row. The spike fades as rods bend.
 /// Entries far below rounding are cut off, since numbers that underflow are slow.
@@ -76,4 +76,4 @@ void PathFactor::substitute_closing_row(const RodPath& path, const double* b, do
       b[row] - work.left_end.closing_y - work.right_end.closing_y - spike_[middle] * inverse_pivot_[middle] * y[middle];
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 #include <cmath>
 
 /// \file Rods between moving points are evaluated some at a time, those to supports one by one.
-namespace tanor {
+namespace tanor::detail {
 
 using paths::chunk_size;
 
@@ -146,4 +146,4 @@ double PathRows::find_right_sides(std::size_t first, std::size_t last, const Fre
       [&](const RodPath& path, std::size_t row) { return std::abs(b[row] = right_side(path, row, motion)); });
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -9,7 +9,7 @@
 #include "schur/rod_rows.hpp"
 #include "schur/schur_solver.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The rods of paths and rings row by row, and their equations at given positions. Arrays by row have the rows of the
 /// whole system.
@@ -68,4 +68,4 @@ struct PathRows {
   double largest_of_rows(std::size_t begin, std::size_t end, const Between& between, const Alone& alone) const;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

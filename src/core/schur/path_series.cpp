@@ -10,7 +10,7 @@
 #include "schur/needed_terms.hpp"
 #include "schur/path_lanes.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -150,16 +150,16 @@ class Group {
                       room->rods.data(),   room->points.data(),
                       room->series.data(), offsets_.empty() ? nullptr : offsets_.data(),
                       &room->separator_l,  &room->separator_inverse_pivot};
-    tanor::Terms<Lanes> terms(needed);
+    detail::Terms<Lanes> terms(needed);
     TermWeights<width>* const weights = room->weights.data();
     for (std::size_t at = 0; at < given_.points.size() && terms.is_counting(); ++at)
       terms.read_atol(needed, given_.points[at], at % width, &weights[at / width]);
-    tanor::begin(lanes, places_, coefficients.first<3>(), terms, weights);
+    detail::begin(lanes, places_, coefficients.first<3>(), terms, weights);
     const int order = static_cast<int>(coefficients.size()) - 1;
     int reached = 2;
     for (bool are_enough = false; !are_enough && reached < order;) {
       const int k = reached++ - 1;
-      are_enough = tanor::advance(lanes, k, passes, places_, coefficients[reached], weights, &terms);
+      are_enough = detail::advance(lanes, k, passes, places_, coefficients[reached], weights, &terms);
     }
     double longest = any_length;
     for (std::size_t path = 0; path < points_.size(); ++path) {
@@ -245,4 +245,4 @@ double PathSeries::expand(const Parallel& parallel, std::span<double* const> coe
   return std::ranges::min(longest_);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -10,7 +10,7 @@
 #include "schur/needed_terms.hpp"
 #include "schur/rod_lanes.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The motion of paths of rods of fixed length as a power series, see LaneSeries.
 ///
@@ -43,4 +43,4 @@ class PathSeries {
   std::vector<double> longest_;  // [group] see FoundTerms
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

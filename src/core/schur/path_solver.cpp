@@ -5,7 +5,7 @@
 #include "plan/thresholds.hpp"
 
 /// \file The distribution of paths to threads. The passes themselves are in path_factor.cpp.
-namespace tanor {
+namespace tanor::detail {
 
 using paths::Sides, paths::PathWork;
 
@@ -262,4 +262,4 @@ void PathSolver::add_reactions(const Parallel& parallel, const double* blocks, c
   });
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include "schur/island_solver.hpp"
 #include "schur/path_factor.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Solves islands that are paths of rods, point after point and rod after rod in the inner numbering, with or without a
 /// support at either end. Also solves rings: paths whose free ends one rod more joins. Both are eliminated from both
@@ -55,4 +55,4 @@ class PathSolver final : public IslandSolver {
   std::vector<paths::PathWork> work_;     // [group, or path where they are few]
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

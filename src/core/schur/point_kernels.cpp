@@ -3,7 +3,7 @@
 #include "base/distance.hpp"
 #include "base/instruction_sets.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -196,4 +196,4 @@ void solve_single_rows(std::size_t count, const Pack3<>* gradients, const Pack<>
   });
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -5,7 +5,7 @@
 /// \file Closed form of S of points on guides that stand still, eight points at once. Arrays are [group of eight], or
 /// [row][group] for the rows of points. Arrays of plain numbers are those of consecutive points. See
 /// instruction_sets.hpp.
-namespace tanor {
+namespace tanor::detail {
 
 /// The factor G'G = L D L' of a point's gradients: the entries of L below the diagonal, and 1/D; [group].
 struct PointFactor {
@@ -47,4 +47,4 @@ void solve_single_rows(std::size_t count, const Pack3<>* gradients, const Pack<>
                        const double* w0, const Vec3* uniform, double* lambda, double* w, Largest* right_side,
                        Largest* residual);
 
-}  // namespace tanor
+}  // namespace tanor::detail

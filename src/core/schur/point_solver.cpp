@@ -4,7 +4,7 @@
 
 #include "plan/thresholds.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 // ---- set-up ----
 
@@ -341,7 +341,7 @@ Elimination PointSolver::solve(const Parallel& parallel, const FreeMotion& motio
       add_free(chunk.num_rows(), count, chunk.gradients, w0, motion.uniform, chunk.b, &chunk.right_side);
       factorize_points(chunk.num_rows(), count, chunk.gradients, factors, &chunk.smallest);
       solve_points(chunk.num_rows(), count, factors, chunk.b, chunk.x);
-      tanor::add_reactions(chunk.num_rows(), count, chunk.gradients, chunk.b, chunk.x, w0, motion.uniform, w_of_chunk,
+      detail::add_reactions(chunk.num_rows(), count, chunk.gradients, chunk.b, chunk.x, w0, motion.uniform, w_of_chunk,
                            &chunk.residual);
       scale_by_mass(chunk.num_rows(), count, inverse_mass, chunk.x);
       chunk.scatter_rows_of(chunk.x, lambda);
@@ -373,4 +373,4 @@ void PointSolver::solve_negative(const Parallel& parallel, const double* b, doub
   });
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

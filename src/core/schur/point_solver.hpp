@@ -8,7 +8,7 @@
 #include "schur/island_solver.hpp"
 #include "schur/point_kernels.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Solves points on guides of their own (planes, spheres, lines, circles; up to three rows a point) that nothing else
 /// joins. Each point is solved by itself in closed form, all in one pass, eight side by side. The gradients G of a
@@ -73,4 +73,4 @@ class PointSolver final : public IslandSolver {
   std::vector<PointFactor> factors_;  // [group]; empty if every point has one row
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

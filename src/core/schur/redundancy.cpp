@@ -6,7 +6,7 @@
 
 #include "base/numbers.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 double find_mass_ratio(std::span<const Incidence> incidences, std::span<const double> inverse_mass) {
   double smallest = std::numeric_limits<double>::infinity(), largest = 0.0;
@@ -225,4 +225,4 @@ std::optional<Redundancy::Contradiction> Redundancy::find_contradiction(std::spa
   return worst;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

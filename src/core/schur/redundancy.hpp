@@ -11,7 +11,7 @@
 #include "factor/rank_solver.hpp"
 #include "system/numbering.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Returns the largest mass over the smallest one of moving points that constraints join. S may be worse conditioned
 /// than K by as much. `incidences` are those of K; `inverse_mass` [point] is 0 at supports.
@@ -98,4 +98,4 @@ class Redundancy {
   std::size_t num_dependent_ = 0, num_qr_ = 0;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The part of its largest term that rounding leaves of a residual: 18 eps, for rows of a dozen terms.
 inline constexpr double rounding_of_terms = 4e-15;
@@ -45,4 +45,4 @@ void refine_solution(int passes, const Measure& measure, const Correct& correct)
   }
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

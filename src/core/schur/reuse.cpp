@@ -5,7 +5,7 @@
 
 #include "plan/thresholds.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -122,4 +122,4 @@ void Reuse::exchange_memory(Memory& memory) {
   history_.exchange_memory(memory);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -13,7 +13,7 @@
 #include "schur/gram_solver.hpp"
 #include "schur/multiplier_history.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Solves S lambda = -b at configurations inside a step, where S has no factor of its own. Conjugate gradients start
 /// from the last solutions. They are preconditioned by the factor of another configuration, or by an incomplete factor
@@ -79,4 +79,4 @@ class Reuse {
   std::size_t num_iterations_ = 0;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

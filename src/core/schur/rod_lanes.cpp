@@ -6,7 +6,7 @@
 
 #include "plan/thresholds.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -66,4 +66,4 @@ std::vector<RodLanes> lay_rods(const RodRows& rods, const Numbering& numbering, 
   return result;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include "schur/rod_rows.hpp"
 #include "system/numbering.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Paths of rods laid over SIMD lanes. Long paths are cut: lane s has the s-th piece of one path, and the last rod of
 /// each lane is a separator between it and the next. Short paths have a lane of their own.
@@ -28,4 +28,4 @@ struct RodLanes {
 /// Lays the islands that are paths over lanes, and takes them out of `islands`. Fixed points end a path.
 std::vector<RodLanes> lay_rods(const RodRows& rods, const Numbering& numbering, std::vector<Index>* islands);
 
-}  // namespace tanor
+}  // namespace tanor::detail

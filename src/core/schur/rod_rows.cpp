@@ -1,6 +1,6 @@
 #include "schur/rod_rows.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 std::optional<RodPath> find_path(std::span<const std::array<Index, 2>> ends, const Numbering& numbering, Index island) {
   const auto joins = [&](std::size_t row, Index a, Index b) {
@@ -25,4 +25,4 @@ std::optional<RodPath> find_path(std::span<const std::array<Index, 2>> ends, con
   return path;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

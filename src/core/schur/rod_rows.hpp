@@ -12,7 +12,7 @@
 #include "plan/thresholds.hpp"
 #include "system/numbering.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The rods of a system, row by row in the inner numbering. Solvers that go along rods read them.
 struct RodRows {
@@ -100,4 +100,4 @@ struct RodPath {
 /// Returns the path or ring that an island is, or nothing. `ends` [row] are the inner points of the rods.
 std::optional<RodPath> find_path(std::span<const std::array<Index, 2>> ends, const Numbering& numbering, Index island);
 
-}  // namespace tanor
+}  // namespace tanor::detail

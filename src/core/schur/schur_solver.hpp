@@ -16,7 +16,7 @@
 #include "schur/factor_summary.hpp"
 #include "system/numbering.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Positions of points and their motion without constraints. All arrays are in the inner order, [3n].
 struct FreeMotion {
@@ -148,4 +148,4 @@ class SchurSolver : public SchurFactor {
   virtual const Summary& summary() const = 0;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -5,7 +5,7 @@
 
 #include "schur/refinement.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -124,4 +124,4 @@ void SparseSolver::solve_negative(const Parallel& parallel, const double* b, dou
   });
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

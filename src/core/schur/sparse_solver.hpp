@@ -6,7 +6,7 @@
 #include "schur/gram_solver.hpp"
 #include "schur/island_solver.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Solves the islands that no special solver serves, beside others that one does. It assembles and factorizes their own
 /// rows alone (see GramSolver).
@@ -35,4 +35,4 @@ class SparseSolver final : public IslandSolver {
   std::vector<double> rows_, dw_;      // [d], [3n] scratch
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

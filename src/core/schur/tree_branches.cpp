@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace tanor {
+namespace tanor::detail {
 
 TreeBranches::TreeBranches(EqualBranches plan, const RodRows& given, std::span<const double> inverse_mass, int threads)
     : plan_(std::move(plan)) {
@@ -75,4 +75,4 @@ trees::LargestInverse TreeBranches::largest_inverse() const {
   return all;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -10,7 +10,7 @@
 #include "schur/tree_kernels.hpp"
 #include "schur/tree_points.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The equal branches of trees, eight side by side in the lanes of a vector: their rods, with factor and right sides.
 class TreeBranches {
@@ -60,4 +60,4 @@ class TreeBranches {
   std::vector<Workspace> workspaces_;                // [thread]
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

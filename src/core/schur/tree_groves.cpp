@@ -5,7 +5,7 @@
 
 #include "base/disjoint_sets.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 std::vector<Grove> list_groves(std::span<const RodTree> trees, const EqualBranches& branches) {
   const auto tree_of = [&](Index point) {
@@ -41,4 +41,4 @@ TreeGroves::TreeGroves(std::span<const RodTree> trees, const EqualBranches& bran
   for (const Grove& grove : groves_) rods_before_.push_back(rods_before_.back() + grove.num_rods);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

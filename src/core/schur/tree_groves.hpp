@@ -9,7 +9,7 @@
 #include "plan/thresholds.hpp"
 #include "schur/equal_branches.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Trees whose branches share batches with those of no other tree. Groves are solved one after the other, each as long
 /// as it is in the cache.
@@ -99,4 +99,4 @@ class TreeGroves {
   std::vector<std::size_t> rods_before_;  // [grove] rods of all before it, then of all
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include "base/instruction_sets.hpp"
 #include "base/parallel.hpp"
 
-namespace tanor::trees {
+namespace tanor::detail::trees {
 
 // ---- the same for numbers and lanes ----
 
@@ -332,4 +332,4 @@ void substitute_down(const Tree& tree, double* force, double* lambda) {
   });
 }
 
-}  // namespace tanor::trees
+}  // namespace tanor::detail::trees

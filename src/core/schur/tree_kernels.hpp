@@ -13,7 +13,7 @@
 ///
 /// A point whose branches are eliminated answers a force F of the rods that are left by dw = s + W F. Its mobility W is
 /// 1/m less what its branches hold.
-namespace tanor::trees {
+namespace tanor::detail::trees {
 
 /// A symmetric 3 x 3 matrix, which acts on vectors of numbers or of lanes.
 template <class Vector>
@@ -149,4 +149,4 @@ void substitute_up(const Tree& tree, const double* b, double* s, double* z);
 /// return.
 void substitute_down(const Tree& tree, double* force, double* lambda);
 
-}  // namespace tanor::trees
+}  // namespace tanor::detail::trees

@@ -7,7 +7,7 @@
 #include "schur/tree_branches.hpp"
 
 /// \file The operations of TreeSolver and TreeSeries on branches, batch by batch.
-namespace tanor {
+namespace tanor::detail {
 
 /// One batch in the lanes of a workspace.
 class TreeBranches::Lanes {
@@ -179,4 +179,4 @@ class TreeBranches::Lanes {
   trees::Shape shape_ = all_.plan_.shape(batch_);
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

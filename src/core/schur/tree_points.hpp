@@ -4,7 +4,7 @@
 
 #include "schur/tree_kernels.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The numbers that the branches of trees and the trunks that they hang on exchange: [inner point] for the points of
 /// trunks and the roots of branches. Those of other points mean nothing.
@@ -16,4 +16,4 @@ struct TreePoints {
   explicit TreePoints(std::size_t num_points) : mobility(num_points), s(3 * num_points), dw(3 * num_points) {}
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

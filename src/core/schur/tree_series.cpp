@@ -6,7 +6,7 @@
 #include "base/instruction_sets.hpp"
 #include "schur/tree_lanes.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 // ---- the plan ----
 
@@ -366,4 +366,4 @@ void TreeSeries::expand(const Parallel& parallel, std::span<double* const> coeff
   groves_.visit(parallel, num_rooms, [&](const GroveVisit& visit) { expand(expansion, visit); });
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -10,7 +10,7 @@
 #include "schur/tree_groves.hpp"
 #include "schur/tree_trunks.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The motion of trees of rods of fixed length as a power series, see LaneSeries. The recurrences are those of
 /// PathSeries; S is eliminated as by TreeSolver. The products of an order know no neighbours, so the rods of trunks
@@ -66,4 +66,4 @@ class TreeSeries {
   std::vector<Room> rooms_;                           // [thread]
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -5,7 +5,7 @@
 
 #include "schur/tree_lanes.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 // ---- the plan ----
 
@@ -298,4 +298,4 @@ Projection TreeSolver::project_velocities(const Parallel& parallel, const double
   return reached();
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -9,7 +9,7 @@
 #include "schur/tree_groves.hpp"
 #include "schur/tree_trunks.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Solves islands of rods that are trees. S has no fill and is eliminated from the leaves to the root point by point
 /// (the articulated-body method of R. Featherstone 1983, with mobilities in place of inertias, so that supports may
@@ -68,4 +68,4 @@ class TreeSolver final : public IslandSolver {
   std::vector<Projection> reached_;  // [grove]
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tanor {
+namespace tanor::detail {
 
 void TreeFindings::include(const TreeFindings& other) {
   largest_inverse.see(other.largest_inverse.value);
@@ -246,4 +246,4 @@ void TreeTrunks::add_rows(std::size_t number, const double* rows, double* sum) c
   for (std::size_t a = trunk.first_rod; a < trunk.end_rod; ++a) sum[rods_[a].row] += rows[rods_[a].row];
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

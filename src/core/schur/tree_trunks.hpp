@@ -8,7 +8,7 @@
 #include "schur/schur_solver.hpp"
 #include "schur/tree_branches.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The findings in a tree, or the worst of several.
 struct TreeFindings {
@@ -33,7 +33,7 @@ class TreeTrunks {
   /// Brings the moving points of the whole tree.
   void bring(const Parallel& parallel, std::size_t trunk, const PointSource* source) const {
     const auto& [first, end] = trunks_[trunk].points_of_tree;
-    tanor::bring(parallel, source, static_cast<std::size_t>(first), static_cast<std::size_t>(end));
+    detail::bring(parallel, source, static_cast<std::size_t>(first), static_cast<std::size_t>(end));
   }
   void read_offsets(std::span<const Vec3> by_row);
 
@@ -139,4 +139,4 @@ class TreeTrunks {
   std::vector<double> inverse_pivot_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,6 +6,7 @@
 
 /// \file The functions that build a System point by point, by appending to its arrays.
 namespace tanor {
+using namespace detail;
 
 namespace {
 

@@ -6,7 +6,7 @@
 
 #include "system/members.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 bool law_sticks(const Friction& friction) {
   return std::visit(
@@ -89,4 +89,4 @@ std::vector<Contact> list_contacts(const System& system) {
   return result;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

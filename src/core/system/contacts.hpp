@@ -4,7 +4,7 @@
 
 #include <tanor/system.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// A moving point that slides, or sticks, on the guides that one entry of `System::friction` names.
 struct Contact {
@@ -27,4 +27,4 @@ bool reads_full_reaction(const Friction& friction);
 /// that three equations hold in place. A friction whose coefficient is 0 makes none.
 std::vector<Contact> list_contacts(const System& system);
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -8,7 +8,7 @@
 
 #include "system/operations.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -153,4 +153,4 @@ std::string CornerTerms::name(std::size_t k, std::span<const std::string> variab
   return name + "(" + variable + (term.operation == Expression::Operation::Sqrt && term.b == -1 ? "^2)" : ")");
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 
 #include <tanor/expression.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The terms of an expression that have corners: abs(a) and sqrt(a a) where a = 0, min and max of a and b where a = b,
 /// atan2(y, x) where y = 0 and x <= 0. Each term has two branches, on which it is smooth. Other roots and powers
@@ -49,4 +49,4 @@ class CornerTerms {
   std::vector<Term> terms_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 
 #include <tanor/error.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Throws InputError if a host's value is none of the enumeration's, which count from 0 to `last`.
 template <class Enum>
@@ -15,4 +15,4 @@ void check_enum(Enum value, Enum last, const char* where) {
                               std::to_string(static_cast<long>(last)) + " are");
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <span>
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -103,4 +103,4 @@ bool append_even_root(double p, std::vector<FormulaStep>* program) {
   return true;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

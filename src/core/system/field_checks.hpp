@@ -13,7 +13,7 @@
 #include "system/members.hpp"
 #include "system/value_checks.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Throws unless the vector is in range and what its field wants; a direction is not zero.
 inline void check_vector_field(const Vector3& vector, const FieldData& data, const std::string& where,
@@ -118,4 +118,4 @@ void check_start(const System& system, const Group& group, double t, const Fail&
   }
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

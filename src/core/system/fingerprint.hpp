@@ -9,7 +9,7 @@
 #include "base/checksum.hpp"
 #include "system/members.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Returns a number that tells a System from others by its points, masses, members of constraints and kinds of all
 /// entries. (What functions compute cannot be compared.)
@@ -38,4 +38,4 @@ inline std::uint64_t fingerprint_of(const System& system) {
   return sum.value();
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -8,7 +8,7 @@
 
 #include "system/even_roots.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -371,4 +371,4 @@ void Formula::refuse(std::string_view text, const TextFault& fault) {
   throw InputError("", make_heading(text) + "column " + std::to_string(column) + ": " + fault.problem);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

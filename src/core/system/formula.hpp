@@ -14,7 +14,7 @@
 #include <tanor/jet.hpp>
 #include <tanor/time_function.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// A fault of a text and its place.
 struct TextFault {
@@ -148,4 +148,4 @@ T Formula::run(std::span<const Instruction> program, const Load& load) {
   return *top;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

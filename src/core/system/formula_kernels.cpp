@@ -11,6 +11,7 @@
 #include "system/lanes.hpp"
 
 namespace tanor {
+using namespace detail;
 
 namespace {
 

@@ -5,7 +5,7 @@
 #include "base/text.hpp"
 #include "system/formula.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 bool is_variable_name(const std::string& name) {
   try {
@@ -36,4 +36,4 @@ std::vector<std::string> name_coordinates(int num_points) {
   return names;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// True if a formula that is just the name is a variable of that name.
 bool is_variable_name(const std::string& name);
@@ -14,4 +14,4 @@ std::string show_name(const std::string& name);
 /// Returns x1, y1, z1, x2, …
 std::vector<std::string> name_coordinates(int num_points);
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -2,7 +2,7 @@
 
 #include <tanor/kinds.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Returns the magnitude that the law's own file gives, N, or 0 for a law that gives a force. T is double, or Forward
 /// for the derivative in |N|.
@@ -16,4 +16,4 @@ T magnitude_of(const Law& law, double speed, const T& normal) {
     return KindOf<Law>::magnitude(law, speed);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -15,7 +15,7 @@
 #define TANOR_INDEPENDENT _Pragma("GCC ivdep")
 #endif
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Several numbers, jets or forward derivatives side by side, coefficient by coefficient. An interpreter reads an
 /// instruction once for all of them, and the compiler vectorizes the loops below.
@@ -78,14 +78,10 @@ struct Lanes {
   friend Lanes operator/(Lanes a, const Lanes& b) { return a /= b; }
 };
 
-namespace detail {
-
 template <class T>
 inline constexpr bool is_jet = false;
 template <>
 inline constexpr bool is_jet<Jet<2>> = true;
-
-}  // namespace detail
 
 template <class T>
 Lanes<T>& Lanes<T>::operator*=(const Lanes& b) {
@@ -192,4 +188,4 @@ template <class T> Lanes<T> max(const Lanes<T>& a, const Lanes<T>& b) {
 }
 // clang-format on
 
-}  // namespace tanor
+}  // namespace tanor::detail

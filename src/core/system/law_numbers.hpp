@@ -8,7 +8,7 @@
 #include "base/vec3.hpp"
 #include "system/members.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Returns the places of a member's points at the start.
 template <class Group>
@@ -45,4 +45,4 @@ std::array<double, KindOf<Group>::most_numbers> law_numbers_of(const System& sys
   return result;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -8,7 +8,7 @@
 #include "base/disjoint_sets.hpp"
 #include "system/members.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 bool closes_loops(const System& system) {
   // Points of one tree have one root. All supports and centers are one place.
@@ -40,4 +40,4 @@ bool closes_loops(const System& system) {
   return false;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

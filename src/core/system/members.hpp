@@ -5,7 +5,7 @@
 
 #include <tanor/system.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Returns the rows (scalar equations) of one member of a constraint group: a rod has 1, a point on a line 2.
 template <class Group>
@@ -130,4 +130,4 @@ inline GroupShape shape_of(const Constraint& constraint) {
       constraint);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -10,7 +10,7 @@
 #include "base/vec3.hpp"
 #include "system/members.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -155,4 +155,4 @@ double scene_size(const System& system) {
   return size > 0.0 ? size : 1.0;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

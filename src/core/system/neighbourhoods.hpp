@@ -4,7 +4,7 @@
 
 #include <tanor/system.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Sets of moving points that constraints, coordinates and springs join, directly or through others; supports join
 /// nothing. Errors in a neighbourhood are measured against its own length: another neighbourhood, however far, fast or
@@ -26,4 +26,4 @@ Neighbourhoods find_neighbourhoods(const System& system, double t);
 /// scene.
 double scene_size(const System& system);
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -11,7 +11,7 @@
 #include "system/members.hpp"
 #include "system/tree_order.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -383,4 +383,4 @@ void Numbering::scatter_rows(std::span<const double> inner, std::span<double> us
   });
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

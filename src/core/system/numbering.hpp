@@ -7,7 +7,7 @@
 
 #include "base/parallel.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The inner order of points and rows. Outside, the user's order holds everywhere.
 ///
@@ -56,4 +56,4 @@ struct PointPlaces {
 
 Numbering number(const System& system);
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 
 #include <tanor/recorded.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Returns the result of a recorded operation on `values` of those before it. The value of a variable is there already.
 template <class T>
@@ -45,4 +45,4 @@ T perform(const Expression::Instruction& instruction, const std::vector<T>& valu
   return T(0.0);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -10,7 +10,7 @@
 #include "system/enum_check.hpp"
 #include "system/field_checks.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -133,4 +133,4 @@ void check_pair_rules(const System& system, const PairForces& pairs, const std::
   check_places(system, pairs, points, is_support, where);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -5,7 +5,7 @@
 
 #include <tanor/system.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Returns the distance from which on a pair has no force, m; infinite for Log.
 double cutoff_of(const PairForces& pairs);
@@ -15,4 +15,4 @@ double cutoff_of(const PairForces& pairs);
 void check_pair_rules(const System& system, const PairForces& pairs, const std::function<bool(Index)>& is_support,
                       const std::string& where);
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -16,6 +16,7 @@
 
 /// \file Energies of tuples, as text and as recorded operations.
 namespace tanor {
+using namespace detail;
 
 namespace {
 

@@ -13,7 +13,7 @@
 
 #include "base/text.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -219,4 +219,4 @@ void Spline::append_knots(double begin, double end, std::vector<double>* knots) 
     knots->push_back(piece->start);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 
 #include <tanor/jet.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// C4 interpolation of samples by a spline of degree 5, so that accelerations are as smooth as a trajectory needs.
 ///
@@ -46,4 +46,4 @@ class Spline {
   std::vector<Piece> pieces_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,6 +7,7 @@
 #include "system/members.hpp"
 
 namespace tanor {
+using namespace detail;
 
 namespace {
 

@@ -15,6 +15,7 @@
 #include "system/spline.hpp"
 
 namespace tanor {
+using namespace detail;
 
 class ScalarFunction::Source {
  public:

@@ -8,7 +8,7 @@
 
 #include "base/groups.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Lists the points of a tree from its leaves to its center. Each branch (a point with all that hangs on it) is in one
 /// piece, and equal branches of a point are side by side and numbered alike, so that they can be eliminated in the
@@ -116,4 +116,4 @@ class TreeOrder {
   std::vector<std::uint64_t> hash_;           // [point]
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

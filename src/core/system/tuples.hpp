@@ -10,7 +10,7 @@
 #include "base/parallel.hpp"
 #include "base/vec3.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The results of a user's kernel for some members that follow one another.
 struct TupleValues {
@@ -61,4 +61,4 @@ inline double largest_block(const double* gradient, std::size_t size) {
   return std::sqrt(square);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,6 +6,7 @@
 #include <tanor/error.hpp>
 
 namespace tanor {
+using namespace detail;
 
 namespace {
 

@@ -17,6 +17,7 @@
 #include "system/validate_friction.hpp"
 
 namespace tanor {
+using namespace detail;
 
 namespace {
 

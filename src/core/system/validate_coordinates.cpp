@@ -7,7 +7,7 @@
 
 #include "system/field_checks.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -205,4 +205,4 @@ void validate_coordinates(const System& system, std::span<const std::size_t> sup
   if (!system.coordinates.empty()) CoordinateValidation(system, support_of_point, t).run();
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -5,7 +5,7 @@
 
 #include <tanor/system.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Marks a [point] that is no support.
 inline constexpr std::size_t no_support = std::numeric_limits<std::size_t>::max();
@@ -14,4 +14,4 @@ inline constexpr std::size_t no_support = std::numeric_limits<std::size_t>::max(
 /// `support_of_point` [point] is its entry of `system.supports`, or `no_support`. All else is valid already.
 void validate_coordinates(const System& system, std::span<const std::size_t> support_of_point, double t);
 
-}  // namespace tanor
+}  // namespace tanor::detail

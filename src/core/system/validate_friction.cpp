@@ -10,7 +10,7 @@
 #include "system/field_checks.hpp"
 #include "system/validate_coordinates.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -177,4 +177,4 @@ void validate_friction(const System& system, std::span<const std::size_t> suppor
   if (!system.friction.empty()) FrictionValidation(system, support_of_point, t).run();
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include "base/text.hpp"
 #include "base/vec3.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -113,4 +113,4 @@ void check_parameter(const Parameter& parameter, std::size_t num_members, const 
   for (std::size_t k = 0; k < functions.size(); ++k) check_scalar_function(functions[k], range, t, place(k), noun);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -8,7 +8,7 @@
 
 #include <tanor/system.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Returns the JSON pointer of an element of the list at `where`.
 std::string element(const std::string& where, std::size_t index);
@@ -39,4 +39,4 @@ Vector3 check_direction(const VectorFunction& function, double t, const std::str
 void check_parameter(const Parameter& parameter, std::size_t num_members, const ValueRange& range, double t,
                      const std::string& where, const std::string& noun);
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,6 +7,7 @@
 #include "base/text.hpp"
 
 namespace tanor {
+using namespace detail;
 
 std::vector<std::string> find_warnings(const System& system) {
   std::vector<std::string> result;

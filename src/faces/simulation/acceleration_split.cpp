@@ -4,7 +4,7 @@
 #include <limits>
 #include <random>
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -83,4 +83,4 @@ Outcome AccelerationSplit::find_by_coordinates(const SolvedInstant& at, double* 
   return {};
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

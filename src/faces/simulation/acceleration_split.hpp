@@ -6,7 +6,7 @@
 #include "dynamics/forms.hpp"
 #include "dynamics/split.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// One instant as the forms solved it, in the inner order.
 struct SolvedInstant {
@@ -44,4 +44,4 @@ class AccelerationSplit {
   double mass_coupling_ = 0.0;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

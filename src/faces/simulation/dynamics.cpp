@@ -17,6 +17,7 @@
 #include "system/enum_check.hpp"
 
 namespace tanor {
+using namespace detail;
 
 namespace {
 
@@ -383,7 +384,7 @@ Certificate Dynamics::certify(const StateView& at) {
   self.stands_there = false;  // certifying evaluates the other form, and other times
   std::vector<double> tau(self.num_numbers());
   self.form.write_friction(self.now.found, tau.data());
-  return tanor::certify(self.forms, {self.now.t, self.now.r, self.now.v, self.now.w, self.now.eta, self.now.lambda, tau,
+  return detail::certify(self.forms, {self.now.t, self.now.r, self.now.v, self.now.w, self.now.eta, self.now.lambda, tau,
                                      self.now.report.friction});
 }
 

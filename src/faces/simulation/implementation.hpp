@@ -7,6 +7,7 @@
 #include "simulation/simulated_motion.hpp"
 
 namespace tanor {
+using namespace detail;
 
 /// The implementation of Simulation: a motion with what users ask of it, observables and events. An event that takes
 /// something out of the system replaces the object by one of the changed system.

@@ -12,6 +12,7 @@
 #include "simulation/inverse_friction.hpp"
 
 namespace tanor {
+using namespace detail;
 
 namespace {
 

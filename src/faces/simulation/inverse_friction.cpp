@@ -4,7 +4,7 @@
 
 #include "base/text.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 InverseFriction::InverseFriction(Workspace& work, NormalSpace& normal)
     : work_(work),
@@ -75,4 +75,4 @@ Outcome InverseFriction::find(double t, const std::vector<double>& r, const std:
   return {Status::NotConverged, "friction of the given motion at t = " + text(t) + ": no multipliers obey the law"};
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

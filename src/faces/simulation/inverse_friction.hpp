@@ -6,7 +6,7 @@
 #include "friction/fixed_point.hpp"
 #include "friction/laws.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Finds the friction of a given motion from lambda = Gamma^-1 K'(Mw - f - tau(lambda)), one nonlinear solve with the
 /// factor of Gamma (docs/theory.md). Contacts with an exact Coulomb law have none at rest, since the law gives only a
@@ -36,4 +36,4 @@ class InverseFriction final : private Response {
   std::vector<double> points_, part_;  // [3n] scratch
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -17,6 +17,7 @@
 #include "system/members.hpp"
 
 namespace tanor {
+using namespace detail;
 
 namespace {
 
@@ -26,7 +27,7 @@ void check_start_time(double t) {
 
 }  // namespace
 
-void check_options(const MotionOptions& options) {
+void detail::check_options(const MotionOptions& options) {
   const auto positive = [](const char* where, double value, const char* rule) {
     if (!(value > 0.0 && std::isfinite(value))) throw InputError(where, text(value) + " is not " + rule);
   };
@@ -97,7 +98,7 @@ ChosenMethod choose(const MotionOptions& options, bool in_coordinates, bool may_
 
 }  // namespace
 
-ChosenMethod choose_method(const MotionOptions& options, const Part& part, const System& system, Mechanics& mechanics,
+ChosenMethod detail::choose_method(const MotionOptions& options, const Part& part, const System& system, Mechanics& mechanics,
                            bool in_coordinates) {
   const auto measure = [&] {
     return part.is_whole() ? measure_stiffness(system) : measure_stiffness(system, *part.ranks);
@@ -159,7 +160,7 @@ void check_reach(const Part& part, Method method) {
 
 }  // namespace
 
-SolverOptions check_together(const Part& part, const System& system, const MotionOptions& motion,
+SolverOptions detail::check_together(const Part& part, const System& system, const MotionOptions& motion,
                              const SolverOptions& solver, double t_start) {
   SolverOptions resolved;
   bool has_equations = num_equations(system) > 0;
@@ -179,7 +180,7 @@ SolverOptions check_together(const Part& part, const System& system, const Motio
   return resolved;
 }
 
-void check_snapshot(const Snapshot& snapshot, std::size_t size) {
+void detail::check_snapshot(const Snapshot& snapshot, std::size_t size) {
   const auto check_finite = [](const char* where, std::span<const double> numbers) {
     const auto bad = std::find_if_not(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); });
     if (bad != numbers.end()) throw InputError(where, text(*bad) + " is not a finite number");

@@ -8,7 +8,7 @@
 #include "dynamics/mechanics.hpp"
 #include "motion/snapshot.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Checks the user's options of a motion. Throws InputError if one makes no sense.
 void check_options(const MotionOptions& options);
@@ -24,4 +24,4 @@ void check_snapshot(const Snapshot& snapshot, std::size_t size);
 ChosenMethod choose_method(const MotionOptions& options, const Part& part, const System& system, Mechanics& mechanics,
                            bool in_coordinates);
 
-}  // namespace tanor
+}  // namespace tanor::detail

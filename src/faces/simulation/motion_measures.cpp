@@ -15,6 +15,7 @@
 #include "base/vec3.hpp"
 
 namespace tanor {
+using namespace detail;
 
 double EnergyReport::drift_relative() const {
   const double drift = now - start - work_of_supports - work_of_forces - work_of_potentials - work_of_friction;

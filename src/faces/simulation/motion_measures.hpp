@@ -9,7 +9,7 @@
 #include "dynamics/workspace.hpp"
 #include "motion/integration.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Positions, velocities and accelerations of all points, [3n] each, in the inner order.
 struct PointState {
@@ -77,4 +77,4 @@ class MotionMeasures {
   bool warns_of_drift_ = false;  ///< true if the accuracy warning is about drift, which may become small again
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

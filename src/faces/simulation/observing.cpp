@@ -5,6 +5,7 @@
 #include "simulation/taken_out.hpp"
 
 namespace tanor {
+using namespace detail;
 
 namespace {
 

@@ -1,6 +1,7 @@
 #include <tanor/enum_names.hpp>
 
 namespace tanor {
+using namespace detail;
 
 std::string PlanSummary::linear_solver() const {
   return names_of(linear_solvers);

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string>
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -162,4 +162,4 @@ std::vector<ReactionPart> ReactionDecomposition::find_by_coordinates(double t, c
   return result;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 
 #include "dynamics/forms.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Decomposes the reaction by its causes. The right-hand side phi + K'M^-1 f of (31) is a sum, and one factor of S
 /// serves all its terms.
@@ -40,4 +40,4 @@ class ReactionDecomposition {
   std::vector<std::unique_ptr<Forces>> forces_;  // one for each entry of the system's forces
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -12,7 +12,7 @@
 #include "base/saved_frame.hpp"
 #include "base/text.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 template <>
 inline constexpr bool is_plain_bytes<RankChange> = true;
@@ -126,4 +126,4 @@ Snapshot unpack(std::span<const std::byte> bytes, std::uint64_t fingerprint) {
   return snapshot;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 
 #include "motion/snapshot.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Returns the bytes of a snapshot: "tanor st", the number of the format and of the byte order, the fingerprint of the
 /// system, all numbers of the snapshot, and a checksum of everything before.
@@ -17,4 +17,4 @@ std::vector<std::byte> pack(const Snapshot& snapshot, std::uint64_t fingerprint)
 /// have another format or belong to another system.
 Snapshot unpack(std::span<const std::byte> bytes, std::uint64_t fingerprint);
 
-}  // namespace tanor
+}  // namespace tanor::detail

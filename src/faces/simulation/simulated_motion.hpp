@@ -26,7 +26,7 @@
 #include "system/enum_check.hpp"
 #include "system/fingerprint.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The motion of one system, which stays the same.
 struct SimulatedMotion {
@@ -233,7 +233,7 @@ struct SimulatedMotion {
     constexpr double rounding = 1e-12;  // a larger correction at the start means another system
     if (!outcome.ok() || work.rank == model.numbering.first_idle_row() || report.start.relative > rounding) return {};
     if (forms.normal == nullptr) return {};
-    return tanor::find_prestress_rigid_points(model.system, forms.normal->gradient_rank().list_dependences());
+    return detail::find_prestress_rigid_points(model.system, forms.normal->gradient_rank().list_dependences());
   }
 
   /// Returns true if some rank has such points.
@@ -371,7 +371,7 @@ struct SimulatedMotion {
     if (!found.ok()) return make_failed_certificate(found);
     form.write_friction(reactions, at_tau.data());
     Certificate certificate =
-        tanor::certify(forms, {state.t, points.r, points.v, points.w, at_eta, scratch.rows, at_tau, solved.friction});
+        detail::certify(forms, {state.t, points.r, points.v, points.w, at_eta, scratch.rows, at_tau, solved.friction});
     verify_observables(reactions, at_tau, &certificate);
     return certificate;
   }
@@ -447,4 +447,4 @@ struct SimulatedMotion {
   }
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -3,6 +3,7 @@
 #include "simulation/implementation.hpp"
 
 namespace tanor {
+using namespace detail;
 
 Simulation::Simulation(System system, MotionOptions motion, SolverOptions solver, double t_start)
     : Simulation(Spread{}, std::move(system), Part{}, motion, solver, t_start) {}

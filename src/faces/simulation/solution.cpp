@@ -4,8 +4,9 @@
 #include "system/members.hpp"
 
 namespace tanor {
+using namespace detail;
 
-Solution make_solution(const System& system, std::size_t num_coordinates) {
+Solution detail::make_solution(const System& system, std::size_t num_coordinates) {
   Solution solution;
   for (std::vector<double>* array : {&solution.positions, &solution.velocities, &solution.accelerations,
                                      &solution.reactions, &solution.support_forces})

@@ -6,7 +6,7 @@
 #include "base/vec3.hpp"
 #include "ranks/agreement.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -86,4 +86,4 @@ Stiffness measure_stiffness(const System& own, Ranks& ranks) {
   return {numbers[0], Agreement(ranks).first_text(force), -numbers[1], numbers[2], numbers[3], numbers[4] > 0.0};
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -8,7 +8,7 @@
 #include <tanor/ranks.hpp>
 #include <tanor/system.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// How fast the stiffest spring or damper of a system responds, compared with its slow motion; found from the
 /// description alone.
@@ -28,4 +28,4 @@ Stiffness measure_stiffness(const System& system);
 /// Returns that of all ranks' parts together. Collective.
 Stiffness measure_stiffness(const System& own, Ranks& ranks);
 
-}  // namespace tanor
+}  // namespace tanor::detail

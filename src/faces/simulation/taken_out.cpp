@@ -8,7 +8,7 @@
 #include "base/text.hpp"
 #include "system/members.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -124,4 +124,4 @@ System without(const System& system, std::span<const Thing> taken) {
   return remover.finish();
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

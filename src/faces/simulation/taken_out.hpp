@@ -6,7 +6,7 @@
 
 #include "observe/arguments.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Returns a system without some members of its constraints and forces, and with some of its supports let go.
 ///
@@ -15,4 +15,4 @@ namespace tanor {
 /// mass. Throws InputError for a thing that cannot be taken out: a guide that moves with time, a support without mass.
 System without(const System& system, std::span<const Thing> taken);
 
-}  // namespace tanor
+}  // namespace tanor::detail

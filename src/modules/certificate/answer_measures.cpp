@@ -1,6 +1,6 @@
 #include "certificate/answer_measures.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 AnswerMeasures::AnswerMeasures(Forms& forms, const Answer& answer)
     : forms_(forms),
@@ -78,4 +78,4 @@ double AnswerMeasures::measure_angles() const {
   return 1.0 / std::max(smallest, eps);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

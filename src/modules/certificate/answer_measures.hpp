@@ -8,7 +8,7 @@
 #include "base/numbers.hpp"
 #include "certificate/certificate.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Measures errors of an answer: relative to which scales, in which order, and how much of them is rounding.
 class AnswerMeasures {
@@ -94,4 +94,4 @@ inline int most_passes(double reciprocal_condition) {
   return conditioned(reciprocal_condition) <= 1e-9 ? 1 : 10;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -8,6 +8,7 @@
 #include "certificate/verifier.hpp"
 
 namespace tanor {
+using namespace detail;
 
 bool Certificate::passed() const {
   return std::ranges::all_of(checks, [](const CertificateCheck& check) { return check.error <= check.allowed; });
@@ -44,14 +45,14 @@ std::string Certificate::line() const {
   return "certified to " + digits(certified_to());
 }
 
-Certificate make_failed_certificate(const Outcome& outcome) {
+Certificate detail::make_failed_certificate(const Outcome& outcome) {
   Certificate certificate;
   const std::string words = "there is an answer: " + outcome.what;
   certificate.checks.push_back({words, Certificate::none, 0.0, "", words});
   return certificate;
 }
 
-Certificate certify(Forms& forms, const Answer& answer, SecondFactorization by) {
+Certificate detail::certify(Forms& forms, const Answer& answer, SecondFactorization by) {
   return Verifier(forms, answer, by).verify();
 }
 

@@ -5,7 +5,7 @@
 #include "certificate/second_factor.hpp"
 #include "dynamics/forms.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The answer to be verified: an instant and what was found there, in the inner order.
 struct Answer {
@@ -23,4 +23,4 @@ Certificate make_failed_certificate(const Outcome& outcome);
 /// and by a second evaluation and factorization, `by` which, that share none of them.
 Certificate certify(Forms& forms, const Answer& answer, SecondFactorization by = SecondFactorization::Auto);
 
-}  // namespace tanor
+}  // namespace tanor::detail

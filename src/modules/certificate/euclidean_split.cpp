@@ -3,7 +3,7 @@
 #include "certificate/answer_measures.hpp"
 #include "dynamics/split.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 EuclideanSplit::EuclideanSplit(Workspace& work, const std::vector<double>& K, const MultiplierForm& form,
                                SecondFactorization by, SecondFactor* second, double condition)
@@ -35,4 +35,4 @@ std::vector<double> EuclideanSplit::project_onto_normal(const std::vector<double
   return result;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

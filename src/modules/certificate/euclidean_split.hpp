@@ -8,7 +8,7 @@
 #include "dynamics/multiplier_form.hpp"
 #include "dynamics/workspace.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Gamma = K'K over the moving points, and the Euclidean projector K Gamma^-1 K' onto the normal space (15).
 class EuclideanSplit {
@@ -34,4 +34,4 @@ class EuclideanSplit {
   double condition_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 
 #include "dynamics/model.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Random numbers and vectors that depend only on the seed, so that no identity holds by accident.
 class RandomVectors {
@@ -38,4 +38,4 @@ class RandomVectors {
   std::uint64_t state_ = 20261;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -11,7 +11,7 @@
 #include "factor/independent_columns.hpp"
 #include "schur/condition.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -198,4 +198,4 @@ double SecondFactor::estimate_reciprocal_condition() {
   return inverse > 0.0 ? 1.0 / (largest_column_sum_ * inverse) : 1.0;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -9,7 +9,7 @@
 #include "factor/cholesky.hpp"
 #include "factor/merged_rows.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The second factorization of K'WK. Auto is QR, or Cholesky if R would take too much memory.
 enum class SecondFactorization { Auto, Qr, Cholesky };
@@ -49,4 +49,4 @@ class SecondFactor {
   double largest_column_sum_ = 0.0;  // upper bound of that of C'C
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include "evaluate/energy_definitions.hpp"
 #include "system/members.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 Verifier::Verifier(Forms& forms, const Answer& answer, SecondFactorization by)
     : AnswerMeasures(forms, answer),
@@ -103,4 +103,4 @@ void Verifier::verify_free() {
   add_point(&result_.residual, {"M w = f", "Newton's law"}, worst_point(rest, acceleration_), 1e-14);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

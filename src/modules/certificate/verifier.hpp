@@ -11,7 +11,7 @@
 #include "certificate/second_factor.hpp"
 #include "evaluate/definitions.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// An identity in the paper's symbols, and in plain words that can fail.
 struct Identity {
@@ -94,4 +94,4 @@ class Verifier : private AnswerMeasures {
   Vector acceleration_, scale_;  // [neighbourhood], m/s^2: largest of w and M^-1 (f, tau, eta); same with phi
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

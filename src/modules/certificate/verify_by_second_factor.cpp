@@ -6,7 +6,7 @@
 
 /// \file Verifies by additional factorizations: w and lambda once more, and Gamma = K'K for the Euclidean split
 /// and the direct problem.
-namespace tanor {
+namespace tanor::detail {
 
 /// Computes w and lambda once more from scratch by the second factor of S, refined in w.
 void Verifier::verify_by_second_factor() {
@@ -153,4 +153,4 @@ void Verifier::verify_direct_problem(double allowed) {
             worst_point(rest, largest), allowed);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

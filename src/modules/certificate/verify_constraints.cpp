@@ -8,7 +8,7 @@
 #include "system/members.hpp"
 
 /// \file Verifies what constraints must satisfy, by their second definition, and the projector of S.
-namespace tanor {
+namespace tanor::detail {
 
 void Verifier::verify_constraints() {
   Definitions definitions(model_.system, forms_.start_time());
@@ -282,4 +282,4 @@ void Verifier::verify_split() {
       size > 0.0 ? std::abs(product(w_T, w_N)) / size : 0.0, conditioned(rcond) + rounding_of_places(), "");
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 #include "certificate/verifier.hpp"
 
 /// \file Verifies what coordinates must satisfy, alone and with constraints.
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -160,4 +160,4 @@ void Verifier::compare_forms() {
             worst_point(eta, acceleration_), allowed);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -9,7 +9,7 @@
 
 /// \file Verifies friction: the laws once more, straight from the System, at the answer's own multipliers; that
 /// sticking contacts stay at rest; (43) by its three blocks.
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -273,4 +273,4 @@ void Verifier::verify_friction_by_blocks() {
             worst_point(dw, scale_), allowed);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 
 /// \file Finds all motions of a ContactProblem: proves that there is one, counts them by trying all modes, or finds
 /// some from several starts.
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -68,4 +68,4 @@ ContactSolutions find_all(const ContactProblem& problem, std::size_t* work_left,
   return result;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

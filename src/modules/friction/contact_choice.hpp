@@ -11,7 +11,7 @@
 #include "dynamics/instant.hpp"
 #include "friction/contact_problem.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// An acceleration is rounding if it is smaller than this part of the terms that cancel in it.
 inline constexpr double rounding_of_accelerations = 1e-9;
@@ -100,4 +100,4 @@ struct ContactChoice {
   }
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -8,7 +8,7 @@
 
 #include "base/text.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -357,4 +357,4 @@ bool ContactChoices::set_limits(const std::vector<ContactChoice>& choices) {
   return has_changed;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

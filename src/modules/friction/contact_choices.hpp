@@ -5,7 +5,7 @@
 #include "friction/contact_reduction.hpp"
 #include "friction/load_sharing.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Chooses which contacts at rest stick and which begin to slide. Islands of contacts become small dense problems,
 /// whose motions are counted (docs/friction.md).
@@ -54,4 +54,4 @@ class ContactChoices {
   ContactReduction reduction_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace tanor {
+namespace tanor::detail {
 
 ContactCoupling::ContactCoupling(const Workspace& work, const FrictionLaws& laws)
     : model_(work.model()),
@@ -103,4 +103,4 @@ void ContactCoupling::add_change(double factor, const double* tau, const double*
   }
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

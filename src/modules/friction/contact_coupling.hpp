@@ -5,7 +5,7 @@
 #include "dynamics/workspace.hpp"
 #include "friction/laws.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The terms of friction in the equations (31): b += K'M^-1 tau in rows and w0 += M^-1 tau at points, for tau = sum of
 /// x_p e_p (see FrictionLaws).
@@ -61,4 +61,4 @@ class ContactCoupling {
   const double* blocks_ = nullptr;                               // K at the last configuration
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

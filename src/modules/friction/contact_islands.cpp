@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace tanor {
+namespace tanor::detail {
 
 ContactIslands::ContactIslands(const Workspace& work) : of_contact(work.constraints.tangents().size()) {
   const Tangents& tangents = work.constraints.tangents();
@@ -18,4 +18,4 @@ ContactIslands::ContactIslands(const Workspace& work) : of_contact(work.constrai
   }
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -5,7 +5,7 @@
 
 #include "dynamics/workspace.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Contacts grouped by the islands of their constraints. At one instant friction has no effect on the contacts of other
 /// islands.
@@ -18,4 +18,4 @@ struct ContactIslands {
   std::size_t size() const { return contacts.size(); }
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

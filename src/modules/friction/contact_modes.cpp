@@ -7,7 +7,7 @@
 
 #include "base/text.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -443,4 +443,4 @@ void ContactModes::exchange_memory(Memory& memory) {
   friction_.exchange_memory(memory);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include "friction/contact_choices.hpp"
 #include "friction/mode_pivoting.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Stick and slip of contacts (docs/friction.md): exact Coulomb friction with events.
 ///
@@ -69,4 +69,4 @@ class ContactModes final : public EventFunctions {
   Power work_of_rest_;  // J, at the last switch
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

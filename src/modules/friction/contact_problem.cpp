@@ -6,7 +6,7 @@
 #include "base/dense.hpp"
 #include "friction/range.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -84,4 +84,4 @@ bool is_monotone(const ContactProblem& problem) {
   return rank == 0 || dense::find_eigen(sum).values.maxCoeff() < 1.0 - 1e-6;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 
 #include <tanor/dynamics.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Coulomb contacts of one island at one instant, with everything else eliminated. The unknown is the friction x [k]:
 /// for each contact at rest its components along the tangents of its guide, for each contact that moves its size
@@ -85,4 +85,4 @@ double share_load(const ContactProblem& problem, const std::vector<char>& shares
 
 constexpr double obeys_below = 1e-9;  ///< largest residual of what counts as a solution
 
-}  // namespace tanor
+}  // namespace tanor::detail

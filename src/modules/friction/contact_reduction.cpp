@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-namespace tanor {
+namespace tanor::detail {
 
 std::vector<ContactChoice> ContactReduction::list(const ModeSwitch& at, const std::vector<char>& wanted,
                                                   std::size_t most_contacts) const {
@@ -201,4 +201,4 @@ void ContactReduction::guess_multipliers(const ModeSwitch& at, const std::vector
   solve(b, &system_.lambda(), &w);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

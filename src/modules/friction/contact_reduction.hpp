@@ -7,7 +7,7 @@
 #include "friction/contact_state.hpp"
 #include "friction/friction_solver.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Reduces islands of contacts to small dense problems: the responses of their reactions and accelerations to friction,
 /// with all other unknowns eliminated (docs/friction.md).
@@ -49,4 +49,4 @@ class ContactReduction {
   ConstrainedSystem& system_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -156,4 +156,4 @@ std::string ContactState::find_undetermined_reaction(const std::vector<double>& 
   return {};
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -10,7 +10,7 @@
 #include "friction/laws.hpp"
 #include "schur/redundancy.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The worst that was noted about the uniqueness of the motion since the modes were counted last.
 struct ContactVerdict {
@@ -95,4 +95,4 @@ struct ContactState {
   std::vector<int> restored_;  // modes whose slip directions are not restored yet
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

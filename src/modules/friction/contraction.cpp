@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// For R >= 0, rho(R) < 1 exactly if I - R is a nonsingular M-matrix, that is, if elimination without exchanges has
 /// positive pivots (Berman and Plemmons 1994, ch. 6). Then x = (I - R)^-1 1 >= 1, and |e| <= (I - R)^-1 |F(s) - s|.
@@ -46,4 +46,4 @@ double ContractionBound::amplification(const SlidingContacts& contacts) {
   return std::isfinite(largest) ? largest : unproven;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 
 #include "friction/enumeration.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Proves by contraction (rho(R) < 1) that (43) has one solution. The workspace is kept, since every step asks.
 class ContractionBound {
@@ -16,4 +16,4 @@ class ContractionBound {
   std::vector<double> A_, R_, x_;  // R and I - R with its factors, [m][m] row by row; [m]
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

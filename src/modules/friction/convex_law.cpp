@@ -13,7 +13,7 @@
 ///   Q u + q + z u = 0,   z_c g_c = mu -> 0,   g_c = (1 - |u_c|^2)/2 > 0
 ///
 /// With dz eliminated, a Newton step is (Q + z + (z_c/g_c) u_c u_c') du = -(Q u + q + mu u_c/g_c).
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -196,4 +196,4 @@ VectorXd solve_convex_law(const ContactProblem& problem, const VectorXd& limits)
   return x;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

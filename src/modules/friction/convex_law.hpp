@@ -4,7 +4,7 @@
 
 #include "friction/contact_problem.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Returns the motion for fixed limits h [contacts] >= 0: contacts that move have x = h, those at rest solve
 ///
@@ -14,4 +14,4 @@ namespace tanor {
 /// largest limit.
 Eigen::VectorXd solve_convex_law(const ContactProblem& problem, const Eigen::VectorXd& limits);
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include "base/dense.hpp"
 #include "friction/contraction.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -225,4 +225,4 @@ void add_by_iteration(const SlidingContacts& contacts, std::vector<VectorXd>* fo
   }
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

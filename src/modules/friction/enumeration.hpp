@@ -6,7 +6,7 @@
 
 #include <tanor/dynamics.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Coulomb contacts of one island with fixed directions of sliding. The unknowns are magnitudes s >= 0,
 ///
@@ -46,4 +46,4 @@ bool find_sizes_by_boxes(const SlidingContacts& contacts, std::size_t most_boxes
 /// Adds the limit of (43), if it converges, which is certain for rho(R) < 1.
 void add_by_iteration(const SlidingContacts& contacts, std::vector<Eigen::VectorXd>* found);
 
-}  // namespace tanor
+}  // namespace tanor::detail

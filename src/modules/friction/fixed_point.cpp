@@ -10,7 +10,7 @@
 
 #include "base/instruction_sets.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -369,4 +369,4 @@ FixedPoint::Result FixedPoint::solve_by_newton(const Parallel& parallel, double*
   return result;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

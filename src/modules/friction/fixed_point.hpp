@@ -8,7 +8,7 @@
 #include "friction/laws.hpp"
 #include "friction/response.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Solves x = x(lambda(x)) iteratively, which is (43) in its smallest form (*) with the sizes of friction as unknowns.
 /// The workspace is kept.
@@ -59,4 +59,4 @@ class FixedPoint {
   std::vector<double> dlambda_;        // [rows]
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

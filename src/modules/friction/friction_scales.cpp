@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace tanor {
+namespace tanor::detail {
 
 double largest_of(const std::vector<double>& x) {
   double worst = 0.0;
@@ -61,4 +61,4 @@ double FrictionScales::relative_change(const std::vector<double>& x, const std::
   return worst;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

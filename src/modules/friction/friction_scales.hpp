@@ -5,7 +5,7 @@
 #include "dynamics/workspace.hpp"
 #include "friction/laws.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The scales of changes of friction. Each change is measured by the largest friction of its own neighbourhood, so that
 /// a heavy part of a scene does not hide a light one. The neighbourhoods that have contacts are numbered as *groups*.
@@ -39,4 +39,4 @@ class FrictionScales {
 double largest_of(const std::vector<double>& x);
 double largest_difference(const std::vector<double>& a, const std::vector<double>& b);
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -9,7 +9,7 @@
 #include "base/text.hpp"
 #include "friction/held_friction.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -240,4 +240,4 @@ double FrictionSolver::held_power(const double* lambda, const double* v) const {
   return sum;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -12,7 +12,7 @@
 #include "friction/laws.hpp"
 #include "friction/sliding_islands.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Friction as a part of the equations (31). Finds tau(r, v, t, lambda) such that
 ///
@@ -105,4 +105,4 @@ class FrictionSolver final : private Response {
   FrictionReport report_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -3,7 +3,7 @@
 #include "base/stopwatch.hpp"
 #include "base/text.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 Outcome GuideContacts::find(const ContactPlace& place, const UniquenessCheck& check, const double* lambda, double* w0,
                             double* b) {
@@ -48,4 +48,4 @@ Outcome fail_friction(Status status, double t, const std::string& why) {
   return {status, "friction at t = " + text(t) + ": " + why};
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

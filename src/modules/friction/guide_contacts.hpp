@@ -6,7 +6,7 @@
 #include "dynamics/contacts.hpp"
 #include "friction/contact_modes.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The contacts of points with guides: their discrete state, the fixed point (43) at one instant, and their modes.
 class GuideContacts final : public Contacts {
@@ -68,4 +68,4 @@ class GuideContacts final : public Contacts {
   ContactModes modes_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 
 #include "base/numbers.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -155,4 +155,4 @@ Vec3 GuideMotion::across(std::size_t contact, const Vec3& u) const {
   return ((bb * in_a - ab * in_b) / determinant) * a + ((aa * in_b - ab * in_a) / determinant) * b;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

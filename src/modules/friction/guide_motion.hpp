@@ -6,7 +6,7 @@
 
 #include "dynamics/workspace.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Moves places on moving guides: across the guide by its functions of time, along it with its own velocity u,
 ///
@@ -54,4 +54,4 @@ class GuideMotion {
   std::array<Places, most_columns> table_;                // last row of the extrapolation table: T_{j,0} … T_{j,j}
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

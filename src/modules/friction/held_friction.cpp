@@ -1,6 +1,6 @@
 #include "friction/held_friction.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 Vec3 held_friction(const Tangents& tangents, const FrictionLaws& laws, std::size_t contact, const double* lambda) {
   const Tangents::Place& place = tangents[contact];
@@ -10,4 +10,4 @@ Vec3 held_friction(const Tangents& tangents, const FrictionLaws& laws, std::size
   return sum;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -3,7 +3,7 @@
 #include "evaluate/tangents.hpp"
 #include "friction/laws.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Returns the friction of a contact that sticks, N: its reference plus the multipliers of its own rows, lambda [rows].
 Vec3 held_friction(const Tangents& tangents, const FrictionLaws& laws, std::size_t contact, const double* lambda);
@@ -13,4 +13,4 @@ inline double static_limit(const FrictionLaws& laws, std::size_t contact, const 
   return laws.static_coefficient(contact) * norm(laws.normal_force(contact, lambda));
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

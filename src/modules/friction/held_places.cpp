@@ -6,7 +6,7 @@
 
 #include "base/numbers.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 HeldPlaces::HeldPlaces(Workspace& work)
     : tangents_(work.constraints.tangents()),
@@ -110,4 +110,4 @@ void HeldPlaces::exchange_memory(Memory& memory) {
   publish();
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 #include "friction/guide_motion.hpp"
 #include "schur/redundancy.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The places where sticking contacts are held: T'(r - p) = 0 beside T'(v - u) = 0, so that they do not creep. On a
 /// moving guide the place p moves with the guide (GuideMotion), from the last accepted step to the requested time.
@@ -52,4 +52,4 @@ class HeldPlaces {
   GuideMotion::Places on_guides_;  // scratch
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -8,7 +8,7 @@
 #include "system/friction_magnitude.hpp"
 
 /// \file Evaluates what the files of the laws of friction define, for any list of laws.
-namespace tanor {
+namespace tanor::detail {
 
 enum class LawForm {
   Given,         ///< a magnitude that depends on the speed alone
@@ -35,4 +35,4 @@ double slope_in_normal_force(const std::variant<Laws...>& friction, double speed
   return magnitude(friction, speed, Forward<1>::variable(normal, 0)).d[0];
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

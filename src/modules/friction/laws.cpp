@@ -5,7 +5,7 @@
 #include <cmath>
 #include <variant>
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -280,4 +280,4 @@ void FrictionLaws::write_forces(const double* x, double* tau) const {
   }
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -9,7 +9,7 @@
 #include "evaluate/tangents.hpp"
 #include "friction/law_forms.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Evaluates tau(r, v, t, lambda) of all contacts (17), (41). For a contact that sticks this is only its reference; its
 /// friction is the reference and the multipliers of its own rows.
@@ -140,4 +140,4 @@ class FrictionLaws {
   double t_ = 0.0;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

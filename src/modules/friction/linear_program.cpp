@@ -5,7 +5,7 @@
 
 #include "base/dense.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -109,4 +109,4 @@ LinearProgram::Status LinearProgram::maximize(const VectorXd& c, VectorXd* u) co
   return Status::Unfinished;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

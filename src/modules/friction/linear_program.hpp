@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// A small dense linear program with rows G u <= g and bounded variables, |u_i| <= most.
 class LinearProgram {
@@ -29,4 +29,4 @@ class LinearProgram {
   bool is_empty_ = false;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-namespace tanor {
+namespace tanor::detail {
 
 void LoadSharing::forget() {
   state_.shares_loads = false;
@@ -54,4 +54,4 @@ void LoadSharing::share_again(const std::vector<double>& loads) {
   forget();
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

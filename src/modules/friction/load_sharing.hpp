@@ -5,7 +5,7 @@
 #include "dynamics/constrained_system.hpp"
 #include "friction/contact_state.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Shares a load among contacts that stick and hold more than can move. Then no law divides the load among them, and
 /// the least friction that holds is taken. A small compliance of their rows finds it, and refinement removes the
@@ -37,4 +37,4 @@ class LoadSharing {
   ConstrainedSystem& system_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

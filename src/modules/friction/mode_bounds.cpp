@@ -5,7 +5,7 @@
 #include "friction/mode_search.hpp"
 
 /// \file Encloses the law in one node of a ModeSearch between linear inequalities.
-namespace tanor {
+namespace tanor::detail {
 
 using Eigen::RowVectorXd;
 using Eigen::Vector2d;
@@ -144,4 +144,4 @@ LinearProgram ModeSearch::make_program(const Node& node) const {
   return program;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

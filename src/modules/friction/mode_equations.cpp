@@ -8,7 +8,7 @@
 
 /// \file Solves the law in one node of a ModeSearch as equations: finds a root, tests whether there is at most one, and
 /// verifies a root.
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -160,4 +160,4 @@ ModeSearch::Verdict ModeSearch::verify(const Node& node, const VectorXd& x) cons
   return Verdict::Obeys;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -5,7 +5,7 @@
 #include "base/text.hpp"
 #include "friction/held_friction.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The state of one search for the modes, and the findings of its last pass.
 struct ModePivoting::Search {
@@ -204,4 +204,4 @@ void ModePivoting::release_met(Search* search) {
   }
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

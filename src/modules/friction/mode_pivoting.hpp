@@ -5,7 +5,7 @@
 
 #include "friction/contact_choices.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Finds the modes of many contacts at rest by block pivoting. Sticking contacts above their limit are released against
 /// the friction that held them. Released contacts that do not slide off are held again. This repeats until all obey the
@@ -40,4 +40,4 @@ class ModePivoting {
   ContactChoices& choices_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include "base/dense.hpp"
 #include "friction/range.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -325,4 +325,4 @@ bool ModeSearch::branch(const Node& node, const VectorXd& x) {
   return true;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

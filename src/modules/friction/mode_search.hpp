@@ -9,7 +9,7 @@
 #include "friction/contact_problem.hpp"
 #include "friction/linear_program.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Finds all motions of a ContactProblem by branch and bound.
 ///
@@ -114,4 +114,4 @@ class ModeSearch {
   std::vector<Node> open_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

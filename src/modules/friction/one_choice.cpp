@@ -6,7 +6,7 @@
 #include "friction/convex_law.hpp"
 
 /// \file Finds some motion of a ContactProblem with many contacts.
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -145,4 +145,4 @@ VectorXd find_one(const ContactProblem& problem, const VectorXd& guess) {
   return {};
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

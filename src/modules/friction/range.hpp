@@ -4,7 +4,7 @@
 
 #include "base/dense.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The range and the null space of a symmetric matrix A >= 0, by its eigenvectors. Eigenvalues up to `rounding` times
 /// `unit` count as 0; without a unit, up to `rounding` times the largest one.
@@ -30,4 +30,4 @@ class Range {
   }
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

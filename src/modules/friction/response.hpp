@@ -1,6 +1,6 @@
 #pragma once
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Finds how the reactions of a constrained system respond to forces at its contacts. S is factorized, so that one call
 /// is one solve. Forces come as parts, tau = sum of x_p e_p (see FrictionLaws).
@@ -16,4 +16,4 @@ class Response {
   virtual void find_change(const double* x, double* lambda) = 0;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -8,7 +8,7 @@
 
 /// \file Shares a load among contacts at rest that hold more than can move, at the analytic centre of everything that
 /// obeys the law (Boyd and Vandenberghe, Convex Optimization, sections 8.5 and 9.6).
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -257,4 +257,4 @@ double share_load(const ContactProblem& problem, const std::vector<char>& shares
   return shares.load(sharing.own);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -9,7 +9,7 @@
 /// \file Finds all solutions of s_c = mu_c |N0_c + sum_j W_cj s_j|, s >= 0, by boxes that are cut until each holds
 /// none, or one that Newton's method finds (Krawczyk's test; Neumaier, Interval Methods for Systems of Equations,
 /// 1990).
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -196,4 +196,4 @@ bool find_sizes_by_boxes(const SlidingContacts& contacts, std::size_t most_boxes
   return is_complete;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 
 #include "friction/held_friction.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 SlidingIslands::SlidingIslands(const Workspace& work, const FrictionLaws& laws, const ContactIslands& islands,
                                Response& response)
@@ -260,4 +260,4 @@ Outcome SlidingIslands::choose_nearest(const Island& island, double t, const Uni
   return {};
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

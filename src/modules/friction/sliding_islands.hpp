@@ -12,7 +12,7 @@
 #include "friction/laws.hpp"
 #include "friction/response.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The contacts that slide, as one small dense problem for each island: the normal forces as functions of friction.
 /// Such a problem tells if friction is unique, and all its solutions can be found.
@@ -62,4 +62,4 @@ class SlidingIslands {
   std::vector<double> force_, lambda_;  // [parts], [rows], scratch
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -40,7 +40,7 @@ struct tn_system {
   }
 };
 
-namespace tanor {
+namespace tanor::detail {
 
 inline std::string& create_error() {
   static thread_local std::string error;
@@ -211,4 +211,4 @@ inline void write_text(std::string_view from, char* text, size_t size, const cha
   text[from.copy(text, size - 1)] = '\0';
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -22,6 +22,7 @@
 namespace {
 
 using namespace tanor;
+using namespace tanor::detail;
 
 PeriodicCell make_cell(const double* edges, const int* repeats) {
   require(edges, "cell");

@@ -5,7 +5,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -95,4 +95,4 @@ std::vector<ConstraintId> add_members(Constrainer* constrainer, tn_kind kind, si
   return added;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

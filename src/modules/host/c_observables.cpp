@@ -5,6 +5,7 @@
 namespace {
 
 using namespace tanor;
+using namespace tanor::detail;
 
 const Observed& find_observed(tn_system& system, size_t number) {
   const std::span<const Observed> all = system.constrainer().observed();

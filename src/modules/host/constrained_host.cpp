@@ -9,7 +9,7 @@
 #include "host/host_input.hpp"
 #include "system/members.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -151,4 +151,4 @@ void ConstrainedHost::measure_step(const PositionStep& step, PartReport* report)
   report->work = factor * support_work(step.step, v);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

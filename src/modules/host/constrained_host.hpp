@@ -10,7 +10,7 @@
 #include "host/reaction_writer.hpp"
 #include "host/schur_determinant.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The findings of one call in a part of the host's islands.
 struct PartReport : ConstraintReport {
@@ -94,4 +94,4 @@ struct ConstrainedHost {
   void note_worst_position(PartReport* report);
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

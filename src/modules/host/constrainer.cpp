@@ -15,6 +15,7 @@
 #include "host/point_address.hpp"
 
 namespace tanor {
+using namespace detail;
 
 struct Constrainer::Implementation : HostParts {
   using HostParts::HostParts;

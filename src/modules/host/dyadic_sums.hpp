@@ -7,7 +7,7 @@
 
 #include <tanor/system.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Sums of the weights of whole numbers over the intervals [k 2^m, (k + 1) 2^m).
 class DyadicSums {
@@ -47,4 +47,4 @@ class DyadicSums {
   std::vector<std::int64_t> sums_;  // [node] node 1 is the whole; 2k and 2k + 1 are the halves of node k
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -37,4 +37,4 @@ std::string with_host_names(const Inventory& inventory, std::span<const Constrai
   return result;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

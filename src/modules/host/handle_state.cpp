@@ -10,7 +10,7 @@
 #include "base/memory.hpp"
 #include "base/saved_frame.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -58,4 +58,4 @@ void restore_state(std::span<const std::byte> bytes, HostParts* parts) {
   memory.finish();
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 
 #include "host/host_parts.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Returns what the parts remember as bytes: "tanor co", the numbers of the format and of the byte order, a fingerprint
 /// of points and constraints, the numbers, and a checksum of everything before.
@@ -16,4 +16,4 @@ std::vector<std::byte> save_state(HostParts* parts);
 /// points or constraints.
 void restore_state(std::span<const std::byte> bytes, HostParts* parts);
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -8,7 +8,7 @@
 #include "dynamics/nearest_point.hpp"
 #include "host/constrained_host.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 // ---- a step ----
 
@@ -233,4 +233,4 @@ RankReport ConstrainedHost::find_rank(const ConstPointArray& positions, double t
   return forms.rank(place.r.data(), true);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

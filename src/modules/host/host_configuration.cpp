@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-namespace tanor {
+namespace tanor::detail {
 
 void HostConfiguration::set_images(std::unique_ptr<PeriodicImages> given) {
   images = std::move(given);
@@ -83,4 +83,4 @@ double MovedPositions::write(const PointArray& positions, bool measures) {
   return place_.transfer.add(before_.data(), model.num_moving(), positions);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -11,7 +11,7 @@
 #include "host/periodic_images.hpp"
 #include "host/point_transfer.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The positions of a host at which K and the factor of S were evaluated, in a periodic cell at the images that its
 /// constraints mean. The next call uses them again if it is given the same positions.
@@ -80,4 +80,4 @@ class MovedPositions {
   std::vector<double> before_;  // r before it moved, in a cell only
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

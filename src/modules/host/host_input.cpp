@@ -8,7 +8,7 @@
 
 #include "system/value_checks.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -186,4 +186,4 @@ std::vector<Index> check_numbers(const HostParts& parts, std::span<const std::in
   return result;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

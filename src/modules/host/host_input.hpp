@@ -13,7 +13,7 @@
 #include "host/host_parts.hpp"
 
 /// \file Checks of what a host hands over. Errors are thrown as InputError.
-namespace tanor {
+namespace tanor::detail {
 
 /// Makes the points of a host, with the host's own numbers.
 HostPoints make_points(std::span<const double> masses, const ConstPointArray& at);
@@ -57,4 +57,4 @@ inline void check_finite(double number, const char* name) {
   if (!std::isfinite(number)) throw InputError("", std::string(name) + " = " + text(number) + " is not a number");
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

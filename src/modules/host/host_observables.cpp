@@ -11,7 +11,7 @@
 #include "host/host_input.hpp"
 #include "host/point_address.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -143,4 +143,4 @@ void HostObservables::evaluate(const HostState& at) {
                           Observables::Which::All);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -10,7 +10,7 @@
 #include "host/host_parts.hpp"
 #include "observe/observables.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The observables of a host. Their texts are read for the constraints and points that it has, again after each edit.
 class HostObservables {
@@ -57,4 +57,4 @@ class HostObservables {
   std::vector<double> multipliers_, reactions_, loads_, wrapped_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

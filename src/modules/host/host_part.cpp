@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Rows are only added at the end, or move forward together with all that follow. So if the first and the last row move
 /// by the same number, all rows do.
@@ -33,4 +33,4 @@ void HostPart::number_points(const HostPoints& points) const {
   host->transfer.set_points(host_points);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

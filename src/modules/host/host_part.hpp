@@ -8,7 +8,7 @@
 #include "host/host_points.hpp"
 #include "host/inventory.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Points and constraints that are connected. The key is the smallest point.
 struct HostIsland {
@@ -44,4 +44,4 @@ struct HostPart {
   std::size_t first_row_ = 0, last_row_ = 0;  // first rows of the first and the last member
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -5,7 +5,7 @@
 
 #include "host/group_names.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -248,4 +248,4 @@ RankReport HostParts::find_rank(const ConstPointArray& positions, double time) {
   return sum;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

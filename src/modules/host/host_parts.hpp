@@ -12,7 +12,7 @@
 #include "host/island_partition.hpp"
 #include "host/part_builder.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The islands of a host. They are one part, which fills lanes and threads best, until `expect_edits` or the first edit
 /// of what was planned cuts it into parts that are planned one by one (see IslandPartition).
@@ -95,4 +95,4 @@ class HostParts {
   PlanSummary summary_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

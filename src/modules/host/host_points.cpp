@@ -7,7 +7,7 @@
 #include "base/memory.hpp"
 #include "host/point_address.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 std::vector<Index> HostPoints::list_supports() const {
   std::vector<Index> result;
@@ -63,4 +63,4 @@ void copy_points(const ConstPointArray& from, std::span<const Index> number, dou
     std::ranges::copy(read_point(from, i), to + 3 * static_cast<std::size_t>(number[i]));
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 
 #include <tanor/constrainer.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The points of a host by numbers that never change, while the host's own may. At first both are the same. The number
 /// of a point that has left is given to the next one that comes.
@@ -37,4 +37,4 @@ struct HostPoints {
 /// Copies the host's points to `to` [3 numbers]; `number` [host's number] is the number of each.
 void copy_points(const ConstPointArray& from, std::span<const Index> number, double* to);
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include "base/parallel.hpp"
 #include "host/point_norms.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 void IncomingPoints::bring(std::size_t first, std::size_t count) const {
   double square = 0.0;
@@ -27,11 +27,11 @@ double IncomingPoints::bring_piece(const Array& array, std::size_t first, std::s
     if (first >= array.factors.size()) return 0.0;
     const std::size_t size = std::min(count, array.factors.size() - first);
     const double* const x = transfer_.load(array.from, first, size, own);
-    return tanor::scale(x, &array.factors[first], size, own);
+    return detail::scale(x, &array.factors[first], size, own);
   }
   const double* const x = transfer_.load(array.from, first, count, own);
   if (x == own) return array.is_measured ? largest_square(own, count) : 0.0;
-  if (array.is_measured) return tanor::copy(x, count, own);
+  if (array.is_measured) return detail::copy(x, count, own);
   std::memcpy(own, x, 3 * sizeof(double) * count);
   return 0.0;
 }
@@ -47,4 +47,4 @@ double IncomingPoints::largest() const {
   return std::sqrt(largest_.value());
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

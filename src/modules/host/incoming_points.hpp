@@ -9,7 +9,7 @@
 #include "dynamics/instant.hpp"
 #include "host/point_transfer.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The largest of the squares that threads find, or NaN if any of them is NaN.
 class LargestSquare {
@@ -58,4 +58,4 @@ class IncomingPoints final : public GivenMotion {
   std::size_t count_ = 0;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

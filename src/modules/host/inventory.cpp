@@ -7,7 +7,7 @@
 #include "base/text.hpp"
 #include "system/value_checks.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -232,4 +232,4 @@ Constraint Inventory::pick(const Group& from, const std::vector<Index>& numbers)
   return result;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

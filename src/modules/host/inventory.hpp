@@ -12,7 +12,7 @@
 
 #include "system/members.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The constraints of a host, one by one. Ids ascend in the order in which constraints came, and none is given twice.
 /// Rows are numbered in the order of ids. Points have numbers that never change (see HostPoints).
@@ -140,4 +140,4 @@ class Inventory {
   std::vector<Index> first_row_{0};  // [id] and then the number of rows; removed ids have no rows
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

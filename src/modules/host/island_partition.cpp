@@ -6,7 +6,7 @@
 
 #include "base/disjoint_sets.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -252,4 +252,4 @@ void IslandPartition::divide(Pool* pool) {
                              [](const auto& part) { return part->key(); });
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -10,7 +10,7 @@
 #include "host/dyadic_sums.hpp"
 #include "host/part_history.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The division of a host's islands into parts that are planned together. All islands are one part, until `cut` limits
 /// what a part holds.
@@ -84,4 +84,4 @@ class IslandPartition {
   ConstraintId first_new_ = 0;  // constraints from this id on have no part yet
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace tanor {
+namespace tanor::detail {
 
 double* MovedPoints::use_copy() {
   has_moved_ = false;
@@ -30,4 +30,4 @@ void MovedPoints::restore() {
   use_copy();
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

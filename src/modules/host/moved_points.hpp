@@ -8,7 +8,7 @@
 #include "host/incoming_points.hpp"
 #include "host/point_transfer.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Points of a host that a call moves. Those that are packed in the inner order may be moved in place, and a copy keeps
 /// what they were; else the copy is moved, and written to the host once the call has succeeded.
@@ -40,4 +40,4 @@ class MovedPoints {
   bool has_moved_ = false;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

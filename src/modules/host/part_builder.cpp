@@ -6,7 +6,7 @@
 
 #include "host/group_names.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -80,4 +80,4 @@ System PartBuilder::make_system(HostPart* part) {
   return system;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 
 #include "host/host_part.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Plans parts of a host: the System of a part, its images in a periodic cell, and what solves it.
 class PartBuilder {
@@ -30,4 +30,4 @@ class PartBuilder {
   std::vector<Index> local_;  // scratch [point]: its number in the part at hand
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

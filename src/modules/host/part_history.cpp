@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -82,4 +82,4 @@ void PartHistory::hand_over(HostPart* part) const {
   part->host->form.steps().exchange_memory(memory);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

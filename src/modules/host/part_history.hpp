@@ -4,7 +4,7 @@
 
 #include "host/host_part.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 void add_up(const Counters& more, Counters* sum);
 
@@ -32,4 +32,4 @@ class PartHistory {
   double last_h_ = std::numeric_limits<double>::max(), before_h_ = last_h_;  // last two steps of all parts
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -8,7 +8,7 @@
 #include "base/groups.hpp"
 #include "system/members.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 // ---- the lattice ----
 
@@ -238,4 +238,4 @@ void PeriodicImages::follow(const Parallel& parallel, const Lattice& before, con
   });
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

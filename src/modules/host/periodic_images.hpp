@@ -11,7 +11,7 @@
 #include "evaluate/constraints.hpp"
 #include "system/numbering.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The lattice of a periodic cell: the vectors H n, n being three whole numbers.
 class Lattice {
@@ -84,4 +84,4 @@ class PeriodicImages {
   bool closes_ = false;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -8,7 +8,7 @@
 #include <tanor/constrainer.hpp>
 
 /// \file One point in an array of a host, which need not be aligned.
-namespace tanor {
+namespace tanor::detail {
 
 /// Returns the address of the host's point i, which has `width` numbers.
 template <class Number>
@@ -29,4 +29,4 @@ inline void write_point(const std::array<double, 3>& point, const PointArray& to
   std::memcpy(address_of(to, i), point.data(), sizeof(point));
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -5,7 +5,7 @@
 #include "base/instruction_sets.hpp"
 #include "base/pack.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -90,4 +90,4 @@ double scale(const double* x, const double* factors, std::size_t count, double* 
   });
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

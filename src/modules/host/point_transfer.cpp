@@ -12,7 +12,7 @@
 #include "host/point_address.hpp"
 #include "host/point_norms.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -160,4 +160,4 @@ void PointTransfer::add_last(const double* from, std::size_t first, std::size_t 
   }
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

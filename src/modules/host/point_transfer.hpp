@@ -9,7 +9,7 @@
 #include "base/parallel.hpp"
 #include "system/numbering.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Transfers points between the arrays of a host and arrays in the inner order.
 class PointTransfer {
@@ -68,4 +68,4 @@ class PointTransfer {
   bool is_natural_ = false;        // the inner order is the host's, from its point `host_point_[0]` on
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -1,6 +1,6 @@
 #include "host/reaction_writer.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 void ReactionWriter::write(const double* multipliers, double factor, const double* r, const ConstraintForces& wanted) {
   const double* const blocks = linearization_.blocks().data();
@@ -29,4 +29,4 @@ void ReactionWriter::add_to_supports(const ConstraintForces& wanted) const {
   if (wanted.stress) transfer_.add_last(stress_.data(), model_.num_moving(), 9, wanted.stress);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -8,7 +8,7 @@
 #include "host/point_transfer.hpp"
 #include "host/row_sums.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Writes what a call wants of the constraints' forces into the host's arrays: multipliers, K lambda, stress.
 class ReactionWriter {
@@ -39,4 +39,4 @@ class ReactionWriter {
   std::vector<double> stress_;  // [9n], made on first use
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -177,4 +177,4 @@ std::size_t RowSums::worst_row(const std::vector<double>& rows) {
   return largest_of(rows, [&](std::size_t a) { return std::abs(rows[a]); });
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -8,7 +8,7 @@
 #include "base/groups.hpp"
 #include "dynamics/workspace.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// A row of K with one block for both of its points: the gradient at j, and its opposite at i.
 struct RodRow {
@@ -62,4 +62,4 @@ class RowSums {
   bool knows_lengths_ = false;   // `lengths_` is written and constant
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

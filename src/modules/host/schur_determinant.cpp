@@ -5,7 +5,7 @@
 #include <limits>
 #include <set>
 
-namespace tanor {
+namespace tanor::detail {
 
 SchurDeterminant::SchurDeterminant(const Workspace& work)
     : work_(work),
@@ -134,4 +134,4 @@ void SchurDeterminant::write_gradient(const double* r, const double* blocks, dou
   work_.constraints.add_hessian_products(r, moves.data(), gradient);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

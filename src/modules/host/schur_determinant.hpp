@@ -5,7 +5,7 @@
 #include "base/groups.hpp"
 #include "dynamics/workspace.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Computes ln det S of S = K'M^-1K and its gradient,
 ///
@@ -44,4 +44,4 @@ class SchurDeterminant {
   std::size_t dependent_row_ = 0;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -10,6 +10,7 @@
 #include "host/point_address.hpp"
 
 namespace tanor {
+using namespace detail;
 
 namespace {
 

@@ -7,7 +7,7 @@
 #include "base/text.hpp"
 #include "system/members.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -143,7 +143,7 @@ std::size_t Things::num_members(const Thing& thing) const {
   return std::visit(
       []<class Group>(const Group& group) -> std::size_t {
         if constexpr (requires { KindOf<Group>::members; })
-          return tanor::num_members(group);
+          return detail::num_members(group);
         else
           return 0;
       },
@@ -236,4 +236,4 @@ std::string Things::name_point(Index point) const {
   return "point " + text(point);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

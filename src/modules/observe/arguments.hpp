@@ -12,7 +12,7 @@
 #include "base/vec3.hpp"
 #include "system/formula.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// One argument of a quantity, and where it stands in the text.
 struct Argument {
@@ -100,4 +100,4 @@ class Things {
   const HostNames* host_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <span>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// An answer at one instant as observables read it, in the user's order. Arrays that none of them reads may be empty.
 struct ObservedInstant {
@@ -39,4 +39,4 @@ struct Needs {
   }
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

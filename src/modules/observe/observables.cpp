@@ -4,6 +4,7 @@
 #include <cmath>
 
 namespace tanor {
+using namespace detail;
 
 namespace {
 

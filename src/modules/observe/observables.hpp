@@ -8,7 +8,7 @@
 
 #include "observe/observed_text.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The observables of a motion: their numbers at the last instant, and their extremes.
 class Observables {
@@ -63,4 +63,4 @@ class Condition {
   bool is_any_ = false;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

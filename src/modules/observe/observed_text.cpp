@@ -8,6 +8,7 @@
 #include "base/text.hpp"
 
 namespace tanor {
+using namespace detail;
 
 namespace {
 

@@ -11,7 +11,7 @@
 #include "observe/quantity.hpp"
 #include "system/formula.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The text of an observable, parsed for a system: a quantity of things, or a formula of several.
 ///
@@ -70,4 +70,4 @@ class ObservedText {
   mutable std::vector<double> variables_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -9,7 +9,7 @@
 #include "system/law_numbers.hpp"
 #include "system/members.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -484,4 +484,4 @@ std::span<const QuantityKind> quantity_kinds() {
   return kinds;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

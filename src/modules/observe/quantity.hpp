@@ -13,7 +13,7 @@
 #include "observe/arguments.hpp"
 #include "observe/instant.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// A quantity of things of a system, such as the tension of the rods of a group: [members x parts] numbers.
 class Quantity {
@@ -52,4 +52,4 @@ std::unique_ptr<Quantity> make_virial(const Things& things, const Arguments& arg
 /// All quantities of this version.
 std::span<const QuantityKind> quantity_kinds();
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 #include "evaluate/forces.hpp"
 #include "observe/quantity.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -172,4 +172,4 @@ std::unique_ptr<Quantity> make_virial(const Things& things, const Arguments& arg
   return std::make_unique<Stress>(things.system(), true);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

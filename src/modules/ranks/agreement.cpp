@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -59,4 +59,4 @@ std::string Agreement::first_text(std::string own) {
   return own;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include <tanor/error.hpp>
 #include <tanor/ranks.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Decisions that ranks take together, so that every rank takes the same branch. All functions are collective.
 class Agreement {
@@ -54,4 +54,4 @@ class Agreement {
   Ranks& ranks_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace tanor {
+namespace tanor::detail {
 
 CutEnergies::CutEnergies(Workspace& work, const Part& part, Agreement& agreement)
     : work_(work), model_(work.model()), is_rheonomic_(agreement.any(model_.is_rheonomic())) {
@@ -104,4 +104,4 @@ Power CutEnergies::power_along(const Kinematics& at, int terms, MotionSeries& se
   return power(at, series.power_of_constraints(at.t, at.x, points_.data(), terms, rows_counted_elsewhere_));
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

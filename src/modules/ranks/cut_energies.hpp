@@ -9,7 +9,7 @@
 #include "dynamics/workspace.hpp"
 #include "ranks/agreement.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The contribution of a rank to the energies and powers of all, where constraints and forces reach from rank to rank.
 /// Each energy is counted by one rank, each point's power by its owner.
@@ -49,4 +49,4 @@ class CutEnergies {
   std::vector<double> own_v_, points_;               // [3n] scratch
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -8,7 +8,7 @@
 #include "base/text.hpp"
 #include "schur/refinement.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 CutForm::CutForm(Workspace& work, const SolverOptions& options, const Part& part)
     : PointForm(work),
@@ -240,4 +240,4 @@ void CutForm::describe(PlanSummary* plan) const {
   linearization_.describe(plan);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -15,7 +15,7 @@
 #include "ranks/halo_pairs.hpp"
 #include "ranks/shared_neighbourhoods.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The equations of motion in normal form of a rank's part, where ideal constraints or forces reach from rank to rank.
 /// A rank writes for its guests, too, whatever it writes for its own points.
@@ -90,4 +90,4 @@ class CutForm final : public PointForm {
   std::vector<double> own_x_, own_v_;      // [3n] errors, without those of guests
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 #include "base/text.hpp"
 #include "dynamics/motion_series.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 CutLinearization::CutLinearization(Workspace& work, const Part& part, Ordering ordering)
     : work_(work),
@@ -90,4 +90,4 @@ void CutLinearization::describe(PlanSummary* plan) const {
   plan->factorizations = {Factorization::Multifrontal};
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

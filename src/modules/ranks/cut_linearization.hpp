@@ -10,7 +10,7 @@
 #include "ranks/cut_solver.hpp"
 #include "ranks/guests.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// K and the factor of S = K'M^-1K at one configuration, where constraints reach from rank to rank, and the solves with
 /// them. What is written for points is written for guests, too. All functions that solve are collective.
@@ -59,4 +59,4 @@ class CutLinearization {
   std::vector<double> move_;        // [3n] scratch
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include "base/numbers.hpp"
 #include "base/text.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 CutProjector::CutProjector(Workspace& work, CutLinearization& linearization)
     : work_(work),
@@ -98,4 +98,4 @@ ProjectionReport CutProjector::project_velocities(double t, const double* r, dou
   }
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -5,7 +5,7 @@
 #include "dynamics/chord_iteration.hpp"
 #include "ranks/cut_linearization.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Projections onto xi = 0 and K'v + xi_t = 0 along the present M^-1 K, where constraints reach from rank to rank. It
 /// is the StepProjector of CutForm as well. Every rank makes the same iterations.
@@ -57,4 +57,4 @@ class CutProjector final : public StepProjector, private ChordEquations {
   std::vector<double> move_;      // [3n]
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

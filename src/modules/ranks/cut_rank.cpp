@@ -7,7 +7,7 @@
 
 #include "ranks/share.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 CutRank::CutRank(Workspace& work, const Part& part, Agreement& agreement)
     : work_(work),
@@ -123,4 +123,4 @@ void CutRank::minimize_norm(double* lambda) {
   for (std::size_t a = 0; a < row_number_.size(); ++a) lambda[a] = all[row_number_[a]];
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

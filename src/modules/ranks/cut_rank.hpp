@@ -11,7 +11,7 @@
 #include "factor/rank_solver.hpp"
 #include "ranks/agreement.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The rows of K that depend on others, where constraints reach from rank to rank. S raises the suspicion; then every
 /// rank receives all of K and decides by QR, as Redundancy does on one rank. Dependent rows take no part in S: their
@@ -46,4 +46,4 @@ class CutRank {
   std::vector<char> active_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -1,6 +1,6 @@
 #include "ranks/cut_series.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 Outcome CutSeries::expand(const Kinematics& at, const double* w, const Reactions& found, const SeriesDemand&,
                           std::span<double* const> coefficients, SeriesExtent* extent) {
@@ -17,4 +17,4 @@ void CutSeries::apply_transposed(const double* points, const double* shift, doub
   (void)work_.constraints.apply_transposed(model_.parallel, linearization_.blocks().data(), points, shift, rows);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

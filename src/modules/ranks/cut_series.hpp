@@ -9,7 +9,7 @@
 #include "ranks/cut_linearization.hpp"
 #include "ranks/shared_neighbourhoods.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The motion as a power series in time, where constraints and forces reach from rank to rank. Every order is one solve
 /// with the factor that spans the ranks, after which that order's coefficients of the guests are fetched.
@@ -48,4 +48,4 @@ class CutSeries final : public SeriesExpansion, private SeriesFactor {
   MotionSeries series_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

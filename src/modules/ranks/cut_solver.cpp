@@ -7,7 +7,7 @@
 #include "evaluate/family.hpp"
 #include "ranks/replicated_rows.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The rows of a rank in the order of elimination, shared rows last, by their place among those of all ranks.
 struct CutSolver::Order {
@@ -136,4 +136,4 @@ void CutSolver::solve_negative(const double* b, double* x) {
   for (std::size_t k = 0; k < n; ++k) x[row(k)] = scale[k] * x_[k];
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -10,7 +10,7 @@
 #include "dynamics/model.hpp"
 #include "factor/partial_cholesky.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Solves x = -S^-1 b where equations reach from rank to rank. Each rank has the rows of its own points. For a rod that
 /// is cut, it has the gradient at its own end, as if the other one were a support. S is the sum of what the ranks have:
@@ -68,4 +68,4 @@ class CutSolver {
   std::vector<double> x_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -2,7 +2,7 @@
 
 #include "base/vec3.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 Guests::Guests(const Part& part, const Numbering& numbering) : ranks_(*part.ranks) {
   for (const Part::Link& given : part.links) {
@@ -29,4 +29,4 @@ void Guests::fetch(double* points) {
   }
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

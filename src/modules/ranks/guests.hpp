@@ -7,7 +7,7 @@
 
 #include "system/numbering.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Points of other ranks that equations join to this rank's. The ranks that own them send their numbers.
 class Guests {
@@ -29,4 +29,4 @@ class Guests {
   std::vector<Ranks::Message> messages_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

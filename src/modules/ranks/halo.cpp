@@ -9,7 +9,7 @@
 
 #include "evaluate/neighbours.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 Halo::Halo(Ranks& ranks, const PeriodicBox& box, double cutoff, std::span<const Index> numbers)
     : ranks_(ranks),
@@ -98,4 +98,4 @@ void Halo::fetch(std::span<const Vec3> own, std::vector<Vec3>* places) {
     for (std::size_t k = 0; k < link.count; ++k) (*places)[link.first + k] = load(link.received.data(), k);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

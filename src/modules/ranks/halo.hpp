@@ -10,7 +10,7 @@
 #include "evaluate/periodic_box.hpp"
 #include "ranks/share.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Points of other ranks that come near this rank's. Every rank finds them by itself from the places of all points,
 /// which are exchanged when the lists are made. The lists serve until a point has moved by half the skin (Verlet). In
@@ -63,4 +63,4 @@ class Halo {
   std::vector<Ranks::Message> messages_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

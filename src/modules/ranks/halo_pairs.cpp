@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -279,4 +279,4 @@ double HaloPairs::find_passage(const PointPath& path, std::span<const double> ma
   return surroundings_->field->find_passage(model_.parallel, near, surroundings_->masses);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -14,7 +14,7 @@
 #include "ranks/agreement.hpp"
 #include "ranks/halo.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Pair forces of one group, with a cutoff, between own points and those of other ranks.
 class HaloPairs final : public PairsBeyond {
@@ -56,4 +56,4 @@ class HaloPairs final : public PairsBeyond {
   std::unique_ptr<Surroundings> surroundings_;  // for passages; null if none were looked for since the lists were made
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

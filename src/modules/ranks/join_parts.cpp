@@ -9,6 +9,7 @@
 #include "ranks/share.hpp"
 
 namespace tanor {
+using namespace detail;
 
 RankSystem join_parts(System own, Ranks& ranks) {
   Agreement agreement(ranks);

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -59,4 +59,4 @@ void ReplicatedRows::solve(std::span<double> x) {
   for (std::size_t k = 0; k < own_.size(); ++k) x[k] = scale_[own_[k]] * x_[own_[k]];
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

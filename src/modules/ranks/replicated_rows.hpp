@@ -8,7 +8,7 @@
 
 #include "factor/cholesky.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Shared rows that every rank solves for itself, all of them, with one sum for a factorization and one for a solve.
 class ReplicatedRows final : public SharedRows {
@@ -30,4 +30,4 @@ class ReplicatedRows final : public SharedRows {
   std::vector<double> scale_, x_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

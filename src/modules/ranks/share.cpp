@@ -1,6 +1,6 @@
 #include "ranks/share.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 Share::Share(Ranks& ranks, std::size_t own) {
   const auto here = static_cast<std::size_t>(ranks.rank());
@@ -11,4 +11,4 @@ Share::Share(Ranks& ranks, std::size_t own) {
   first = start[here];
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -5,7 +5,7 @@
 
 #include <tanor/ranks.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Things that each rank has some of, numbered one rank behind the other.
 struct Share {
@@ -19,4 +19,4 @@ struct Share {
   std::size_t all() const { return start.back(); }
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 
 #include "ranks/shared_mechanics.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 Outcome SharedImplicitEquations::evaluate(double t, const double* x, const double* v, const double* lambda, double* a,
                                           double* rows, Power* power) {
@@ -31,4 +31,4 @@ void SharedImplicitEquations::linearise(double t, const double* x, const double*
   });
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

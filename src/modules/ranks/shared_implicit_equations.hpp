@@ -8,7 +8,7 @@
 #include "dynamics/implicit_equations.hpp"
 #include "ranks/agreement.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The implicit equations of whole islands, of which every rank has its own. Newton's matrix of all is a block for each
 /// rank, which factorizes and solves that alone; outcomes, the largest violation and powers are those of all ranks.
@@ -45,4 +45,4 @@ class SharedImplicitEquations final : public ImplicitEquations {
   Agreement agreement_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -9,7 +9,7 @@
 #include "dynamics/corner_functions.hpp"
 #include "ranks/shared_roles.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 Power sum_powers(Ranks& ranks, const Power& own) {
   std::array<double, 4> all{own.supports, own.forces, own.potentials, own.friction};
@@ -201,4 +201,4 @@ Energy SharedMechanics::energy(double t, const double* x, const double* v) {
   return {all[0], all[1]};
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

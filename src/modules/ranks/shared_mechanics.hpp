@@ -11,7 +11,7 @@
 #include "ranks/agreement.hpp"
 #include "ranks/shared_prescription.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Equations of motion of which every rank has a part. A function gives the part's own answer, and what all parts say
 /// together where a number or an outcome decides about a step, so that every rank makes the same steps. If no equation
@@ -117,4 +117,4 @@ class SharedMechanics final : public EquationsOfMotion {
 /// Returns the powers of all ranks together.
 Power sum_powers(Ranks& ranks, const Power& own);
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include "system/members.hpp"
 #include "system/neighbourhoods.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 SharedNeighbourhoods::SharedNeighbourhoods(Workspace& work, const Part& part)
     : work_(work), ranks_(*part.ranks), num_shared_(part.num_shared_neighbourhoods) {
@@ -69,4 +69,4 @@ void SharedNeighbourhoods::share_speeds(Agreement& agreement) {
   work_.scales.set_speeds(speeds);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -8,7 +8,7 @@
 #include "dynamics/workspace.hpp"
 #include "ranks/agreement.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Neighbourhoods that lie on several ranks, whose errors are measured against all of their points. All functions are
 /// collective.
@@ -34,4 +34,4 @@ class SharedNeighbourhoods {
   std::vector<Shared> shared_;  // ascending
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

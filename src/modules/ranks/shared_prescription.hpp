@@ -7,7 +7,7 @@
 #include "dynamics/equations_of_motion.hpp"
 #include "ranks/agreement.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The prescribed motion of a rank's part. Ranks go to a new time without a word to each other. What one of them throws
 /// there is remembered, and thrown on all by the next agreement.
@@ -53,4 +53,4 @@ class SharedPrescription {
   std::exception_ptr failure_;  // none since the ranks last agreed if null
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

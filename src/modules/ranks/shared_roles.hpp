@@ -14,7 +14,7 @@
 
 /// \file The roles of SharedMechanics. Where `own` is a pointer, it is null on a rank whose part does not have the
 /// role.
-namespace tanor {
+namespace tanor::detail {
 
 class SharedMechanics::Projector final : public StepProjector {
  public:
@@ -270,4 +270,4 @@ class SharedMechanics::Implicit final : public ImplicitFormulation {
   const bool matrix_knows_all_forces_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

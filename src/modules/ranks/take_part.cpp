@@ -14,6 +14,7 @@
 #include "system/neighbourhoods.hpp"
 
 namespace tanor {
+using namespace detail;
 
 SharedRows::~SharedRows() = default;
 Ranks::~Ranks() = default;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -170,7 +170,7 @@ void AugmentedStiffness::find_penalties(const std::vector<double>& shifts, doubl
     const auto row = static_cast<std::size_t>(incidence.row), point = static_cast<std::size_t>(incidence.point);
     if (point >= stiffness.size()) continue;
     const Vec3 gradient = load(equations_.gradients().data(), incidence.block);
-    squares[row] = std::max(squares[row], tanor::dot(gradient, gradient));
+    squares[row] = std::max(squares[row], detail::dot(gradient, gradient));
     (*penalties)[row] = std::max((*penalties)[row], stiffness[point]);
   }
   for (std::size_t row = 0; row < squares.size(); ++row)
@@ -210,4 +210,4 @@ std::vector<double> AugmentedStiffness::lower_values() const {
   return result;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

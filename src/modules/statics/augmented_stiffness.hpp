@@ -7,7 +7,7 @@
 #include "factor/cholesky.hpp"
 #include "statics/equilibrium_equations.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The stiffness matrix of an equilibrium with a mass shift and with penalties on its constraints,
 ///
@@ -71,4 +71,4 @@ class AugmentedStiffness {
   std::vector<int> transposed_;  // [entry of the lower triangle] -> entry of the upper one
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -10,7 +10,7 @@
 #include "base/dense.hpp"
 #include "statics/tall_products.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 using Eigen::MatrixXd, Eigen::VectorXd;
 using Rows = Eigen::Index;
@@ -138,4 +138,4 @@ bool BlockLanczos::run(double tolerance) {
   return true;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Finds the largest eigenvalues of a symmetric operator A by the block Lanczos method, with full orthogonalisation and
 /// thick restarts (Wu & Simon 2000; Stewart's Krylov-Schur form of a symmetric A). A block finds as many copies of a
@@ -45,4 +45,4 @@ class BlockLanczos {
   Eigen::VectorXd values_, residuals_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -17,6 +17,7 @@
 #include "statics/mode_finder.hpp"
 
 namespace tanor {
+using namespace detail;
 
 namespace {
 

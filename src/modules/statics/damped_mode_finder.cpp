@@ -14,7 +14,7 @@
 #include "base/numbers.hpp"
 #include "base/text.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 using Eigen::MatrixXd, Eigen::VectorXcd;
 using Columns = Eigen::Index;
@@ -205,6 +205,6 @@ DampedModeFinder::Found DampedModeFinder::find_lowest(std::size_t count, std::si
               " searches there are still more in the circle of " + text(shift_) + " 1/s around those that are wanted");
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail
 
 #endif

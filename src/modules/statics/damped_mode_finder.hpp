@@ -5,7 +5,7 @@
 #include "statics/damped_modes.hpp"
 #include "statics/unsymmetric_kkt.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Finds the lowest damped modes of many freedoms without a basis of all moves. With p = lambda q and a small shift s >
 /// 0,
@@ -54,4 +54,4 @@ class DampedModeFinder {
   std::vector<double> x_, mu_, image_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -12,7 +12,7 @@
 #include "base/dense.hpp"
 #include "base/numbers.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 using Rows = Eigen::Index;
 using Eigen::MatrixXcd, Eigen::MatrixXd, Eigen::VectorXcd;
@@ -101,4 +101,4 @@ DampedModeSet find_damped_modes(const EquilibriumEquations& equations,
   return result;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -5,7 +5,7 @@
 
 #include "statics/equilibrium_equations.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Small motions x(t) = r + Re(q e^(lambda t)): (lambda^2 M + lambda D + W) q + K mu = 0, K'q = 0. A pair of conjugate
 /// lambda is represented by the one with the positive imaginary part; the smallest |lambda| comes first. Shapes are in
@@ -23,4 +23,4 @@ struct DampedModeSet {
 DampedModeSet find_damped_modes(const EquilibriumEquations& equations, const Eigen::SparseMatrix<double>& D,
                                 const Eigen::MatrixXd& Z, double zero);
 
-}  // namespace tanor
+}  // namespace tanor::detail

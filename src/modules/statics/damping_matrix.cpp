@@ -2,7 +2,7 @@
 
 #include <vector>
 
-namespace tanor {
+namespace tanor::detail {
 
 Eigen::SparseMatrix<double> find_damping(Workspace& work, double t, const double* r) {
   const Model& model = work.model();
@@ -60,4 +60,4 @@ Eigen::SparseMatrix<double> find_coriolis(const EquilibriumEquations& equations)
   return result;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

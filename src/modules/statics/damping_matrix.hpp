@@ -5,7 +5,7 @@
 #include "dynamics/workspace.hpp"
 #include "statics/equilibrium_equations.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Returns D = -df/dv [3n, 3n], N s/m, of the n moving points at rest at (t, r), in the inner order. Springs, linear
 /// drag and formulas contribute to it; friction does not.
@@ -14,4 +14,4 @@ Eigen::SparseMatrix<double> find_damping(Workspace& work, double t, const double
 /// frame that turns.
 Eigen::SparseMatrix<double> find_coriolis(const EquilibriumEquations& equations);
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace tanor {
+namespace tanor::detail {
 
 inline double dot(const std::vector<double>& a, const std::vector<double>& b) {
   double sum = 0.0;
@@ -11,4 +11,4 @@ inline double dot(const std::vector<double>& a, const std::vector<double>& b) {
   return sum;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

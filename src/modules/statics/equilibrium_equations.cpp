@@ -8,7 +8,7 @@
 #include "base/numbers.hpp"
 #include "statics/islands.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -138,4 +138,4 @@ void EquilibriumEquations::apply_transposed(const double* x, double* rows) const
   work_.constraints.apply_transposed(model_.parallel, blocks_.data(), all.data(), nullptr, rows);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 #include "dynamics/workspace.hpp"
 #include "statics/stiffness_matrix.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// A system at rest at the time t, and Newton's matrix of its equilibrium:
 ///
@@ -89,4 +89,4 @@ class EquilibriumEquations {
   std::vector<double> blocks_, f_, reactions_, at_rest_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

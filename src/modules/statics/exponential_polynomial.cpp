@@ -4,7 +4,7 @@
 
 #include "system/operations.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -132,4 +132,4 @@ std::vector<ExponentialPolynomial> evaluate(const Expression& expression,
   return results;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 
 #include <tanor/expression.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// A function of the time tau that is a sum of terms tau^k (a cos(w tau) + b sin(w tau)), an exponential polynomial.
 /// Polynomials and steady rotations are of this kind, and so are sums and products of them. Its terms are unique, so
@@ -80,4 +80,4 @@ class ExponentialPolynomial {
 std::vector<ExponentialPolynomial> evaluate(const Expression& expression,
                                             std::span<const ExponentialPolynomial> variables);
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -26,6 +26,7 @@
 #include "statics/unsymmetric_newton.hpp"
 
 namespace tanor {
+using namespace detail;
 namespace {
 
 /// The search for one system from one start; arrays are in the inner order.
@@ -39,7 +40,7 @@ class Search {
   void start_at(const std::vector<double>& positions, const std::vector<double>* multipliers);
   /// Finds an equilibrium; if `assesses_stability`, its stability decides whether it is accepted.
   Outcome run(bool assesses_stability);
-  /// Describes the equilibrium: residuals, multipliers, energy and stability.
+  /// Writes residuals, multipliers, energy and stability of the equilibrium.
   void describe();
   void write();
 
@@ -100,10 +101,9 @@ Search::Search(System system, const SteadyFrame& frame, const EquilibriumOptions
 
 void Search::start_at(const std::vector<double>& positions, const std::vector<double>* multipliers) {
   state_.r.resize(3 * model_.num_points());
-  std::vector<double> v(state_.r.size());
   model_.numbering.gather_points(positions, state_.r);
   work_.set_time(options_.at);
-  work_.prescribe_all(options_.at, state_.r.data(), v.data());
+  work_.prescribe_all(options_.at, state_.r.data(), std::vector<double>(state_.r.size()).data());
   if (multipliers != nullptr)
     state_.lambda = *multipliers;
   else
@@ -458,7 +458,7 @@ std::unique_ptr<Search> start_search(const System& system, const SteadyFrame& fr
 }
 
 }  // namespace
-EquilibriumResult rest_from(const System& system, const SteadyFrame& frame, const EquilibriumOptions& options,
+EquilibriumResult detail::rest_from(const System& system, const SteadyFrame& frame, const EquilibriumOptions& options,
                             const std::vector<double>& prestress, const std::vector<double>& start,
                             bool assesses_stability) {
   EquilibriumResult result;

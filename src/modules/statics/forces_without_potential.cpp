@@ -5,7 +5,7 @@
 #include "statics/damping_matrix.hpp"
 #include "statics/stiffness_matrix.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -49,4 +49,4 @@ std::vector<std::string> list_formulas_on_velocities(const System& system, const
   return names;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

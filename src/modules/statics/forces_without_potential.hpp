@@ -7,7 +7,7 @@
 
 #include "base/parallel.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// W = -df/dr is not a Hessian, and some force has no potential, if |W - W'| exceeds this part of the largest |W|.
 inline constexpr double symmetric_to = 1e-8;
@@ -21,4 +21,4 @@ std::string name_forces_without_potential(const System& system, const std::vecto
 std::vector<std::string> list_formulas_on_velocities(const System& system, const std::vector<double>& positions,
                                                      double t);
 
-}  // namespace tanor
+}  // namespace tanor::detail

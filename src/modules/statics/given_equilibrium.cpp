@@ -13,7 +13,7 @@
 #include "statics/standing_corner.hpp"
 #include "statics/unsymmetric_kkt.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -277,4 +277,4 @@ std::string GivenEquilibrium::find_ambiguous_stiffness() {
   return name_some(found);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

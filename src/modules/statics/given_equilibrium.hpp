@@ -11,7 +11,7 @@
 #include "statics/smallest_multipliers.hpp"
 #include "statics/statics_input.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// An equilibrium that the caller claims, in the user's order.
 struct EquilibriumClaim {
@@ -66,4 +66,4 @@ class GivenEquilibrium {
   RankReport rank_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

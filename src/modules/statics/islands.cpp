@@ -5,7 +5,7 @@
 
 #include "statics/equilibrium_equations.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -70,4 +70,4 @@ std::vector<double> find_island_stiffness(const EquilibriumEquations& equations,
   return result;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-namespace tanor {
+namespace tanor::detail {
 
 class EquilibriumEquations;
 class Model;
@@ -17,4 +17,4 @@ std::vector<int> find_statics_islands(const EquilibriumEquations& equations);
 /// without stiffness have 1e-150, whose square is still a positive number.
 std::vector<double> find_island_stiffness(const EquilibriumEquations& equations, const std::vector<int>& island);
 
-}  // namespace tanor
+}  // namespace tanor::detail

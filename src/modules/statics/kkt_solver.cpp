@@ -7,7 +7,7 @@
 #include "base/pack.hpp"
 #include "factor/inertia.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 using Eigen::MatrixXd, Eigen::VectorXd;
 
@@ -223,4 +223,4 @@ double KktSolver::solve(Eigen::Ref<MatrixXd> x, Eigen::Ref<MatrixXd> y, Accuracy
   return residual;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -10,7 +10,7 @@
 #include "statics/augmented_stiffness.hpp"
 #include "statics/equilibrium_equations.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Solves  [ W + s M  K ] [ x ]   [ a ]
 ///         [ K'       0 ] [ y ] = [ b ]   for symmetric W, by a sparse Cholesky factor of
@@ -78,4 +78,4 @@ class KktSolver {
   Eigen::MatrixXd rows_residual_, scaled_, image_, move_, direction_, direction_image_, direction_move_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

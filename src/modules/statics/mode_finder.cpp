@@ -15,7 +15,7 @@
 #include "statics/islands.hpp"
 #include "statics/tall_products.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 using Eigen::MatrixXd, Eigen::VectorXd;
 using Rows = Eigen::Index;
@@ -421,4 +421,4 @@ ModeSet ModeFinder::find_lowest(std::size_t count, double tolerance) {
                                                      std::to_string(count) + " modes");
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

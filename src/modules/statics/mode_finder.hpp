@@ -10,7 +10,7 @@
 #include "statics/equilibrium_equations.hpp"
 #include "statics/kkt_solver.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Some modes of Z'WZ q = omega^2 Z'MZ q, K'Z = 0, in the inner order of points.
 struct ModeSet {
@@ -105,4 +105,4 @@ class ModeFinder {
   std::size_t solves_ = 0;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

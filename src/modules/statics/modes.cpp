@@ -22,6 +22,7 @@
 #include "statics/stability.hpp"
 
 namespace tanor {
+using namespace detail;
 
 namespace {
 

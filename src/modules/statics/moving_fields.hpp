@@ -6,7 +6,7 @@
 
 #include <tanor/system.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Returns false for functions of time that are not constant.
 template <class Value>
@@ -31,4 +31,4 @@ std::string name_moving_fields(const Group& group) {
   return names;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

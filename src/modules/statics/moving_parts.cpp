@@ -9,7 +9,7 @@
 #include "base/numbers.hpp"
 #include "system/members.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 MovingParts::MovingParts(const System& system, double t)
     : system_(system), t_(t), work_(system, {}, 0.0), model_(work_.model()), r_(3 * model_.num_points()) {
@@ -117,4 +117,4 @@ double MovingParts::find_rate_of_level(const Potential& potential, std::size_t t
   return rate / std::sqrt(slope2);
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

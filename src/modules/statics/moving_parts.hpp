@@ -7,7 +7,7 @@
 #include "dynamics/workspace.hpp"
 #include "statics/steady_frame.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Configurations are disturbed, so that no rate vanishes by accident.
 struct Disturbance {
@@ -53,4 +53,4 @@ class MovingParts {
   std::vector<std::vector<int>> members_;  // inner rows
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include "base/text.hpp"
 #include "statics/dot.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -397,4 +397,4 @@ Outcome NewtonDescent::explain(const char* why) const {
                                     text(residual_.violation)};
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -8,7 +8,7 @@
 
 #include "statics/kkt_solver.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The state of an iteration, in the inner order.
 struct StaticState {
@@ -119,4 +119,4 @@ class NewtonDescent {
   int slow_steps_ = 0;  // consecutive ones
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -10,6 +10,7 @@
 #include "system/members.hpp"
 
 namespace tanor {
+using namespace detail;
 
 namespace {
 

@@ -8,7 +8,7 @@
 #include "statics/equilibrium_equations.hpp"
 #include "statics/statics_input.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// One-sided constraints, s = 1 or -1, and which of them are closed:
 ///
@@ -73,4 +73,4 @@ class Exchange {
   std::set<std::vector<bool>> seen_;  // sets met while one row changes at a time
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

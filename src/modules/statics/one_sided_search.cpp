@@ -2,7 +2,7 @@
 
 #include "base/text.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -100,4 +100,4 @@ EquilibriumResult OneSidedSearch::write(EquilibriumResult found) {
   return found;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

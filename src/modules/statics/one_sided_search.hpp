@@ -5,7 +5,7 @@
 
 #include "statics/one_sided.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Finds the equilibrium of a system whose constraints all act both ways, in a frame whose inertia is among the forces,
 /// from `start` [3n]. If `assesses_stability` is
@@ -41,4 +41,4 @@ class OneSidedSearch {
   EquilibriumSearch search_;  // over all rounds
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

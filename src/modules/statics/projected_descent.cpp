@@ -5,7 +5,7 @@
 
 #include "dynamics/nearest_point.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -95,4 +95,4 @@ Outcome ProjectedDescent::run(const NewtonLimits& limits, StaticState* state, st
   return {};
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -6,7 +6,7 @@
 #include "statics/newton_descent.hpp"
 #include "statics/smallest_multipliers.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Descends the energy along xi = 0 as a motion that is damped where it goes uphill (FIRE, Bitzek et al. 2006):
 ///
@@ -33,4 +33,4 @@ class ProjectedDescent {
   int iterations_ = 0;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

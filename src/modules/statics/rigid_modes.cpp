@@ -12,7 +12,7 @@
 #include "base/numbers.hpp"
 #include "statics/islands.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -439,4 +439,4 @@ std::size_t count_rigid_modes(const EquilibriumEquations& equations, const std::
   return FiniteMotions(equations, r, island, fields, std::move(motions)).count_free();
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

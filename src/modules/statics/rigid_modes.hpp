@@ -5,7 +5,7 @@
 
 #include "statics/equilibrium_equations.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Returns the dimension of the motions of whole islands, free or about a fixed point or axis, that no constraint and
 /// no force answers to, over a finite distance too, and that leave the supports which hold them where they are. Islands
@@ -14,4 +14,4 @@ namespace tanor {
 /// [3 points].
 std::size_t count_rigid_modes(const EquilibriumEquations& equations, const std::vector<double>& r);
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -98,4 +98,4 @@ std::vector<std::size_t> list_dependent_rows(const Model& model, const RankRepor
   return result;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

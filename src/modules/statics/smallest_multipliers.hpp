@@ -8,7 +8,7 @@
 #include "schur/redundancy.hpp"
 #include "statics/equilibrium_equations.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The multipliers that come nearest to balancing the forces at one configuration, and the rank of K there:
 ///
@@ -46,4 +46,4 @@ class SmallestMultipliers {
 /// Returns the rows of the model that depend on others [inner order].
 std::vector<std::size_t> list_dependent_rows(const Model& model, const RankReport& rank);
 
-}  // namespace tanor
+}  // namespace tanor::detail

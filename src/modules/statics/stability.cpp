@@ -9,7 +9,7 @@
 #include "statics/rigid_modes.hpp"
 #include "statics/zero_modes.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -98,4 +98,4 @@ ReducedInertia find_inertia(const EquilibriumEquations& equations, const std::ve
   return result;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -8,7 +8,7 @@
 #include "statics/kkt_solver.hpp"
 #include "statics/zero_modes.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The signs of omega^2 in Z'WZ q = omega^2 Z'MZ q where the equations were linearised last, at r [3 points].
 struct ReducedInertia {
@@ -33,4 +33,4 @@ ReducedInertia find_inertia(const EquilibriumEquations& equations, const std::ve
 /// Returns the number of negative omega^2 there, or nothing if pivots vanish at all bounds that were tried.
 std::optional<std::size_t> count_unstable(const ZeroModes& zero, KktSolver* solver);
 
-}  // namespace tanor
+}  // namespace tanor::detail

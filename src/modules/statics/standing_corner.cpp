@@ -10,7 +10,7 @@
 #include "system/formula_names.hpp"
 #include "system/members.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 std::string find_standing_corner(const System& system, double t, std::span<const double> positions, double distance) {
   for (std::size_t k = 0; k < system.constraints.size(); ++k) {
@@ -46,4 +46,4 @@ EquilibriumResult refuse_standing_corner(const System& system, double t, Equilib
   return result;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

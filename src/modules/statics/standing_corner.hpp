@@ -6,7 +6,7 @@
 #include <tanor/equilibrium.hpp>
 #include <tanor/system.hpp>
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Returns the corner of a formula in which points rest, no further from it than a distance, m: "the corner of abs(x1)
 /// in wire"; empty if they rest in none. No side of the formula holds there.
@@ -14,4 +14,4 @@ std::string find_standing_corner(const System& system, double t, std::span<const
 /// Returns the result, refused if its points rest in a corner. A search that failed may lead there as well.
 EquilibriumResult refuse_standing_corner(const System& system, double t, EquilibriumResult result);
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -12,7 +12,7 @@
 #include "system/enum_check.hpp"
 #include "system/members.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -178,4 +178,4 @@ System with_load(const System& system, double factor, double t) {
   return result;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

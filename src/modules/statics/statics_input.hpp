@@ -7,7 +7,7 @@
 
 #include "statics/steady_frame.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 class EquilibriumEquations;
 
@@ -41,4 +41,4 @@ std::string describe_rigid_points(const std::vector<Index>& points);
 /// Returns the system with gravity and constant forces at t multiplied by `factor`.
 System with_load(const System& system, double factor, double t);
 
-}  // namespace tanor
+}  // namespace tanor::detail

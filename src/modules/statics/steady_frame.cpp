@@ -18,7 +18,7 @@
 #include "statics/moving_parts.hpp"
 #include "statics/unsteady_part.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 using Eigen::MatrixXd, Eigen::VectorXd;
 
@@ -299,4 +299,4 @@ void add_inertia(const SteadyFrame& frame, System* system) {
   if (!inertia.points.empty()) system->forces.push_back(std::move(inertia));
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -8,7 +8,7 @@
 #include "base/vec3.hpp"
 #include "statics/exponential_polynomial.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// A frame that turns with a constant spin and accelerates evenly. At a time tau after the equilibrium its points move
 /// by
@@ -45,4 +45,4 @@ SteadyFrame find_steady_frame(const System& system, double t);
 /// (r - c))) on each point.
 void add_inertia(const SteadyFrame& frame, System* system);
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 #include "statics/dot.hpp"
 #include "statics/newton_descent.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 StiffeningStress::StiffeningStress(EquilibriumEquations& equations, const SmallestMultipliers& multipliers,
                                    FindInertia find)
@@ -83,4 +83,4 @@ std::vector<double> StiffeningStress::stiffening(const std::vector<double>& r, c
   return ahead;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

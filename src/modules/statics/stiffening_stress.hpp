@@ -7,7 +7,7 @@
 #include "statics/smallest_multipliers.hpp"
 #include "statics/stability.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Chooses a self-stress that makes an equilibrium stable. The energy has a strict minimum where Z'WZ is positive
 /// definite with some multipliers that balance the load. If rods pull against each other in ways that no load
@@ -34,4 +34,4 @@ class StiffeningStress {
   FindInertia find_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

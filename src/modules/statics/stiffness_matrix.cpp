@@ -7,7 +7,7 @@
 
 #include "base/groups.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 StiffnessMatrix::StiffnessMatrix(Workspace& work)
     : work_(work), model_(work.model()), point_positions_(model_.num_moving()), at_rest_(3 * model_.num_points(), 0.0) {
@@ -256,4 +256,4 @@ double StiffnessMatrix::largest() const {
   return result;
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

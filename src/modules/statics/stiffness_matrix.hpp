@@ -7,7 +7,7 @@
 #include "base/block3.hpp"
 #include "dynamics/workspace.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The response of forces and reactions to a small move of the points, at fixed lambda and t and at rest:
 ///
@@ -84,4 +84,4 @@ class StiffnessMatrix {
   std::vector<double> at_rest_;  // [3 points] velocities: 0
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

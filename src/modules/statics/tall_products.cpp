@@ -7,7 +7,7 @@
 #include "base/instruction_sets.hpp"
 #include "base/pack.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 using Eigen::MatrixXd;
 
@@ -137,4 +137,4 @@ void subtract_product(const TallMatrix& A, const MatrixXd& C, MatrixXd* B) {
   subtract_tall_product(static_cast<std::size_t>(A.rows()), columns_of(A), columns_of(C), columns_of(B));
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -4,7 +4,7 @@
 
 /// \file Products of matrices with many rows and few columns. Rows are processed in portions that stay in the
 /// second-level cache; the code is compiled for each instruction set.
-namespace tanor {
+namespace tanor::detail {
 
 using TallMatrix = Eigen::Ref<const Eigen::MatrixXd>;
 
@@ -15,4 +15,4 @@ Eigen::MatrixXd multiply_tall(const TallMatrix& A, const Eigen::MatrixXd& C);
 /// Computes B -= A C.
 void subtract_product(const TallMatrix& A, const Eigen::MatrixXd& C, Eigen::MatrixXd* B);
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -11,7 +11,7 @@
 #include "base/text.hpp"
 #include "statics/islands.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -181,4 +181,4 @@ std::string find_unbalanced_load(EquilibriumEquations& equations, const std::vec
          " N that nothing balances";
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

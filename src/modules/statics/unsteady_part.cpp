@@ -12,7 +12,7 @@
 #include "statics/moving_fields.hpp"
 #include "system/members.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -273,4 +273,4 @@ std::optional<UnsteadyPart> find_unsteady_part(const System& system, const Stead
   return SteadinessTest(system, frame, t, scene_size).find();
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -7,7 +7,7 @@
 
 #include "statics/steady_frame.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Where a description stands in the scene, and why nothing rests with it.
 struct UnsteadyPart {
@@ -24,4 +24,4 @@ std::optional<UnsteadyPart> find_unknown_function(const System& system);
 std::optional<UnsteadyPart> find_unsteady_part(const System& system, const SteadyFrame& frame, double t,
                                                double scene_size);
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace tanor {
+namespace tanor::detail {
 
 UnsymmetricKkt::UnsymmetricKkt(const EquilibriumEquations& equations)
     : equations_(equations), model_(equations.model()) {
@@ -133,4 +133,4 @@ void UnsymmetricKkt::solve(std::vector<double>* x, std::vector<double>* mu) {
   }
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

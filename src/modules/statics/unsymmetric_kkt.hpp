@@ -8,7 +8,7 @@
 #include "factor/sparse_lu.hpp"
 #include "statics/equilibrium_equations.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// LU factorization of the whole matrix, for forces that may have no potential, so that A need not be symmetric:
 ///
@@ -49,4 +49,4 @@ class UnsymmetricKkt {
   Damped damped_;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

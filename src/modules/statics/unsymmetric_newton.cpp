@@ -6,7 +6,7 @@
 #include "base/numbers.hpp"
 #include "base/text.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 UnsymmetricNewton::UnsymmetricNewton(EquilibriumEquations& equations, NewtonDescent& measure)
     : equations_(equations), model_(equations.model()), measure_(measure), kkt_(equations) {}
@@ -93,4 +93,4 @@ Outcome UnsymmetricNewton::run(const NewtonLimits& limits, StaticState* state, s
   }
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

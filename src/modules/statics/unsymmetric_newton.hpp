@@ -5,7 +5,7 @@
 #include "statics/newton_descent.hpp"
 #include "statics/unsymmetric_kkt.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// Newton's method for forces that may have no potential: W need not be symmetric, and there is no energy to descend.
 /// Steps with the factor of the whole matrix are shortened until the residual falls.
@@ -32,4 +32,4 @@ class UnsymmetricNewton {
   int iterations_ = 0, factorizations_ = 0;
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -5,7 +5,7 @@
 
 #include "statics/islands.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 namespace {
 
@@ -96,4 +96,4 @@ void ZeroModes::raise(const std::vector<double>& forces) {
   }
 }
 
-}  // namespace tanor
+}  // namespace tanor::detail

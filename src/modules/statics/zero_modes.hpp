@@ -4,7 +4,7 @@
 
 #include "statics/mode_finder.hpp"
 
-namespace tanor {
+namespace tanor::detail {
 
 /// The bound below which omega^2 counts as zero, for equilibria and modes alike. It is the rounding error of q'Wq,
 /// estimated as a part of the rows of W.
@@ -38,4 +38,4 @@ class ZeroModes {
   std::vector<double> of_points_;  // [moving point], 1/s^2
 };
 
-}  // namespace tanor
+}  // namespace tanor::detail

@@ -16,6 +16,7 @@
 #include "cli/messages.hpp"
 
 namespace tanor::cli {
+using namespace detail;
 
 namespace {
 

@@ -86,7 +86,7 @@ Value method(std::optional<std::string>* target) {
                                       const std::vector<std::string> names = names_of_methods();
                                       if (std::ranges::find(names, given) == names.end())
                                         return "must be one of those that tanor --methods lists, not '" + given + "'" +
-                                               suggest(given, names);
+                                               detail::suggest(given, names);
                                       *target = given;
                                       return {};
                                     }});
@@ -437,7 +437,7 @@ Command find_command(const std::string& name) {
     if (each.name == name) return each;
     names.push_back(each.name);
   }
-  throw InputError("", "there is no command " + name + suggest(name, names) + "; see tanor --help");
+  throw InputError("", "there is no command " + name + detail::suggest(name, names) + "; see tanor --help");
 }
 
 std::span<const ProgramOption> program_options() {

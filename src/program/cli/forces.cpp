@@ -17,6 +17,7 @@
 #include "scene/scene.hpp"
 
 namespace tanor::cli {
+using namespace detail;
 
 namespace fs = std::filesystem;
 
@@ -105,7 +106,7 @@ std::string find_accuracy_warning(const report::ForcesOfMotion& forces) {
     warning += fmt::format(
         "{}the accelerations of the spline break the constraints by {:.3g} m/s^2 ({} at t = {} s), the largest "
         "acceleration is {:.3g} m/s^2: forces are no better; finer samples are needed",
-        warning.empty() ? "" : "; ", violation.largest, violation.where, tanor::text(forces.times[worst]),
+        warning.empty() ? "" : "; ", violation.largest, violation.where, detail::text(forces.times[worst]),
         forces.acceleration_scale);
   }
   return warning;
@@ -121,7 +122,7 @@ std::string find_trouble(const report::ForcesOfMotion& forces, std::size_t worst
   return fmt::format(
       "the motion breaks the constraints: worst by {} of its length, {} at t = {} s; at most {} counts "
       "as rounding",
-      report::in_words(violation.largest), violation.where, tanor::text(forces.times[worst]), allowed_violation);
+      report::in_words(violation.largest), violation.where, detail::text(forces.times[worst]), allowed_violation);
 }
 
 }  // namespace
@@ -144,13 +145,13 @@ ExitCode execute(const ForcesOptions& options) {
   const MotionForces& controlled = forces.samples[largest];
   const Violation& violated = forces.samples[worst].position;
   const std::string where =
-      violated.where.empty() ? "" : fmt::format(" ({}, t = {} s)", violated.where, tanor::text(forces.times[worst]));
+      violated.where.empty() ? "" : fmt::format(" ({}, t = {} s)", violated.where, detail::text(forces.times[worst]));
   if (options.json) {
     print_json_file(directory / report::forces_name);
   } else {
     fmt::print("largest control force {} N (point {}, t = {} s); largest violation {}{}; results in {}\n",
                report::in_words(controlled.largest_control, "{:.3g}"), controlled.controlled_point,
-               tanor::text(forces.times[largest]), report::in_words(violated.largest, "{:.3g}"), where,
+               detail::text(forces.times[largest]), report::in_words(violated.largest, "{:.3g}"), where,
                typed(directory));
   }
   if (const std::string warning = find_accuracy_warning(forces); !warning.empty())

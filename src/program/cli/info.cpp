@@ -20,6 +20,7 @@
 #include "scene/scene.hpp"
 
 namespace tanor::cli {
+using namespace detail;
 
 namespace {
 
@@ -87,12 +88,12 @@ std::string describe_form(const PlanSummary& plan, Form wanted) {
 }
 
 std::string describe_motion(const scene::Scene& scene, const ChosenMethod& chosen) {
-  const std::string end = scene.has_end() ? fmt::format(" to t = {} s", tanor::text(scene.t_end)) : "; no t_end";
+  const std::string end = scene.has_end() ? fmt::format(" to t = {} s", detail::text(scene.t_end)) : "; no t_end";
   const bool has_step = scene.motion.step > 0.0, has_atol = scene.motion.atol > 0.0;
   const std::string step =
-      has_step   ? fmt::format("step {} s", tanor::text(scene.motion.step))
-      : has_atol ? fmt::format("rtol {}, atol {}", tanor::text(scene.motion.rtol), tanor::text(scene.motion.atol))
-                 : fmt::format("rtol {}, atol 1e-10 of the size", tanor::text(scene.motion.rtol));
+      has_step   ? fmt::format("step {} s", detail::text(scene.motion.step))
+      : has_atol ? fmt::format("rtol {}, atol {}", detail::text(scene.motion.rtol), detail::text(scene.motion.atol))
+                 : fmt::format("rtol {}, atol 1e-10 of the size", detail::text(scene.motion.rtol));
   const std::string reason = chosen.reason.empty() ? "" : fmt::format(" ({})", chosen.reason);
   return fmt::format("{}{}, {}{}", name_of(chosen.method), reason, step, end);
 }

@@ -17,6 +17,7 @@
 #include "report/stored_motion.hpp"
 
 namespace tanor::cli {
+using namespace detail;
 
 namespace {
 

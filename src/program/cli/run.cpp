@@ -26,6 +26,7 @@
 #include "scene/scene.hpp"
 
 namespace tanor::cli {
+using namespace detail;
 
 namespace fs = std::filesystem;
 
@@ -210,7 +211,7 @@ std::string describe_end(const Ending& ending, const Simulation& simulation, dou
     return fmt::format("stopped at t = {} s of {} s: {}; {}{}", time, end, ending.why, left,
                        can_go_on ? "; the same command with --resume goes on" : "");
   }
-  return fmt::format("t = {} s reached in {} of {}{}; results in {}", tanor::text(simulation.time()),
+  return fmt::format("t = {} s reached in {} of {}{}; results in {}", detail::text(simulation.time()),
                      report::count_in_words(report.steps, "step"), name_of(report.method),
                      ending.why.empty() ? "" : ", where " + ending.why, typed(directory));
 }

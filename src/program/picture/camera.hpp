@@ -6,6 +6,7 @@
 #include "base/vec3.hpp"
 
 namespace tanor::picture {
+using namespace detail;
 
 /// The direction from which the middle of a motion is seen.
 struct Eye {

@@ -6,6 +6,7 @@
 #include "system/operations.hpp"
 
 namespace tanor::picture {
+using namespace detail;
 
 namespace {
 

@@ -10,6 +10,7 @@
 #include "base/vec3.hpp"
 
 namespace tanor::picture {
+using namespace detail;
 
 /// The function xi(x, y, z) at one time, made from the numbers of a guide of kind "formula" (report/guides.hpp).
 class ImplicitFunction {

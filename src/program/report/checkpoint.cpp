@@ -16,6 +16,7 @@
 #include "scene/text_file.hpp"
 
 namespace tanor::report {
+using namespace detail;
 
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;

@@ -8,6 +8,7 @@
 #include "report/words.hpp"
 
 namespace tanor::report {
+using namespace detail;
 
 namespace {
 

@@ -21,6 +21,7 @@
 #include "report/words.hpp"
 
 namespace tanor::report {
+using namespace detail;
 
 namespace {
 

@@ -9,6 +9,7 @@
 #include "report/words.hpp"
 
 namespace tanor::report {
+using namespace detail;
 
 namespace {
 

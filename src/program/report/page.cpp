@@ -13,6 +13,7 @@
 #include "report/words.hpp"
 
 namespace tanor::report {
+using namespace detail;
 
 namespace {
 

@@ -15,6 +15,7 @@
 #include "report/thinned_list.hpp"
 
 namespace tanor::report {
+using namespace detail;
 
 /// One instant of a motion as the page shows it.
 struct RecordedFrame {
@@ -59,7 +60,7 @@ inline void absorb(RecordedStep* kept, const RecordedStep& later) {
 
 }  // namespace tanor::report
 template <>
-inline constexpr bool tanor::is_plain_bytes<tanor::report::RecordedStep> = true;
+inline constexpr bool tanor::detail::is_plain_bytes<tanor::report::RecordedStep> = true;
 namespace tanor::report {
 
 /// The times at which a run writes frames: at the start, every `every` seconds (0: never), and at the end.

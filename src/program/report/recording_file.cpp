@@ -11,6 +11,7 @@
 #include "scene/text_file.hpp"
 
 namespace tanor::report {
+using namespace detail;
 
 namespace {
 

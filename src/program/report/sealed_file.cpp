@@ -5,6 +5,7 @@
 #include "base/checksum.hpp"
 
 namespace tanor::report {
+using namespace detail;
 
 namespace {
 

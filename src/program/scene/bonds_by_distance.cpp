@@ -11,6 +11,7 @@
 #include "base/text.hpp"
 
 namespace tanor::scene {
+using namespace detail;
 namespace {
 
 constexpr double slack = 0.45, least = 0.4;  // angstrom
@@ -79,7 +80,7 @@ class Bins {
       const double inside = fractions[k] - std::floor(fractions[k]);
       if (!std::isfinite(inside))
         throw InputError("", fmt::format("found an atom at ({}, {}, {}) m, wanted coordinates of the size of the box",
-                                         tanor::text(r[0]), tanor::text(r[1]), tanor::text(r[2])));
+                                         detail::text(r[0]), detail::text(r[1]), detail::text(r[2])));
       bin[k] = std::min(static_cast<std::int64_t>(inside * static_cast<double>(counts_[k])), counts_[k] - 1);
     }
     return bin;

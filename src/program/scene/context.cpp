@@ -12,6 +12,7 @@
 #include "scene/memory.hpp"
 
 namespace tanor::scene {
+using namespace detail;
 namespace {
 
 /// Reads {"table": "drive.csv"} with rows t, value, … Returns one function for each column of values.

@@ -10,6 +10,7 @@
 #include "scene/parts.hpp"
 
 namespace tanor::scene {
+using namespace detail;
 
 double Cursor::number(std::optional<double> otherwise) const {
   if (!*this && otherwise) return *otherwise;

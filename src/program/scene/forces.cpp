@@ -7,6 +7,7 @@
 #include "scene/kind.hpp"
 
 namespace tanor::scene {
+using namespace detail;
 namespace {
 
 /// Reads [lx, ly, lz], or "import" for the box of the file that the points come from.
@@ -16,8 +17,8 @@ Vector3 read_box(const Cursor& box, const Context& context) {
   if (!context.cell) box.fail("[lx, ly, lz], for no file with a box is imported");
   const Cell& cell = *context.cell;
   if (cell.xy != 0.0 || cell.xz != 0.0 || cell.yz != 0.0) {
-    box.fail(fmt::format("[lx, ly, lz], for the file's box is tilted (xy {}, xz {}, yz {})", tanor::text(cell.xy),
-                         tanor::text(cell.xz), tanor::text(cell.yz)));
+    box.fail(fmt::format("[lx, ly, lz], for the file's box is tilted (xy {}, xz {}, yz {})", detail::text(cell.xy),
+                         detail::text(cell.xz), detail::text(cell.yz)));
   }
   return {cell.xx, cell.yy, cell.zz};
 }

@@ -23,6 +23,7 @@
 #include "scene/text_file.hpp"
 
 namespace tanor::scene {
+using namespace detail;
 namespace {
 
 enum class Format { LammpsData, Obj, Ply, Gro, Pdb };

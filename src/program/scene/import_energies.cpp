@@ -11,6 +11,7 @@
 #include "base/text.hpp"
 
 namespace tanor::scene {
+using namespace detail;
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
@@ -87,7 +88,7 @@ void add_bonds(const Imported& data, const ImportChoices& choices, const Cursor&
         styled.fail(type,
                     fmt::format("epsilon {} and sigma {} are a repulsion along the bond, wanted a pair force that "
                                 "acts there too and \"fene_repulsion\": \"pair\", or epsilon 0",
-                                tanor::text(c[2]), tanor::text(c[3])));
+                                detail::text(c[2]), detail::text(c[3])));
       bonds.law = BondLaw::Fene;
       bonds.stiffness = c[0];
       bonds.limit = c[1];
@@ -144,7 +145,7 @@ void add_dihedrals(const Imported& data, const Cursor& import, std::vector<Force
       if (!(n >= 0.0 && n <= 1000.0 && n == static_cast<int>(n)))
         styled.fail(type, fmt::format("n = {}, wanted a whole number >= 0", n));
       if (is_charmm && c[3] != 0.0)
-        styled.fail(type, fmt::format("weight {} asks for pair forces of its own, wanted 0", tanor::text(c[3])));
+        styled.fail(type, fmt::format("weight {} asks for pair forces of its own, wanted 0", detail::text(c[3])));
       if (!is_charmm && c[1] != 1.0 && c[1] != -1.0) styled.fail(type, fmt::format("d = {}, wanted 1 or -1", c[1]));
       torsions.law = TorsionLaw::Periodic;
       torsions.stiffness = c[0];

@@ -10,6 +10,7 @@
 #include "scene/parts.hpp"
 
 namespace tanor::scene {
+using namespace detail;
 namespace {
 
 constexpr double most_steps = 1e12, most_frames = 1e6;  // more would not end, or fill the disk
@@ -38,7 +39,7 @@ std::string describe_limit(const Scene& scene, double most, std::string_view wha
   const double duration = scene.t_end - scene.t_start;
   const std::string_view name = scene.t_start == 0.0 ? "t_end" : "(t_end - t_start)";
   return fmt::format("at least {}/{:.0e} = {} s ({} = {} s, {:.0e} {} at most)", name, most,
-                     tanor::text(duration / most), name, tanor::text(duration), most, what);
+                     detail::text(duration / most), name, detail::text(duration), most, what);
 }
 
 /// Checks that the end can be reached, with output that can be stored.
@@ -54,13 +55,13 @@ void check_counts(const Cursor& motion, const Overrides& overrides, const Scene&
   if (step > 0.0 && duration / step > most_steps) {
     const std::string wanted = describe_limit(scene, most_steps, "steps");
     if (overrides.step)
-      throw InputError("--step", fmt::format("found number {}, wanted {}", tanor::text(step), wanted));
+      throw InputError("--step", fmt::format("found number {}, wanted {}", detail::text(step), wanted));
     motion["step"].fail(wanted);
   }
   if (const double longest = scene.motion.max_step; longest > 0.0 && duration / longest > most_steps) {
     const std::string wanted = describe_limit(scene, most_steps, "steps");
     if (overrides.max_step)
-      throw InputError("--max-step", fmt::format("found number {}, wanted {}", tanor::text(longest), wanted));
+      throw InputError("--max-step", fmt::format("found number {}, wanted {}", detail::text(longest), wanted));
     motion["max_step"].fail(wanted);
   }
   if (scene.output_every > 0.0 && duration / scene.output_every > most_frames) {

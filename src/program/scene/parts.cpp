@@ -7,6 +7,7 @@
 #include "base/suggestion.hpp"
 
 namespace tanor::scene {
+using namespace detail;
 namespace {
 
 using Part = std::pair<std::string_view, std::vector<std::string_view>>;

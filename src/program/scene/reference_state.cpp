@@ -14,6 +14,7 @@
 #include "scene/text_file.hpp"
 
 namespace tanor::scene {
+using namespace detail;
 
 namespace {
 
@@ -103,7 +104,7 @@ ReferenceState read_reference_state(const std::filesystem::path& file, const Sys
   std::string times;
   int count = 0;
   for (const Instant& instant : ending_of(file) == ".json" ? read_case(name, text) : read_blocks(name, text)) {
-    if (++count <= most_named) times += fmt::format("{}{}", times.empty() ? "" : ", ", tanor::text(instant.t));
+    if (++count <= most_named) times += fmt::format("{}{}", times.empty() ? "" : ", ", detail::text(instant.t));
     if (std::abs(instant.t - t) > 1e-12 * std::abs(t)) continue;
     ReferenceState state{name, list_movable(system), std::vector<double>(system.positions.size(), 0.0)};
     const std::size_t found = instant.places.size() / 3, all = system.masses.size();
@@ -113,7 +114,7 @@ ReferenceState read_reference_state(const std::filesystem::path& file, const Sys
     }
     if (found != state.points.size()) {
       throw InputError(name, fmt::format("has {} points at t = {} s; the scene has {}, {} without supports", found,
-                                         tanor::text(t), all, state.points.size()));
+                                         detail::text(t), all, state.points.size()));
     }
     for (std::size_t k = 0; k < found; ++k) {
       std::copy_n(&instant.places[3 * k], 3, &state.positions[3 * static_cast<std::size_t>(state.points[k])]);
@@ -122,7 +123,7 @@ ReferenceState read_reference_state(const std::filesystem::path& file, const Sys
   }
   if (count > most_named) times += fmt::format(", … ({} in all)", count);
   throw InputError(
-      name, fmt::format("has no state at t_end = {} s; its times are {}", tanor::text(t), count > 0 ? times : "none"));
+      name, fmt::format("has no state at t_end = {} s; its times are {}", detail::text(t), count > 0 ? times : "none"));
 }
 
 }  // namespace tanor::scene

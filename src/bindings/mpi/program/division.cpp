@@ -19,6 +19,7 @@
 #include "system/members.hpp"
 
 namespace tanor::mpi {
+using namespace detail;
 
 namespace {
 
