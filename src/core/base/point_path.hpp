@@ -27,6 +27,7 @@ class PointPath {
   double atol = 0.0, rtol = 0.0;                     ///< errors allowed in a point's position and velocity at its end
   std::span<const double> own_atol_r, own_atol_v;    ///< [point] m and m/s, each point's own where atol is 0
   bool follows_tolerance = true;                     ///< false if the length of the step is fixed
+  bool ends_at_jumps = true;                         ///< false if the step keeps its length where a force jumps
   std::span<const double> looks;                     ///< fractions of h where forces were evaluated, from 0 to 1
   std::span<const double> weights;                   ///< [look] weights of the scheme there: h sum w_k a(s_k)
   std::vector<const double*> positions, velocities;  ///< [knot] arrays [3n] each; at least two knots

@@ -127,7 +127,7 @@ double FormulaPassages::find(const Parallel& parallel, PointPath* path) {
       grain);
   if (doubtful == 0.0) return 1.0;
   path->refine(1e-7);
-  for (std::size_t k = 0; k < members && may_jump(); ++k)
+  for (std::size_t k = 0; k < members && path->ends_at_jumps && may_jump(); ++k)
     if (is_doubtful_[k]) note_jumps(path, k);
   if (path->jump.exists()) return 1.0;  // what comes after the jump differs
   std::atomic<double> part = 1.0;

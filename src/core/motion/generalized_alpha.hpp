@@ -20,6 +20,7 @@ class GeneralizedAlpha final : public Scheme {
 
   int order() const override { return 2; }
   bool is_adaptive() const override { return false; }
+  bool ends_at_jumps() const override { return false; }
   bool knows_acceleration() const override { return true; }
   bool sees_through(const State&) override { return false; }
   StepResult step(const State& from, double h, State* to) override;

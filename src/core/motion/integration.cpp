@@ -118,7 +118,7 @@ Outcome Integration::step_or_split(double t, int splits_left, const Taken& taken
     if (!extrapolates) drives_.watch(state, end - state.t);
     const StepAttempt attempt = extrapolates   ? trial_.extrapolate(t)
                                 : clear == 0.0 ? trial_.cross(t)
-                                               : step_to_jump(end, splits_left == most_splits);
+                                               : trial_.step_to_jump(end, splits_left == most_splits, &jumps_);
     if (attempt.is_good()) {
       if (trial_.state.t == t) drives_.note(state, h);
       take_trial(attempt, taken);
@@ -133,36 +133,6 @@ Outcome Integration::step_or_split(double t, int splits_left, const Taken& taken
     return step_or_split(t, splits_left - 1, taken);
   }
   return {};
-}
-
-/// Tries a fixed step. One in which a force jumps ends right before that, and the next one right behind it. Where such
-/// short steps fail the step passes over the jump, and so do all that follow where they come one upon the other.
-StepAttempt Integration::step_to_jump(double t, bool may_surprise) {
-  using Looks = StepTrial::Looks;
-  constexpr int most_tries = 20;
-  const double resolution = time_resolution(state.t, t - state.t);
-  StepAttempt attempt = trial_.step(t, may_surprise, passes_jumps_ ? Looks::None : Looks::Between);
-  const auto try_again = [&](double to, Looks looks) {
-    ++report_.rejected;
-    attempt = {};
-    attempt.step.outcome = mechanics_.linearise(state.t, state.x.data());
-    if (attempt.step.outcome.ok()) attempt.step.outcome = trial_.events.start(state);
-    if (attempt.step.outcome.ok()) attempt = trial_.step(to, may_surprise, looks);
-  };
-  bool is_short = false;
-  for (int tries = 0; attempt.jump.exists() && tries < most_tries; ++tries) {
-    const Cut cut = jumps_.cut_at(attempt.jump, scheme_->looks().size() > 2, trial_.state.t - state.t, resolution);
-    if (cut.is_over && !passes_jumps_) {
-      const Outcome goes_on = jumps_.note_jump(attempt.jump, state.t, resolution);
-      passes_jumps_ = !goes_on.ok();
-      if (passes_jumps_ && report_.accuracy_warning.empty()) report_.accuracy_warning = goes_on.what;
-    }
-    if (passes_jumps_) break;
-    is_short = state.t + cut.length < t;
-    try_again(is_short ? state.t + cut.length : t, cut.is_over ? Looks::None : Looks::Between);
-  }
-  if (attempt.jump.exists() || (is_short && !attempt.is_good() && !attempt.has_switched)) try_again(t, Looks::None);
-  return attempt;
 }
 
 /// Finds how much of a step of length h may be made before a corner, see Corners::shorten.

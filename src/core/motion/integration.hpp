@@ -100,7 +100,6 @@ class Integration {
   Outcome look_for_stiffness(double t_end);
   Outcome advance_in_equal_steps(double t_end, const Taken& taken, const Observer& observer);
   Outcome step_or_split(double t, int splits_left, const Taken& taken);
-  StepAttempt step_to_jump(double t, bool may_surprise);
   Outcome step_too_small(double resolution, Outcome reason);
   Outcome find_end_ahead(double resolution);
   Outcome explain_end(double within, Outcome reason);
@@ -115,9 +114,8 @@ class Integration {
   std::unique_ptr<Scheme> scheme_;
   StepControl control_;
   JumpSteps jumps_;
-  Cut cut_;                    // to try next from the present state
-  bool passes_jumps_ = false;  // true if fixed steps end at jumps no more
-  Outcome refusal_;            // reason of the last failed try since the last step
+  Cut cut_;          // to try next from the present state
+  Outcome refusal_;  // reason of the last failed try since the last step
   DriveControl drives_;
   SingularConfigurations singular_;
   Rounding rounding_;

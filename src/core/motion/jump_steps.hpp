@@ -31,6 +31,9 @@ class JumpSteps {
   /// the motion.
   Outcome note_jump(const PointPath::Jump& jump, double t, double resolution);
 
+  /// True if fixed steps end at jumps no more, since those came one upon the other.
+  bool are_passed = false;
+
   /// Says that no motion goes on from a jump at t; ok if there is none.
   static Outcome explain(const PointPath::Jump& jump, double t);
 

@@ -40,12 +40,14 @@ ForcePassages* find_passages(ForcePassages* all, bool adapts) {
 
 }  // namespace
 
-Passages::Passages(const IntegrationOptions& options, Mechanics& mechanics, bool adapts)
+Passages::Passages(const IntegrationOptions& options, Mechanics& mechanics, const Scheme& scheme)
     : mechanics_(mechanics),
-      forces_(find_passages(mechanics.force_passages(), adapts)),
-      may_jump_(forces_ != nullptr && forces_->may_jump()) {
+      forces_(find_passages(mechanics.force_passages(), scheme.is_adaptive())),
+      may_jump_(forces_ != nullptr && scheme.ends_at_jumps() && forces_->may_jump()) {
   // Fixed steps have no tolerance. An unseen change of velocity by one percent is worth a warning.
   constexpr double worth_a_warning = 1e-2;
+  const bool adapts = scheme.is_adaptive();
+  ends_at_jumps = scheme.ends_at_jumps();
   follows_tolerance = adapts;
   atol = adapts ? options.atol : 0.0;
   rtol = adapts ? options.rtol : worth_a_warning;
@@ -77,7 +79,7 @@ double Passages::measure_bend() const {
   const double moves_nothing = 1e-3 * (atol > 0.0 ? atol : least);
   return mechanics_.parallel().max_over_ranges(from_->x.size(), [&](std::size_t begin, std::size_t end) {
     return detail::measure_bend({begin, end, h, moves_nothing}, from_->x.data(), from_->v.data(), from_->a.data(),
-                               to_->x.data(), to_->v.data(), to_->a.data());
+                                to_->x.data(), to_->v.data(), to_->a.data());
   });
 }
 

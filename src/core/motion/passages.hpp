@@ -12,7 +12,7 @@ namespace tanor::detail {
 /// or a narrow well that is jumped. An error estimate is made of the looks and cannot see such forces.
 class Passages final : private PointPath {
  public:
-  Passages(const IntegrationOptions& options, Mechanics& mechanics, bool follows_tolerance);
+  Passages(const IntegrationOptions& options, Mechanics& mechanics, const Scheme& scheme);
 
   /// Returns the part of the step to make instead; 1 if the step passes nothing unseen. The mechanics is not moved, and
   /// the result depends only on the two states and on the scheme.

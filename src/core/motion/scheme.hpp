@@ -67,6 +67,8 @@ class Scheme {
   /// Returns the order of the error per unit of time.
   virtual int order() const = 0;
   virtual bool is_adaptive() const = 0;
+  /// Returns false if no short step can be made beside a jump of a force, as where Newton's iteration tries both sides.
+  virtual bool ends_at_jumps() const { return true; }
   /// Returns the power of h with which the error estimate falls (adaptive schemes).
   virtual int estimate_order() const { return order(); }
   /// Returns the next step after one of length `last` was accepted and the error estimate allows `wanted`.

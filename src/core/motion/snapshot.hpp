@@ -14,8 +14,9 @@ struct Snapshot {
   std::vector<double> velocities;  ///< 3n, m/s
   std::vector<double> observed;    ///< extremes of observables, and the passages of events; see observing.cpp
   std::string observed_names{};    ///< members of both, a line each
-  std::vector<std::size_t> taken;  ///< what events took out: list, index and member (or none, the largest number) of each
-  MotionReport report;             ///< counts, times, works and extremes so far
+  std::vector<std::size_t>
+      taken;            ///< what events took out: list, index and member (or none, the largest number) of each
+  MotionReport report;  ///< counts, times, works and extremes so far
 
   // These members are what the next step depends on besides the state. The defaults are those of a start.
   double next_step = 0.0;            ///< s, adaptive methods; 0 if not known yet

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "base/text.hpp"
-#include "motion/jump_steps.hpp"
 
 namespace tanor::detail {
 
@@ -19,7 +18,7 @@ StepTrial::StepTrial(const IntegrationOptions& options, Mechanics& mechanics, co
       mechanics_(mechanics),
       motion_(motion),
       report_(*report),
-      passages_(options, mechanics, motion.scheme->is_adaptive()) {}
+      passages_(options, mechanics, *motion.scheme) {}
 
 void StepTrial::begin() {
   state = motion_.state;  // what does not move is the same in both
@@ -47,6 +46,34 @@ StepAttempt StepTrial::step(double t, bool may_surprise, Looks looks) {
     attempt.has_switched = true;
     step.outcome = events.switch_equations(*motion_.scheme, motion_.state, &state);
   }
+  return attempt;
+}
+
+/// Where such short steps fail the step passes over the jump, and so do all that follow where jumps come one upon the
+/// other.
+StepAttempt StepTrial::step_to_jump(double t, bool may_surprise, JumpSteps* jumps) {
+  constexpr int most_tries = 20;
+  const State& from = motion_.state;
+  const double resolution = time_resolution(from.t, t - from.t);
+  StepAttempt attempt = step(t, may_surprise, jumps->are_passed ? Looks::None : Looks::Between);
+  const auto try_again = [&](double to, Looks looks) {
+    ++report_.rejected;
+    attempt = {};
+    attempt.step.outcome = mechanics_.linearise(from.t, from.x.data());
+    if (attempt.step.outcome.ok()) attempt.step.outcome = events.start(from);
+    if (attempt.step.outcome.ok()) attempt = step(to, may_surprise, looks);
+  };
+  bool is_short = false;
+  for (int tries = 0; attempt.jump.exists() && !jumps->are_passed && tries < most_tries; ++tries) {
+    const JumpSteps::Cut cut =
+        jumps->cut_at(attempt.jump, motion_.scheme->looks().size() > 2, state.t - from.t, resolution);
+    const Outcome goes_on = cut.is_over ? jumps->note_jump(attempt.jump, from.t, resolution) : Outcome{};
+    jumps->are_passed = !goes_on.ok();
+    if (jumps->are_passed && report_.accuracy_warning.empty()) report_.accuracy_warning = goes_on.what;
+    is_short = from.t + cut.length < t;
+    if (!jumps->are_passed) try_again(is_short ? from.t + cut.length : t, cut.is_over ? Looks::None : Looks::Between);
+  }
+  if (attempt.jump.exists() || (is_short && !attempt.is_good() && !attempt.has_switched)) try_again(t, Looks::None);
   return attempt;
 }
 

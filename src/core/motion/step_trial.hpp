@@ -7,6 +7,7 @@
 #include "motion/corners.hpp"
 #include "motion/drive_control.hpp"
 #include "motion/events.hpp"
+#include "motion/jump_steps.hpp"
 #include "motion/passages.hpp"
 #include "motion/scheme.hpp"
 #include "motion/singular_configurations.hpp"
@@ -50,7 +51,9 @@ class StepTrial {
   enum class Looks { Between, None };
   /// Tries a step of the scheme, to t or to the first event on the way.
   StepAttempt step(double t, bool may_surprise, Looks looks = Looks::Between);
-  /// Does the same. A failed attempt preserves the previous state if the next step may be extrapolated from it.
+  /// Tries a fixed step to t. One in which a force jumps ends right before that, and the next one right behind it.
+  StepAttempt step_to_jump(double t, bool may_surprise, JumpSteps* jumps);
+  /// Does as `step`. A failed attempt preserves the previous state if the next step may be extrapolated from it.
   StepAttempt step_and_remember(double t, bool may_surprise, Looks looks = Looks::Between);
   /// Continues along the last two states, past a singular configuration or near it. Events on the way are met at the
   /// end.
