@@ -5,8 +5,9 @@
 /// The scenes are those of bench_scenes.cpp and of tests/motion/extreme_scenes.hpp as they start, and a net, a tree and
 /// a melt with masses of 1 to 1e12 kg. K, phi and S come from the definitions of the kinds in numbers of 113 bits, and
 /// Eigen's LDL' solves them; of forces other than gravity the library's own accelerations are taken. Prints the largest
-/// |w - w*| over the largest |w*|, and the same of lambda, a line a scene; "-" where rows of K depend on each other, so
-/// that only w is unique, or where nothing is constrained. The last line has the median and the largest of each.
+/// |w - w*| over the largest |w*| or |M^-1 f|, and the same of lambda, a line a scene; "-" where rows of K depend on
+/// each other, so that only w is unique, or where nothing is constrained. The last line has the median and the largest
+/// of each.
 
 #include <fmt/format.h>
 
@@ -44,12 +45,14 @@ class Reference {
       for (const Index point : support.points) inverse_mass_[static_cast<std::size_t>(point)] = 0.0;
     }
     set_free_accelerations();
+    for (const Quad number : w_) largest_free_ = std::max(largest_free_, abs(number));
     for (const Constraint& constraint : system.constraints)
       std::visit([&](const auto& group) { add(group); }, constraint);
     solve();
   }
 
   const std::vector<Quad>& w() const { return w_; }
+  Quad largest_free() const { return largest_free_; }
   const std::vector<Quad>& lambda() const { return lambda_; }
   bool has_independent_rows() const { return has_independent_rows_; }
 
@@ -166,13 +169,14 @@ class Reference {
   const System& system_;
   std::vector<Quad> inverse_mass_, phi_, w_, lambda_;
   std::vector<Block> blocks_;
+  Quad largest_free_;
   int num_rows_ = 0;
   bool has_independent_rows_ = true;
 };
 
-/// The largest difference over the largest number.
-double error_of(const std::vector<double>& found, const std::vector<Quad>& right) {
-  Quad difference, largest;
+/// Returns the largest difference over the largest number, or over `largest` if that is more.
+double error_of(const std::vector<double>& found, const std::vector<Quad>& right, Quad largest = {}) {
+  Quad difference;
   for (std::size_t i = 0; i < found.size(); ++i) {
     difference = std::max(difference, abs(found[i] - right[i]));
     largest = std::max(largest, abs(right[i]));
@@ -229,7 +233,7 @@ void measure(const Problem& problem, Errors* errors) {
     if (!reference.has_independent_rows()) {
       why = "rows depend on each other";
     } else {
-      errors->of_w.push_back(of_w = error_of(w, reference.w()));
+      errors->of_w.push_back(of_w = error_of(w, reference.w(), reference.largest_free()));
       if (!lambda.empty()) errors->of_lambda.push_back(of_lambda = error_of(lambda, reference.lambda()));
     }
   }
