@@ -8,11 +8,10 @@
 //                                                         series (problem P1 of bench/rivals): prints the steps
 // Prints nanoseconds a rod or bead (medians) of ours by itself, in the inner order, and as a host calls it
 // (Dynamics::solve: the user's arrays in the user's order, accelerations and multipliers, three calls after each
-// evaluation of the baseline, which takes the caches); the ratios baseline/ours,
-// baseline/called, baseline/inexact (called without refinement), general solver/ours and called/plain pass on one
-// thread, and the part of the memory's bandwidth (for as many bytes as the scene has) or of dgemm's speed that is
-// reached; then the speedup by 2, 4, … N threads (best of each, since other work on the machine stops threads that wait
-// for each other).
+// evaluation of the baseline, which takes the caches); the ratios baseline/ours, baseline/called, baseline/inexact
+// (called without refinement), general solver/ours and called/plain pass on one thread, and the part of the memory's
+// bandwidth (for as many bytes as the scene has) or of dgemm's speed that is reached; then the speedup by 2, 4, … N
+// threads (best of each, since other work on the machine stops threads that wait for each other).
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -243,9 +242,10 @@ ordered_json measure(const BenchScene& scene, const std::vector<int>& thread_cou
   for (const ordered_json& speedup : speedups) columns += fmt::format("{:8.2f}", speedup.get<double>());
   const double unit = 1e9 / num_members;
   fmt::print(
-      "{:28}{:>16}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:8.1f}{:10.1f}{:10.2f}{:10.2f}{:10.2f}{}\n",
+      "{:28}{:>16}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:8.1f}{:10.1f}{:>10}{:10.2f}{:10.2f}{}\n",
       scene.name, plan.linear_solver(), unit * base, unit * theirs, unit * mine, unit * of_call, base / mine,
-      base / of_call, base / of_inexact, scene.bar, theirs / mine, of_call / of_plain, of_memory, of_product, columns);
+      base / of_call, base / of_inexact, scene.bar, theirs / mine,
+      plain ? fmt::format("{:.2f}", of_call / of_plain) : "-", of_memory, of_product, columns);
   std::fflush(stdout);
   return {{"scene", scene.name},
           {"linear_solver", plan.linear_solver()},
