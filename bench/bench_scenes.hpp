@@ -13,7 +13,8 @@ struct BenchScene {
   double listed;  ///< ns a rod or bead that the baseline may need (measured once, the upper end); 0: none
 };
 
-/// Returns chains, clusters, trees, small cycles and bodies, beads, nets and lattices, clusters beside a net, 1e3 to 1e6 rods.
+/// Returns chains, clusters, trees, small cycles and bodies, beads, nets and lattices, clusters beside a net, of 1e3 to
+/// 1e6 rods.
 const std::vector<BenchScene>& bench_scenes();
 
 /// Makes the system of a generator of scene files. Points that it leaves at rest get waves across their flat

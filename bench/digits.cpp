@@ -3,7 +3,7 @@
 ///   digits [NAME …]   scenes whose name begins so; default: all
 ///
 /// The scenes are those of bench_scenes.cpp and of tests/motion/extreme_scenes.hpp as they start, and a net, a tree and
-/// clusters with masses of 1 to 1e12 kg. K, phi and S come from the definitions of the kinds in numbers of 113 bits, and
+/// clusters with masses of 1 to 1e12 kg. K, phi and S come from the definitions of the kinds in numbers of 113 bits and
 /// Eigen's LDL' solves them; of forces other than gravity the library's own accelerations are taken. Prints the largest
 /// |w - w*| over the largest |w*| or |M^-1 f|, and |lambda - lambda*| over the largest |lambda*|, a line a scene; "-"
 /// where rows of K depend on each other, so that only w is unique, or where nothing is constrained. The last lines have
