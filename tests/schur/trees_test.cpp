@@ -312,15 +312,14 @@ TEST(Trees, AreProjectedAlongTheirGradientsWithShiftsAndMovingLengths) {
   expect_projections_along_gradients(system, LinearSolver::Trees);
 }
 
-/// The plan says how many rods have lanes: of 63 a tooth all but the one that hangs on the backbone.
-TEST(Trees, AreTakenWhereMostRodsAreInEqualBranches) {
+/// A backbone with one rod at each point has only one piece at a time.
+TEST(Trees, AreTakenUnlessMostLanesStayEmpty) {
   AnyNumbers any(12);
   const PlanSummary comb = Dynamics(make_comb(16, binary_tree(6), false, &any)).plan();
   EXPECT_EQ(comb.linear_solver(), "trees");
-  EXPECT_NE(comb.linear_solver_reason.find(std::to_string(16 * 62) + " of " + std::to_string(16 * 64 - 1)),
-            std::string::npos)
-      << comb.linear_solver_reason;
-  EXPECT_EQ(Dynamics(make_tree({500, 1}, &any)).plan().linear_solver(), "general");
+  EXPECT_NE(comb.linear_solver_reason.find("% of the lanes"), std::string::npos) << comb.linear_solver_reason;
+  EXPECT_EQ(Dynamics(make_tree({500, 0}, &any)).plan().linear_solver(), "trees");
+  EXPECT_EQ(Dynamics(make_comb(400, {-1}, false, &any)).plan().linear_solver(), "general");
 }
 
 TEST(Trees, RingsAreLeftToTheGeneralSolver) {
@@ -328,7 +327,7 @@ TEST(Trees, RingsAreLeftToTheGeneralSolver) {
   System system = make_tree({200, 1}, &any);
   std::get<Rods>(system.constraints[0]).pairs.push_back({3, 150});
   EXPECT_THROW((void)Dynamics(system, {.linear_solver = LinearSolver::Trees}), InputError);
-  EXPECT_EQ(Dynamics(system).plan().linear_solver(), "general");
+  EXPECT_TRUE(Dynamics(system).plan().linear_solver().ends_with("general"));
 }
 
 }  // namespace

@@ -28,12 +28,13 @@ inline constexpr double fullness_of_lanes = 0.5;
 inline constexpr std::size_t long_path = 32;
 inline constexpr double fullness_of_long_paths = 0.8;
 
-/// Numbers of rods that a branch of a tree has if it is eliminated in lanes. With fewer rods, the work done rod by rod
-/// is not worth the lanes; with more, they leave the first caches. `share_of_tree_in_lanes` is the least share of a
-/// tree's points in lanes: with fewer, the tree solver gains no more than 1.3 over sparse factors
+/// Pieces that trees are cut into: branches of at least so many rods, at most so many rods, and so many pieces of a grove
+/// if they are not too small or too large then. With fewer rods, the work around a group of pieces is not worth its
+/// lanes; with more, they leave the first cache. Trees that leave more lanes empty than that get sparse factors
 /// (bench/linear_solvers: trees).
-inline constexpr std::size_t fewest_rods_of_branch = 2, most_rods_of_branch = 127;
-inline constexpr double share_of_tree_in_lanes = 0.5;
+inline constexpr std::size_t fewest_rods_of_branch = 2, most_rods_of_branch = 31, pieces_of_grove = 64,
+                             rods_of_grove = 4096;
+inline constexpr double fullness_of_trees = 0.3;
 
 /// Limits of the work left to sparse factors beside special solvers, for each row of the latter. Beyond these limits,
 /// the whole system gets one sparse factor, which is reused inside steps (see Reuse). The case measured is clusters

@@ -2,101 +2,89 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <span>
 #include <vector>
 
 #include "base/parallel.hpp"
 #include "plan/thresholds.hpp"
-#include "schur/equal_branches.hpp"
+#include "schur/tree_lanes.hpp"
 
 namespace tanor::detail {
-
-/// Trees whose branches share batches with those of no other tree. Groves are solved one after the other, each as long
-/// as it is in the cache.
-struct Grove {
-  std::vector<std::size_t> trees, batches;
-  std::size_t num_rods = 0;
-};
-
-/// Lists the groves by their first trees.
-std::vector<Grove> list_groves(std::span<const RodTree> trees, const EqualBranches& branches);
 
 /// One grove, and the threads that work on it. A thread that is alone has a workspace of its own.
 class GroveVisit {
  public:
-  GroveVisit(const Grove& grove, std::size_t number, const Parallel& parallel, std::size_t workspace,
-             std::size_t num_workspaces)
-      : grove_(grove), number_(number), parallel_(parallel), workspace_(workspace), num_workspaces_(num_workspaces) {}
+  GroveVisit(TreeLanes* all, std::size_t number, const Parallel& parallel, std::size_t workspace)
+      : all_(*all),
+        number_(number),
+        parallel_(parallel),
+        workspace_(workspace),
+        num_workspaces_(all->num_workspaces(parallel)) {}
 
-  const Grove& grove() const { return grove_; }
   std::size_t number() const { return number_; }
-  const Parallel& parallel() const { return parallel_; }
+  const Grove& grove() const { return all_.pieces().groves[number_]; }
+
+  void bring(const PointSource* source) const {
+    const std::vector<RodTree>& trees = all_.pieces().trees;
+    for (std::size_t tree = grove().first_tree; source != nullptr && tree < grove().end_tree; ++tree)
+      detail::bring(parallel_, source, static_cast<std::size_t>(trees[tree].first_point),
+                    static_cast<std::size_t>(trees[tree].end_point));
+  }
+  const PieceGroup& first_group() const { return all_.pieces().groups[grove().first_group()]; }
   std::size_t workspace() const { return workspace_; }
 
-  /// Calls work(batch, workspace) for each batch. Each thread takes some, with a workspace of its own.
+  /// Calls work(group) for each group from a level on, the lower levels first.
   template <class Work>
-  void for_each_batch(const Work& work) const {
-    const std::size_t worthwhile = grove_.num_rods / plan::rows_of_batches_worth_a_thread,
-                      count = grove_.batches.size();
-    const std::size_t most = std::min(num_workspaces_, static_cast<std::size_t>(parallel_.threads()));
-    const std::size_t shares = std::clamp<std::size_t>(worthwhile, 1, most);
+  void up(const Work& work, std::size_t lowest = 0) const {
+    for (std::size_t level = lowest; level + 1 < grove().level_start.size(); ++level) take_level(level, work);
+  }
+  /// Does the same for the upper levels first.
+  template <class Work>
+  void down(const Work& work, std::size_t lowest = 0) const {
+    for (std::size_t level = grove().level_start.size() - 1; level-- > lowest;) take_level(level, work);
+  }
+  template <class Work>
+  void take_level(std::size_t level, const Work& work) const {
+    const std::vector<PieceGroup>& groups = all_.pieces().groups;
+    const std::size_t first = grove().level_start[level], count = grove().level_start[level + 1] - first;
+    if (count == 0) return;
+    const std::size_t last = first + count - 1;
+    const std::size_t num_rods = (groups[last].first_rod + groups[last].num_rods - groups[first].first_rod) * num_lanes;
+    const std::size_t shares =
+        std::clamp<std::size_t>(num_rods / plan::rows_of_batches_worth_a_thread, 1, num_workspaces_);
     parallel_.for_tasks(shares, [&](std::size_t share) {
-      for (std::size_t k = count * share / shares; k < count * (share + 1) / shares; ++k)
-        work(grove_.batches[k], shares == 1 ? workspace_ : share);
-    });
-  }
-  /// Calls work(tree) for each tree.
-  template <class Work>
-  void for_each_tree(const Work& work) const {
-    const std::size_t rods_a_tree = grove_.num_rods / grove_.trees.size() + 1;
-    parallel_.for_ranges(
-        grove_.trees.size(),
-        [&](std::size_t begin, std::size_t end) {
-          for (std::size_t k = begin; k < end; ++k) work(grove_.trees[k]);
-        },
-        plan::rows_worth_a_thread / rods_a_tree + 1);
-  }
-
- private:
-  const Grove& grove_;
-  std::size_t number_;
-  const Parallel& parallel_;
-  std::size_t workspace_, num_workspaces_;
-};
-
-/// All groves of some trees.
-class TreeGroves {
- public:
-  TreeGroves(std::span<const RodTree> trees, const EqualBranches& branches);
-
-  std::size_t size() const { return groves_.size(); }
-  const Grove& operator[](std::size_t grove) const { return groves_[grove]; }
-
-  /// Calls work(visit) for each grove. All threads work on a grove that is more than one thread's share, one after the
-  /// other, with the first workspace for what belongs to the whole grove; each of the others belongs to one thread.
-  template <class Work>
-  void visit(const Parallel& parallel, std::size_t num_workspaces, const Work& work) const {
-    const std::size_t total = rods_before_.back();
-    const std::size_t shares = std::clamp<std::size_t>(total / plan::rows_of_batches_worth_a_thread, 1, num_workspaces);
-    const auto is_shared = [&](std::size_t grove) { return shares > 1 && groves_[grove].num_rods * shares > total; };
-    for (std::size_t grove = 0; grove < size(); ++grove) {
-      if (is_shared(grove)) work(GroveVisit(groves_[grove], grove, parallel, 0, num_workspaces));
-    }
-    const Parallel alone(1);
-    const auto first_of = [&](std::size_t share) {
-      return static_cast<std::size_t>(std::ranges::lower_bound(rods_before_, total * share / shares) -
-                                      rods_before_.begin());
-    };
-    parallel.for_tasks(shares, [&](std::size_t share) {
-      for (std::size_t grove = first_of(share); grove < first_of(share + 1); ++grove) {
-        if (!is_shared(grove)) work(GroveVisit(groves_[grove], grove, alone, share, num_workspaces));
+      for (std::size_t k = count * share / shares; k < count * (share + 1) / shares; ++k) {
+        TreeLanes::Group group(&all_, first + k, shares == 1 ? workspace_ : share);
+        work(group);
       }
     });
   }
 
  private:
-  std::vector<Grove> groves_;
-  std::vector<std::size_t> rods_before_;  // [grove] rods of all before it, then of all
+  TreeLanes& all_;
+  std::size_t number_;
+  const Parallel& parallel_;
+  std::size_t workspace_, num_workspaces_;
 };
+
+/// Calls work(visit) for each grove. All threads work on a grove that is more than one thread's share, one after the
+/// other; each of the others belongs to one thread.
+template <class Work>
+void visit_groves(const Parallel& parallel, TreeLanes* all, const Work& work) {
+  const std::vector<Grove>& groves = all->pieces().groves;
+  const std::size_t total = all->pieces().num_rods;
+  const std::size_t shares =
+      std::clamp<std::size_t>(total / plan::rows_of_batches_worth_a_thread, 1, all->num_workspaces(parallel));
+  const auto is_shared = [&](const Grove& grove) { return shares > 1 && grove.num_rods * shares > total; };
+  for (std::size_t grove = 0; grove < groves.size(); ++grove) {
+    if (is_shared(groves[grove])) work(GroveVisit(all, grove, parallel, 0));
+  }
+  const Parallel alone(1);
+  parallel.for_tasks(shares, [&](std::size_t share) {
+    std::size_t before = 0;
+    for (std::size_t grove = 0; grove < groves.size(); before += groves[grove++].num_rods) {
+      if (before * shares / total == share && !is_shared(groves[grove])) work(GroveVisit(all, grove, alone, share));
+    }
+  });
+}
 
 }  // namespace tanor::detail

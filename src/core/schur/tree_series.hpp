@@ -6,22 +6,18 @@
 
 #include "base/parallel.hpp"
 #include "evaluate/rod_series.hpp"
-#include "schur/tree_branches.hpp"
 #include "schur/tree_groves.hpp"
-#include "schur/tree_trunks.hpp"
+#include "schur/tree_lanes.hpp"
 
 namespace tanor::detail {
 
 /// The motion of trees of rods of fixed length as a power series, see LaneSeries. The recurrences are those of
-/// PathSeries; S is eliminated as by TreeSolver. The products of an order know no neighbours, so the rods of trunks
-/// have lanes there, too.
-///
-/// An order goes up along the branches, up and down along the trunks and down along the branches. On its way, a batch
-/// of branches ends one order and begins the next one.
+/// PathSeries; S is eliminated as by TreeSolver. An order goes down along the pieces of trees and ends; the next one
+/// begins on the way up.
 class TreeSeries {
  public:
-  /// Takes trees that consist of equal branches for the most part out of `islands`, whose rows are `rods` of fixed
-  /// lengths. Returns null if there are none. Keeps a reference to `inverse_mass` [point].
+  /// Takes trees out of `islands`, whose rows are `rods` of fixed lengths. Returns null if there are none. Keeps no
+  /// reference.
   static std::unique_ptr<TreeSeries> make(const RodRows& rods, const Numbering& numbering,
                                           std::span<const double> inverse_mass, int threads,
                                           std::vector<Index>* islands);
@@ -32,38 +28,24 @@ class TreeSeries {
 
  private:
   using Series = RodSeries<num_lanes>;
-  struct Extent {
-    std::size_t slots = 0, places = 0;
-  };
-  /// The arrays of a grove. A slot has eight rods: one of each branch of a batch, or eight of a trunk.
+  /// The arrays of a grove.
   struct Room {
-    std::vector<Series::Rod> rods;            // [slot]
-    std::vector<Series::Coefficient> series;  // [batch, then trunk][order][slot]
-    std::vector<Pack3<>> points;              // [place] r of the current order
+    std::vector<Series::Rod> rods;            // [rod]
+    std::vector<Series::Coefficient> series;  // [group][order][rod]
+    std::vector<Pack3<>> points, known;       // [place] r of the current order; the known forces there, scaled as r
 
-    void hold(const Extent& extent, std::size_t orders);
+    void hold(std::size_t num_rods, std::size_t num_places, std::size_t orders);
   };
   struct Expansion;
   struct Solve;
-  class Branches;
-  class Trunk;
+  class Pieces;
 
-  TreeSeries(const TreesInLanes& chosen, const RodRows& rods, const Numbering& numbering,
-             std::span<const double> inverse_mass, int threads);
-  void lay_out();
+  TreeSeries(TreePieces pieces, const RodRows& rods, std::span<const double> inverse_mass, std::size_t num_moving,
+             int threads);
   void expand(const Expansion& expansion, const GroveVisit& visit);
 
-  TreeBranches branches_;
-  TreeTrunks trunks_;
-  TreePoints points_;
-  TreeGroves groves_;
-  std::span<const double> inverse_mass_;
-  std::vector<Extent> before_batch_, before_trunk_;  // where its slots and places begin in the room
-  std::vector<Extent> of_grove_;
-  std::vector<trees::Mobility<Vec3>> root_mobility_;  // [batch][lane] that of the branch alone
-  std::vector<double> rows_;                          // [d] right sides, then x, of the rods of trunks
-  std::vector<double> force_;                         // [3n] known forces of these rods, scaled as r of the order
-  std::vector<Room> rooms_;                           // [thread]
+  TreeLanes lanes_;
+  std::vector<Room> rooms_;  // [thread]
 };
 
 }  // namespace tanor::detail

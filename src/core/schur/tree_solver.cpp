@@ -1,9 +1,8 @@
 #include "schur/tree_solver.hpp"
 
 #include <algorithm>
+#include <string>
 #include <utility>
-
-#include "schur/tree_lanes.hpp"
 
 namespace tanor::detail {
 
@@ -14,250 +13,187 @@ std::unique_ptr<TreeSolver> TreeSolver::make(const SchurProblem& problem, int th
   if (islands->empty()) return nullptr;
   const std::vector<Index> before = *islands;
   const RodRows rods(problem.constraints, problem.numbering.num_rows());
-  TreesInLanes chosen(rods, problem.numbering, eagerly, islands);
-  if (chosen.trees.empty()) return nullptr;
-  std::unique_ptr<TreeSolver> result(new TreeSolver(problem, rods, chosen.trees, std::move(chosen.branches), threads));
+  TreePieces pieces = TreePieces::take(rods, problem.numbering, eagerly, islands);
+  if (pieces.trees.empty()) return nullptr;
+  std::unique_ptr<TreeSolver> result(new TreeSolver(problem, rods, std::move(pieces), threads));
   result->serve(problem, before, *islands);
   return result;
 }
 
-TreeSolver::TreeSolver(const SchurProblem& problem, const RodRows& rods, std::span<const RodTree> trees,
-                       EqualBranches branches, int threads)
-    : branches_(std::move(branches), rods, problem.inverse_mass, threads),
-      trunks_(trees, branches_.plan(), rods, problem.inverse_mass, problem.numbering.num_moving),
-      points_(problem.inverse_mass.size()),
-      groves_(trees, branches_.plan()),
-      found_(trees.size()),
-      reached_(groves_.size()) {
+TreeSolver::TreeSolver(const SchurProblem& problem, const RodRows& rods, TreePieces pieces, int threads)
+    : lanes_(std::move(pieces), rods, problem.inverse_mass, problem.numbering.num_moving, threads),
+      found_(lanes_.pieces().trees.size()),
+      reached_(lanes_.pieces().groves.size()) {
   summarize();
 }
 
 void TreeSolver::summarize() {
   constexpr double flops_a_rod = 50.0;
-  const std::size_t in_lanes = branches_.num_rods(), num_rods = trunks_.num_rods() + in_lanes;
+  const TreePieces& pieces = lanes_.pieces();
+  const std::size_t count = pieces.trees.size(), num_rods = pieces.num_rods;
   summary_ = {.solvers = {LinearSolver::Trees},
-              .reason = (trunks_.size() == 1 ? "one tree" : std::to_string(trunks_.size()) + " trees") + " of rods, " +
-                        std::to_string(in_lanes) + " of " + std::to_string(num_rods) + " rods in equal branches",
-              .factor = {.parts = trunks_.size(),
+              .reason = (count == 1 ? "one tree" : std::to_string(count) + " trees") + " of rods, which use " +
+                        std::to_string(static_cast<int>(100.0 * pieces.fullness())) + " % of the lanes",
+              .factor = {.parts = count,
                          .pattern_nonzeros = 4 * num_rods,
                          .factor_nonzeros = 4 * num_rods,
                          .flops = flops_a_rod * static_cast<double>(num_rods)}};
 }
 
-// ---- grove by grove ----
-
-/// One grove of the solver.
-class TreeSolver::Visit {
- public:
-  Visit(TreeSolver* all, const GroveVisit& visit) : all_(*all), visit_(visit) {}
-
-  std::size_t number() const { return visit_.number(); }
-
-  void bring(const PointSource* source) const {
-    if (source == nullptr) return;
-    const std::vector<std::size_t>& trees = visit_.grove().trees;
-    if (trees.size() == 1) return all_.trunks_.bring(visit_.parallel(), trees[0], source);
-    const Parallel alone(1);
-    visit_.for_each_tree([&](std::size_t tree) { all_.trunks_.bring(alone, tree, source); });
-  }
-  /// Calls work(lanes) for each batch.
-  template <class Work>
-  void for_each_batch(const Work& work) const {
-    visit_.for_each_batch([&](std::size_t batch, std::size_t workspace) {
-      work(TreeBranches::Lanes(&all_.branches_, batch, &all_.points_, workspace));
-    });
-  }
-  /// Calls work(trunk, found) for each trunk.
-  template <class Work>
-  void for_each_trunk(const Work& work) const {
-    visit_.for_each_tree([&](std::size_t tree) { work(tree, &all_.found_[tree]); });
-  }
-  void forget_right_sides() const {
-    for (const std::size_t tree : visit_.grove().trees) all_.found_[tree].right_side = 0.0;
-  }
-  double largest_right_side() const {
-    double largest = 0.0;
-    for (const std::size_t tree : visit_.grove().trees) largest = larger(largest, all_.found_[tree].right_side);
-    return largest;
-  }
-
- private:
-  TreeSolver& all_;
-  const GroveVisit& visit_;
-};
-
-template <class Work>
-void TreeSolver::for_each_grove(const Parallel& parallel, const Work& work) {
-  groves_.visit(parallel, branches_.num_workspaces(parallel),
-                [&](const GroveVisit& visit) { work(Visit(this, visit)); });
-}
-
-void TreeSolver::forget_findings() {
-  std::ranges::fill(found_, TreeFindings{});
-  branches_.forget_findings();
-}
-
-Elimination TreeSolver::found() const {
-  TreeFindings all;
-  for (const TreeFindings& found : found_) all.include(found);
-  all.largest_inverse.see(branches_.largest_inverse().value);
-  return {1.0 / all.largest_inverse.value, all.right_side, all.residual, all.own_residual};
-}
-
-// ---- the calls: up along branches, up and down along trunks, down along branches ----
+// ---- the calls ----
 
 Elimination TreeSolver::solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks,
-                              double* b, double* lambda, double* w) {
-  forget_findings();
-  trunks_.take_lengths();
-  for_each_grove(parallel, [&](const Visit& visit) {
+                              double*, double* lambda, double* w) {
+  lanes_.take_lengths();
+  visit_groves(parallel, &lanes_, [&](const GroveVisit& visit) {
     visit.bring(motion.source);
-    visit.for_each_batch([&](TreeBranches::Lanes lanes) {
-      const trees::BranchMotion own = lanes.read_motion(motion);
+    visit.up([&](TreeLanes::Group& group) {
+      const trees::Motion own = group.read_motion(motion);
       if (use == FactorUse::Renew) {
-        lanes.evaluate_and_eliminate(own);
-        lanes.hand_over_mobilities();
-        lanes.write_directions(blocks);
+        group.call_for_blocks(blocks);
+        group.evaluate_and_eliminate(own);
+        group.write_directions(blocks);
       } else {
-        lanes.evaluate(own);
-        lanes.substitute_up();
+        group.evaluate(own);
+        group.substitute_up();
       }
-      lanes.hand_over_answers();
     });
-    visit.for_each_trunk([&](std::size_t trunk, TreeFindings* found) {
-      trunks_.solve_up(trunk, motion, use, blocks, b, &points_, lambda, found);
-      trunks_.substitute_down(trunk, &points_, lambda);
+    visit.down([&](TreeLanes::Group& group) {
+      group.call_for(w);
+      group.substitute_down();
+      if (!group.plan().has_joints()) group.find_residual();
+      group.write_multipliers(lambda);
+      motion.uniform != nullptr ? group.write_accelerations(*motion.uniform, w) : group.add_accelerations(w);
     });
-    visit.for_each_batch([&](TreeBranches::Lanes lanes) {
-      lanes.substitute_down();
-      lanes.find_residual();
-      lanes.write_multipliers(lambda);
-      motion.uniform != nullptr ? lanes.write_accelerations(*motion.uniform, w) : lanes.add_accelerations(w);
-    });
-    visit.for_each_trunk([&](std::size_t trunk, TreeFindings* found) {
-      trunks_.accelerate(trunk, points_, motion.uniform, w);
-      trunks_.find_residual(trunk, points_, b, branches_, found);
+    visit.up([](TreeLanes::Group& group) {
+      if (group.plan().has_joints()) group.find_residual();
     });
   });
-  return found();
+  return found(true);
 }
 
-/// Factorizes S of the directions that take_branches(lanes) and take_trunk(trunk) find. Both are called after
-/// `begin(visit)`.
-template <class Begin, class OfBranches, class OfTrunk>
-Elimination TreeSolver::eliminate(const Parallel& parallel, const Begin& begin, const OfBranches& take_branches,
-                                  const OfTrunk& take_trunk) {
-  forget_findings();
-  for_each_grove(parallel, [&](const Visit& visit) {
+/// Returns the worst findings of all trees.
+Elimination TreeSolver::found(bool with_residual) {
+  Elimination result;
+  std::ranges::fill(found_, Elimination{});
+  const std::vector<PieceGroup>& groups = lanes_.pieces().groups;
+  for (std::size_t group = 0; group < groups.size(); ++group) {
+    result.reciprocal_condition = std::min(result.reciprocal_condition, 1.0 / lanes_.largest_inverse(group));
+    for (std::size_t lane = 0; with_residual && lane < num_lanes; ++lane) {
+      Elimination& own = found_[static_cast<std::size_t>(groups[group].tree[lane])];
+      own.largest_right_side = larger(own.largest_right_side, lanes_.right_side(group, lane));
+      own.residual = larger(own.residual, lanes_.residual(group, lane));
+    }
+  }
+  for (Elimination& own : found_) {
+    own.own_residual = own_residual(own.residual, own.largest_right_side);
+    result.include(own);
+  }
+  return result;
+}
+
+/// Factorizes S of the directions that take(group) finds. `begin(visit)` comes first.
+template <class Begin, class TakeDirections>
+Elimination TreeSolver::eliminate(const Parallel& parallel, const Begin& begin, const TakeDirections& take) {
+  visit_groves(parallel, &lanes_, [&](const GroveVisit& visit) {
     begin(visit);
-    visit.for_each_batch([&](TreeBranches::Lanes lanes) {
-      take_branches(lanes);
-      lanes.eliminate();
-      lanes.hand_over_mobilities();
-    });
-    visit.for_each_trunk([&](std::size_t trunk, TreeFindings* found) {
-      take_trunk(trunk);
-      trunks_.eliminate(trunk, &points_, found);
+    visit.up([&](TreeLanes::Group& group) {
+      take(group);
+      group.eliminate();
     });
   });
-  return {.reciprocal_condition = found().reciprocal_condition};
+  return found(false);
 }
 
 Elimination TreeSolver::factorize(const Parallel& parallel, const double* blocks) {
   return eliminate(
-      parallel, [](const Visit&) {}, [&](TreeBranches::Lanes& lanes) { lanes.read_directions(blocks); },
-      [&](std::size_t trunk) { trunks_.read_directions(trunk, blocks); });
+      parallel, [](const GroveVisit&) {}, [&](TreeLanes::Group& group) { group.read_directions(blocks); });
 }
 
 Elimination TreeSolver::linearise(const Parallel& parallel, const double* r, const PointSource* source,
                                   double* blocks) {
   return eliminate(
-      parallel, [&](const Visit& visit) { visit.bring(source); },
-      [&](TreeBranches::Lanes& lanes) {
-        lanes.find_directions(r);
-        lanes.write_directions(blocks);
-      },
-      [&](std::size_t trunk) { trunks_.find_directions(trunk, r, blocks); });
-}
-
-/// Computes x := -S^-1 b of a grove, then calls finish(lanes) for each batch, with dw in its lanes.
-template <class Finish>
-void TreeSolver::substitute(const Visit& visit, const double* b, double* x, const Finish& finish) {
-  visit.for_each_batch([&](TreeBranches::Lanes lanes) {
-    lanes.read_right_side(b);
-    lanes.substitute_up();
-    lanes.hand_over_answers();
-  });
-  visit.for_each_trunk([&](std::size_t trunk, TreeFindings*) {
-    trunks_.substitute_up(trunk, b, &points_, x);
-    trunks_.substitute_down(trunk, &points_, x);
-  });
-  visit.for_each_batch([&](TreeBranches::Lanes lanes) {
-    lanes.substitute_down();
-    lanes.write_multipliers(x);
-    finish(lanes);
-  });
+      parallel, [&](const GroveVisit& visit) { visit.bring(source); },
+      [&](TreeLanes::Group& group) {
+        group.find_directions(r);
+        group.write_directions(blocks);
+      });
 }
 
 void TreeSolver::solve_negative(const Parallel& parallel, const double* b, double* x) {
-  for_each_grove(parallel, [&](const Visit& visit) { substitute(visit, b, x, [](const TreeBranches::Lanes&) {}); });
+  visit_groves(parallel, &lanes_, [&](const GroveVisit& visit) {
+    visit.up([&](TreeLanes::Group& group) {
+      group.read_right_side(b);
+      group.substitute_up();
+    });
+    visit.down([&](TreeLanes::Group& group) {
+      group.substitute_down();
+      group.write_multipliers(x);
+    });
+  });
 }
 
 void TreeSolver::correct(const Parallel& parallel, const double*, double* rows, double* points) {
-  for_each_grove(parallel, [&](const Visit& visit) {
-    substitute(visit, rows, rows, [&](TreeBranches::Lanes& lanes) { lanes.add_accelerations(points); });
-    visit.for_each_trunk([&](std::size_t trunk, TreeFindings*) { trunks_.move(trunk, points_, points); });
+  visit_groves(parallel, &lanes_, [&](const GroveVisit& visit) {
+    visit.up([&](TreeLanes::Group& group) {
+      group.read_right_side(rows);
+      group.substitute_up();
+    });
+    visit.down([&](TreeLanes::Group& group) {
+      group.substitute_down();
+      group.write_multipliers(rows);
+      group.add_accelerations(points);
+    });
   });
 }
 
-void TreeSolver::add_reactions(const Visit& visit, const double* rows, double* points) {
-  visit.for_each_trunk([&](std::size_t trunk, TreeFindings*) { trunks_.add_reactions(trunk, rows, points); });
-  visit.for_each_batch([&](TreeBranches::Lanes lanes) { lanes.add_reactions(rows, points); });
+namespace {
+
+void add_reactions_of(const GroveVisit& visit, const double* rows, double* points) {
+  visit.down([&](TreeLanes::Group& group) {
+    group.find_reactions(rows);
+    group.add_accelerations(points);
+  });
 }
+
+}  // namespace
 
 void TreeSolver::add_reactions(const Parallel& parallel, const double*, const double* rows, double* points) {
-  for_each_grove(parallel, [&](const Visit& visit) { add_reactions(visit, rows, points); });
+  visit_groves(parallel, &lanes_, [&](const GroveVisit& visit) { add_reactions_of(visit, rows, points); });
 }
 
-// ---- projections: an iteration sees each branch once. On the way down its points move, and their new violation goes
-// up again. ----
+// ---- projections ----
 
-/// Calls evaluate_branches(lanes) and evaluate_trunk(trunk, rows, found), which find the violation of a grove at
-/// `points`, and computes points += M^-1 K S^-1 (-violation).
-template <class OfBranches, class OfTrunk>
-Projection TreeSolver::project(const Visit& visit, double target, const OfBranches& evaluate_branches,
-                               const OfTrunk& evaluate_trunk, double* points, double* sum) {
-  double* const rows = scratch_rows();
-  bool has_moved = false;
-  const auto evaluate = [&] {
-    visit.forget_right_sides();
-    visit.for_each_batch([&](TreeBranches::Lanes lanes) {
-      if (has_moved) {
-        lanes.substitute_down();
-        if (sum != nullptr) lanes.add_multipliers(sum);
-        lanes.add_accelerations(points);
-      } else {
-        lanes.read(points);
-      }
-      evaluate_branches(lanes);
-      lanes.substitute_up();
-      lanes.hand_over_answers();
-    });
-    visit.for_each_trunk([&](std::size_t trunk, TreeFindings* found) { evaluate_trunk(trunk, rows, found); });
-    has_moved = true;
-    return visit.largest_right_side();
-  };
-  return iterate_along_chord(target, evaluate, [&] {
-    visit.for_each_trunk([&](std::size_t trunk, TreeFindings*) {
-      trunks_.substitute_up(trunk, rows, &points_, rows);
-      trunks_.substitute_down(trunk, &points_, rows);
-      trunks_.move(trunk, points_, points);
-      if (sum != nullptr) trunks_.add_rows(trunk, rows, sum);
-    });
-  });
+double TreeSolver::largest_right_side(const Grove& grove) const {
+  double largest = 0.0;
+  for (std::size_t group = grove.first_group(); group < grove.end_group(); ++group) {
+    for (std::size_t lane = 0; lane < num_lanes; ++lane) largest = larger(largest, lanes_.right_side(group, lane));
+  }
+  return largest;
 }
 
-/// Returns the worst of all groves.
+/// Calls evaluate(group), which finds the violation at `points`, and computes points += M^-1 K S^-1 (-violation).
+template <class Evaluate>
+Projection TreeSolver::project(const GroveVisit& visit, double target, const Evaluate& evaluate, double* points,
+                               double* sum) {
+  return iterate_along_chord(
+      target,
+      [&] {
+        visit.up([&](TreeLanes::Group& group) {
+          evaluate(group);
+          group.substitute_up();
+        });
+        return largest_right_side(visit.grove());
+      },
+      [&] {
+        visit.down([&](TreeLanes::Group& group) {
+          group.substitute_down();
+          if (sum != nullptr) group.add_multipliers(sum);
+          group.add_accelerations(points);
+        });
+      });
+}
+
 Projection TreeSolver::reached() const {
   Projection result;
   for (const Projection& of_grove : reached_) {
@@ -270,30 +206,22 @@ Projection TreeSolver::reached() const {
 Projection TreeSolver::project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
                                          const PointSource* source, double* sum) {
   // Only the families of constraints know lengths that move.
-  if (has_moving_lengths()) return IslandSolver::project_positions(parallel, blocks, target, r, source, sum);
-  for_each_grove(parallel, [&](const Visit& visit) {
+  if (lanes_.has_moving_lengths()) return IslandSolver::project_positions(parallel, blocks, target, r, source, sum);
+  visit_groves(parallel, &lanes_, [&](const GroveVisit& visit) {
     visit.bring(source);
-    if (sum != nullptr) add_reactions(visit, sum, r);
+    if (sum != nullptr) add_reactions_of(visit, sum, r);
     reached_[visit.number()] = project(
-        visit, target, [](TreeBranches::Lanes& lanes) { lanes.evaluate_values(); },
-        [&](std::size_t trunk, double* xi, TreeFindings* found) {
-          trunks_.find_values(trunk, r, xi, branches_, found);
-        },
-        r, sum);
+        visit, target, [&](TreeLanes::Group& group) { group.evaluate_values(r); }, r, sum);
   });
   return reached();
 }
 
 Projection TreeSolver::project_velocities(const Parallel& parallel, const double* blocks, double target,
                                           const double* r, double* v, double* sum) {
-  if (has_moving_lengths()) return IslandSolver::project_velocities(parallel, blocks, target, r, v, sum);
-  for_each_grove(parallel, [&](const Visit& visit) {
+  if (lanes_.has_moving_lengths()) return IslandSolver::project_velocities(parallel, blocks, target, r, v, sum);
+  visit_groves(parallel, &lanes_, [&](const GroveVisit& visit) {
     reached_[visit.number()] = project(
-        visit, target, [&](TreeBranches::Lanes& lanes) { lanes.evaluate_rates(r); },
-        [&](std::size_t trunk, double* rates, TreeFindings* found) {
-          trunks_.find_rates(trunk, r, v, rates, branches_, found);
-        },
-        v, sum);
+        visit, target, [&](TreeLanes::Group& group) { group.evaluate_rates(r, v); }, v, sum);
   });
   return reached();
 }

@@ -5,20 +5,18 @@
 #include <vector>
 
 #include "schur/island_solver.hpp"
-#include "schur/tree_branches.hpp"
 #include "schur/tree_groves.hpp"
-#include "schur/tree_trunks.hpp"
+#include "schur/tree_lanes.hpp"
 
 namespace tanor::detail {
 
 /// Solves islands of rods that are trees. S has no fill and is eliminated from the leaves to the root point by point
 /// (the articulated-body method of R. Featherstone 1983, with mobilities in place of inertias, so that supports may
-/// stand at any leaf). Branches of one shape are eliminated eight side by side in the lanes of a vector, then the
-/// trunks that they hang on rod by rod. Multipliers come back the other way.
+/// stand at any leaf). Trees are cut into pieces, which are eliminated eight side by side in the lanes of a vector.
+/// Multipliers come back the other way.
 class TreeSolver final : public IslandSolver {
  public:
-  /// Takes trees out of `islands`: those that consist of equal branches for the most part, or all if `eagerly` is true.
-  /// Returns null if there are none.
+  /// Takes trees out of `islands`, see TreePieces::take. Returns null if there are none.
   static std::unique_ptr<TreeSolver> make(const SchurProblem& problem, int threads, bool eagerly,
                                           std::vector<Index>* islands);
 
@@ -33,38 +31,22 @@ class TreeSolver final : public IslandSolver {
   Projection project_velocities(const Parallel& parallel, const double* blocks, double target, const double* r,
                                 double* v, double* sum) override;
   void add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) override;
-  void read_offsets(std::span<const Vec3> offsets) override {
-    branches_.read_offsets(offsets);
-    trunks_.read_offsets(offsets);
-  }
+  void read_offsets(std::span<const Vec3> offsets) override { lanes_.read_offsets(offsets); }
 
  private:
-  TreeSolver(const SchurProblem& problem, const RodRows& rods, std::span<const RodTree> trees, EqualBranches branches,
-             int threads);
+  TreeSolver(const SchurProblem& problem, const RodRows& rods, TreePieces pieces, int threads);
   void summarize();
 
-  class Visit;
-  template <class Work>
-  void for_each_grove(const Parallel& parallel, const Work& work);
-  template <class Begin, class OfBranches, class OfTrunk>
-  Elimination eliminate(const Parallel& parallel, const Begin& begin, const OfBranches& take_branches,
-                        const OfTrunk& take_trunk);
-  void forget_findings();
-  Elimination found() const;
-  template <class Finish>
-  void substitute(const Visit& visit, const double* b, double* x, const Finish& finish);
-  void add_reactions(const Visit& visit, const double* rows, double* points);
-  template <class OfBranches, class OfTrunk>
-  Projection project(const Visit& visit, double target, const OfBranches& evaluate_branches,
-                     const OfTrunk& evaluate_trunk, double* points, double* sum);
+  template <class Begin, class TakeDirections>
+  Elimination eliminate(const Parallel& parallel, const Begin& begin, const TakeDirections& take);
+  Elimination found(bool with_residual);
+  double largest_right_side(const Grove& grove) const;
+  template <class Evaluate>
+  Projection project(const GroveVisit& visit, double target, const Evaluate& evaluate, double* points, double* sum);
   Projection reached() const;
-  bool has_moving_lengths() const { return trunks_.has_moving_lengths() || branches_.has_moving_lengths(); }
 
-  TreeBranches branches_;
-  TreeTrunks trunks_;
-  TreePoints points_;
-  TreeGroves groves_;
-  std::vector<TreeFindings> found_;  // [tree]
+  TreeLanes lanes_;
+  std::vector<Elimination> found_;   // [tree] largest |b| and residual
   std::vector<Projection> reached_;  // [grove]
 };
 

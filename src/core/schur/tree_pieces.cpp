@@ -1,0 +1,363 @@
+#include "schur/tree_pieces.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <set>
+#include <utility>
+
+#include "plan/thresholds.hpp"
+
+namespace tanor::detail {
+
+std::optional<RodTree> RodTree::read(const RodRows& given, const Numbering& numbering, Index island) {
+  const auto number = static_cast<std::size_t>(island);
+  const auto num_moving = static_cast<Index>(numbering.num_moving);
+  RodTree result;
+  result.first_point = num_moving;
+  std::size_t num_between = 0;
+  Index before = -1;
+  for (Index row = numbering.island_start[number]; row < numbering.island_start[number + 1]; ++row) {
+    const auto [i, j] = given.ends[static_cast<std::size_t>(row)];
+    if (i < 0) return std::nullopt;
+    const Index low = std::min(i, j), high = std::max(i, j);
+    result.first_point = std::min(result.first_point, low);
+    if (high >= num_moving) {
+      result.end_point = std::max(result.end_point, low + 1);
+      result.rods.push_back({row, high, low});
+      continue;
+    }
+    // In a tree, each point but the root has one rod towards the root: the only row with this point as its lower one.
+    if (low <= before) return std::nullopt;
+    before = low;
+    ++num_between;
+    result.end_point = std::max(result.end_point, high + 1);
+    result.rods.push_back({row, low, high});
+  }
+  if (num_between + 1 != result.num_points()) return std::nullopt;
+  return result;
+}
+
+namespace {
+
+constexpr std::size_t none = static_cast<std::size_t>(-1);
+
+/// A piece while trees are cut. `rods` and `parent` begin at `first` in the lists of the cut.
+struct Piece {
+  std::size_t tree, first, num_rods;
+  Index root;
+  std::size_t level;         // comes after those of all pieces below
+  std::size_t above = none;  // the piece that has the root as a joint; none for the last one of a tree
+};
+
+/// Cuts one tree after the other into pieces.
+class Cut {
+ public:
+  std::vector<Piece> pieces;
+  std::vector<RodTree::Rod> rods;  // piece by piece, each in the order of elimination
+  std::vector<Index> parent;       // [rod] place of its parent in the piece
+
+  void add(const RodTree& tree, std::size_t number, std::size_t most_rods) {
+    tree_ = &tree;
+    most_rods_ = most_rods;
+    last_at_.assign(tree.num_points(), none);
+    number_ = number;
+    open_.assign(tree.num_points(), {});
+    next_.assign(tree.rods.size(), none);
+    place_.resize(tree.num_points());
+    std::vector<std::size_t> order(tree.rods.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::ranges::stable_sort(order, {}, [&](std::size_t rod) { return tree.rods[rod].parent; });
+    for (std::size_t k = 0; k < order.size();) {
+      const Index point = tree.rods[order[k]].parent;
+      std::size_t end = k;
+      while (end < order.size() && tree.rods[order[end]].parent == point) ++end;
+      visit(point, std::span(order).subspan(k, end - k));
+      k = end;
+    }
+    close(tree.end_point - 1);
+  }
+
+ private:
+  /// The rods below a point that are in no piece so far, as a list.
+  struct Open {
+    std::size_t first = none, last = none, count = 0, level = 0;
+  };
+  bool is_support(Index point) const { return point >= tree_->end_point; }
+  Open& open(Index point) { return open_[static_cast<std::size_t>(point - tree_->first_point)]; }
+  Open below(std::size_t rod) {
+    const Index child = tree_->rods[rod].child;
+    return is_support(child) ? Open{} : open(child);
+  }
+
+  /// Joins what hangs on a point by these rods. Branches become pieces where others reach higher levels, so that pieces
+  /// of a level are eliminated side by side, and where they are too large together.
+  void visit(Index point, std::span<const std::size_t> hanging) {
+    std::size_t level = 0, count = 0;
+    for (const std::size_t rod : hanging) level = std::max(level, below(rod).level);
+    const auto close_branches = [&](std::size_t most) {
+      for (const std::size_t rod : hanging) {
+        if (const Open branch = below(rod); branch.count >= plan::fewest_rods_of_branch && branch.level < most)
+          close(tree_->rods[rod].child);
+      }
+    };
+    close_branches(level);
+    for (const std::size_t rod : hanging) count += below(rod).count + 1;
+    if (count > most_rods_) close_branches(none);
+    for (const std::size_t rod : hanging) {
+      const Open branch = below(rod);
+      if (open(point).count > 0 && open(point).count + branch.count + 1 > most_rods_) close(point);
+      Open& own = open(point);
+      append(branch.first, branch.last, branch.count, &own);
+      append(rod, rod, 1, &own);
+      own.level = std::max(own.level, branch.level);
+    }
+  }
+  void append(std::size_t first, std::size_t last, std::size_t count, Open* to) {
+    if (count == 0) return;
+    (to->first == none ? to->first : next_[to->last]) = first;
+    to->last = last;
+    to->count += count;
+  }
+  /// Makes a piece of the rods below a point.
+  void close(Index root) {
+    Open& own = open(root);
+    pieces.push_back({number_, rods.size(), own.count, root, own.level});
+    const auto put = [&](Index point, std::size_t place) {
+      const auto local = static_cast<std::size_t>(point - tree_->first_point);
+      place_[local] = static_cast<Index>(place);
+      if (last_at_[local] != none) pieces[last_at_[local]].above = pieces.size() - 1;
+    };
+    const std::size_t first = rods.size();
+    for (std::size_t rod = own.first, k = 0; k < own.count; rod = next_[rod], ++k) {
+      rods.push_back(tree_->rods[rod]);
+      if (!is_support(rods.back().child)) put(rods.back().child, k);
+    }
+    put(root, own.count);
+    last_at_[static_cast<std::size_t>(root - tree_->first_point)] = pieces.size() - 1;
+    for (std::size_t a = first; a < rods.size(); ++a)
+      parent.push_back(place_[static_cast<std::size_t>(rods[a].parent - tree_->first_point)]);
+    own = {.level = own.level + 1};
+  }
+
+  const RodTree* tree_ = nullptr;
+  std::size_t number_ = 0, most_rods_ = 0;
+  std::vector<Open> open_;            // [point]
+  std::vector<std::size_t> next_;     // [rod] in its list
+  std::vector<Index> place_;          // [point] in the piece that is made
+  std::vector<std::size_t> last_at_;  // [point] the last piece with this root
+};
+
+/// Raises the levels of some pieces, which still come before those above them, to fill the lanes beside pieces that
+/// nothing else of their level goes with. `first` is the number of the first piece.
+void fill_lanes(std::span<Piece> pieces, std::size_t first) {
+  std::size_t top = 0;
+  for (const Piece& piece : pieces) top = std::max(top, piece.level);
+  std::vector<std::vector<std::size_t>> of_level(top + 1), below(pieces.size());
+  std::set<std::pair<std::size_t, std::size_t>> waiting;  // by size: their levels are lower, those above them are not
+  for (std::size_t k = 0; k < pieces.size(); ++k) {
+    of_level[pieces[k].level].push_back(k);
+    if (pieces[k].above == none) {
+      waiting.emplace(pieces[k].num_rods, k);
+    } else {
+      below[pieces[k].above - first].push_back(k);
+    }
+  }
+  for (std::size_t level = top + 1; level-- > 0;) {
+    std::vector<std::size_t> taken;
+    std::size_t most_rods = 0;
+    for (const std::size_t k : of_level[level]) {
+      if (waiting.erase({pieces[k].num_rods, k}) == 0) continue;  // was raised
+      taken.push_back(k);
+      most_rods = std::max(most_rods, pieces[k].num_rods);
+    }
+    while (taken.size() % num_lanes != 0) {
+      const auto after = waiting.lower_bound({most_rods + 1, 0});
+      if (after == waiting.begin()) break;
+      taken.push_back(std::prev(after)->second);
+      waiting.erase(std::prev(after));
+    }
+    for (const std::size_t k : taken) {
+      pieces[k].level = level;
+      for (const std::size_t lower : below[k]) waiting.emplace(pieces[lower].num_rods, lower);
+    }
+  }
+}
+
+/// Sorts pieces into groups: by level, then, among so many that follow one another, by size and shape.
+class Grouping {
+ public:
+  Grouping(std::size_t num_moving, Cut* cut, TreePieces* result)
+      : cut_(*cut), result_(*result), num_moving_(static_cast<Index>(num_moving)), joint_of_root_(num_moving, none) {}
+
+  void add(Grove grove, std::span<Piece> pieces) {
+    std::ranges::stable_sort(pieces, {}, &Piece::level);
+    for (std::size_t k = 0; k < pieces.size();) {
+      std::size_t end = k, num_rods = 0;
+      while (end < pieces.size() && pieces[end].level == pieces[k].level && num_rods < plan::rods_of_grove)
+        num_rods += pieces[end++].num_rods;
+      std::ranges::stable_sort(pieces.subspan(k, end - k),
+                               [this](const Piece& a, const Piece& b) { return is_larger(a, b); });
+      grove.level_start.resize(pieces[k].level + 1, result_.groups.size());
+      for (; k < end; k += num_lanes) add_group(pieces.subspan(k, std::min(num_lanes, end - k)));
+      k = end;
+    }
+    grove.level_start.push_back(result_.groups.size());
+    result_.groves.push_back(std::move(grove));
+  }
+
+ private:
+  std::span<const Index> parents(const Piece& piece) const {
+    return std::span(cut_.parent).subspan(piece.first, piece.num_rods);
+  }
+  bool is_larger(const Piece& a, const Piece& b) const {
+    if (a.num_rods != b.num_rods) return a.num_rods > b.num_rods;
+    return std::ranges::lexicographical_compare(parents(a), parents(b));
+  }
+
+  void add_group(std::span<const Piece> pieces) {
+    PieceGroup group{.num_rods = pieces.front().num_rods,
+                     .first_rod = result_.num_slots(),
+                     .first_place = result_.num_places(),
+                     .first_joint = result_.joints.size(),
+                     .num_pieces = pieces.size()};
+    group.is_padded = pieces.back().num_rods < group.num_rods;
+    group.have_same_parents = std::ranges::all_of(
+        pieces, [&](const Piece& each) { return std::ranges::equal(parents(each), parents(pieces.front())); });
+    if (!group.have_same_parents) std::ranges::for_each(pieces, [this](const Piece& each) { sort_by_height(each); });
+    result_.parent.resize(result_.parent.size() + num_lanes * group.num_rods);
+    result_.row.resize(result_.parent.size());
+    result_.point.resize(result_.point.size() + num_lanes * group.num_places());
+    for (std::size_t lane = 0; lane < num_lanes; ++lane)
+      add_piece(pieces[std::min(lane, pieces.size() - 1)], lane, &group);
+    group.end_joint = result_.joints.size();
+    group.follow = group.follow && !group.is_padded && !group.has_joints();
+    for (std::size_t lane = 0; lane < num_lanes; ++lane)
+      group.root_joint[lane] = lane < pieces.size() ? name_root(pieces[lane]) : group.root_joint[lane - 1];
+    result_.groups.push_back(group);
+  }
+  /// Sorts rods by what hangs below them, so that few wait for the rod before them.
+  void sort_by_height(const Piece& piece) {
+    Index* const parent = cut_.parent.data() + piece.first;
+    RodTree::Rod* const rods = cut_.rods.data() + piece.first;
+    std::vector<int> height(piece.num_rods + 1, 0);
+    for (std::size_t k = 0; k < piece.num_rods; ++k) {
+      int& above = height[static_cast<std::size_t>(parent[k])];
+      above = std::max(above, height[k] + 1);
+    }
+    std::vector<std::size_t> order(piece.num_rods);
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::ranges::stable_sort(order, {}, [&](std::size_t k) { return height[k]; });
+    std::vector<Index> place(piece.num_rods + 1, static_cast<Index>(piece.num_rods));
+    for (std::size_t k = 0; k < order.size(); ++k) place[order[k]] = static_cast<Index>(k);
+    const std::vector<RodTree::Rod> rods_before(rods, rods + piece.num_rods);
+    const std::vector<Index> parent_before(parent, parent + piece.num_rods);
+    for (std::size_t k = 0; k < order.size(); ++k) {
+      rods[k] = rods_before[order[k]];
+      parent[k] = place[static_cast<std::size_t>(parent_before[order[k]])];
+    }
+  }
+  /// Makes the root a joint of pieces that come later.
+  Index name_root(const Piece& piece) {
+    if (piece.above == none) return -1;
+    joint_of_root_[static_cast<std::size_t>(piece.root)] = result_.num_joints;
+    return static_cast<Index>(result_.num_joints++);
+  }
+
+  void add_piece(const Piece& piece, std::size_t lane, PieceGroup* group) {
+    const std::size_t pad = group->num_rods - piece.num_rods;
+    Index* const point = result_.point.data() + num_lanes * group->first_place + lane;
+    Index* const parent = result_.parent.data() + num_lanes * group->first_rod + lane;
+    Index* const row = result_.row.data() + num_lanes * group->first_rod + lane;
+    group->tree[lane] = static_cast<Index>(piece.tree);
+    for (std::size_t k = 0; k < pad; ++k) {
+      row[num_lanes * k] = -1;
+      parent[num_lanes * k] = static_cast<Index>(group->num_rods + 1);
+      point[num_lanes * k] = ~piece.root;
+    }
+    if (group->is_padded) point[num_lanes * (group->num_rods + 1)] = ~piece.root;
+    for (std::size_t k = pad; k <= group->num_rods; ++k) {
+      const std::size_t rod = piece.first + k - pad;
+      const Index own = k < group->num_rods ? cut_.rods[rod].child : piece.root;
+      const bool is_own = own < num_moving_ && !note_joint(own, k, lane);
+      point[num_lanes * k] = is_own ? own : ~own;
+      group->has_supports = group->has_supports || own >= num_moving_;
+      const auto steps = static_cast<Index>(k - pad);
+      group->follow = group->follow && is_own && own == point[num_lanes * pad] + steps;
+      if (k == group->num_rods) break;
+      row[num_lanes * k] = cut_.rods[rod].row;
+      parent[num_lanes * k] = cut_.parent[rod] + static_cast<Index>(pad);
+      group->follow = group->follow && row[num_lanes * k] == row[num_lanes * pad] + steps;
+    }
+  }
+  /// Notes that the point is a joint, if it is one.
+  bool note_joint(Index point, std::size_t place, std::size_t lane) {
+    const std::size_t joint = joint_of_root_[static_cast<std::size_t>(point)];
+    if (joint == none) return false;
+    result_.joints.push_back({place, lane, joint});
+    return true;
+  }
+
+  Cut& cut_;
+  TreePieces& result_;
+  Index num_moving_;
+  std::vector<std::size_t> joint_of_root_;  // [point]
+};
+
+}  // namespace
+
+TreePieces::TreePieces(std::vector<RodTree> given, std::size_t num_moving) : trees(std::move(given)) {
+  Cut cut;
+  Grouping grouping(num_moving, &cut, this);
+  for (std::size_t tree = 0; tree < trees.size();) {
+    Grove grove;
+    grove.first_tree = tree;
+    while (tree < trees.size() && grove.num_rods < plan::rods_of_grove) grove.num_rods += trees[tree++].rods.size();
+    grove.end_tree = tree;
+    num_rods += grove.num_rods;
+    const std::size_t first = cut.pieces.size();
+    const std::size_t most_rods =
+        std::clamp(grove.num_rods / plan::pieces_of_grove, 4 * plan::fewest_rods_of_branch, plan::most_rods_of_branch);
+    for (std::size_t k = grove.first_tree; k < tree; ++k) cut.add(trees[k], k, most_rods);
+    const std::span<Piece> pieces = std::span(cut.pieces).subspan(first);
+    fill_lanes(pieces, first);
+    grouping.add(std::move(grove), pieces);
+  }
+}
+
+std::vector<double> TreePieces::fullness_of_trees() const {
+  std::vector<double> lanes(trees.size(), 0.0);
+  for (const PieceGroup& group : groups) {
+    for (std::size_t lane = 0; lane < group.num_pieces; ++lane)
+      lanes[static_cast<std::size_t>(group.tree[lane])] +=
+          static_cast<double>(group.num_rods * num_lanes) / static_cast<double>(group.num_pieces);
+  }
+  for (std::size_t tree = 0; tree < trees.size(); ++tree)
+    lanes[tree] = static_cast<double>(trees[tree].rods.size()) / lanes[tree];
+  return lanes;
+}
+
+TreePieces TreePieces::take(const RodRows& rods, const Numbering& numbering, bool eagerly,
+                            std::vector<Index>* islands) {
+  std::vector<RodTree> trees;
+  std::vector<Index> numbers;
+  for (const Index island : *islands) {
+    std::optional<RodTree> tree = RodTree::read(rods, numbering, island);
+    if (!tree.has_value()) continue;
+    trees.push_back(std::move(*tree));
+    numbers.push_back(island);
+  }
+  TreePieces result(std::move(trees), numbering.num_moving);
+  const std::vector<double> fullness = result.fullness_of_trees();
+  const auto is_taken = [&](std::size_t tree) { return eagerly || fullness[tree] >= plan::fullness_of_trees; };
+  std::vector<RodTree> taken;
+  std::vector<Index> taken_numbers;
+  for (std::size_t tree = 0; tree < numbers.size(); ++tree) {
+    if (!is_taken(tree)) continue;
+    taken.push_back(result.trees[tree]);
+    taken_numbers.push_back(numbers[tree]);
+  }
+  std::erase_if(*islands, [&](Index island) { return std::ranges::binary_search(taken_numbers, island); });
+  return taken.size() == numbers.size() ? result : TreePieces(std::move(taken), numbering.num_moving);
+}
+
+}  // namespace tanor::detail
