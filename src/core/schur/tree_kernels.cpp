@@ -60,7 +60,7 @@ template <class Parent>
   if (motion.length_second != nullptr) b -= motion.length_second[k];
   if (motion.w0 != nullptr) b += dot(u, get(parent, motion.w0) - motion.w0[k]);
   u.write(&rods.u[k]);
-  rods.row[k].b = b;
+  rods.b[k] = b;
   right_side->see(magnitude(b));
 }
 
@@ -90,8 +90,8 @@ template <class Parent>
 [[gnu::always_inline]] inline void substitute_rod(const Parent& parent, std::size_t k, const Points& points,
                                                   const Rods& rods) {
   const Pack3<> of_parent = get(parent, points.s);
-  const Pack<> z = rods.row[k].b + dot(rods.u[k], of_parent - points.s[k]);
-  rods.row[k].z = z;
+  const Pack<> z = rods.b[k] + dot(rods.u[k], of_parent - points.s[k]);
+  rods.z[k] = z;
   set(parent, points.s, of_parent - z * rods.factor[k].h);
 }
 
@@ -183,8 +183,8 @@ void substitute_down(const Shape& shape, const Rods& rods, Pack3<>* F) {
     for (std::size_t k = shape.num_rods; k-- > 0;) {
       const auto parent = parent_of(kind, shape, k);
       const Pack3<> of_parent = get(parent, F);
-      const Pack<> lambda = -rods.row[k].z * rods.factor[k].inverse_pivot - dot(rods.factor[k].h, of_parent);
-      rods.row[k].z = lambda;
+      const Pack<> lambda = -rods.z[k] * rods.factor[k].inverse_pivot - dot(rods.factor[k].h, of_parent);
+      rods.z[k] = lambda;
       const Pack3<> own = lambda * rods.u[k];
       set(parent, F, of_parent + own);
       (F[k] - own).write(&F[k]);
@@ -217,8 +217,8 @@ void evaluate_values(const Shape& shape, const Pack3<>* r, const Pack3<>* offset
       const Pack3<> apart = distance(parent_of(kind, shape, k), r, offset, k);
       Pack<> rho = dot(apart, apart);
       take_roots(&rho);
-      rods.row[k].b = rho - length[k];
-      seen.see(magnitude(rods.row[k].b) / length[k]);
+      rods.b[k] = rho - length[k];
+      seen.see(magnitude(rods.b[k]) / length[k]);
     }
     *largest = seen;
   });
@@ -232,8 +232,8 @@ void evaluate_rates(const Shape& shape, const Pack3<>* r, const Pack3<>* v, cons
       const auto parent = parent_of(kind, shape, k);
       Pack<> inverse;
       const Pack3<> u = direction(parent, r, offset, k, &inverse);
-      rods.row[k].b = dot(u, get(parent, v) - v[k]);
-      seen.see(magnitude(rods.row[k].b));
+      rods.b[k] = dot(u, get(parent, v) - v[k]);
+      seen.see(magnitude(rods.b[k]));
     }
     *largest = seen;
   });
@@ -243,7 +243,7 @@ void find_residual(const Shape& shape, const Rods& rods, const Pack3<>* dw, Larg
   dispatch_parents(shape, [=](auto kind) {
     Largest seen = *residual;
     for (std::size_t k = 0; k < shape.num_rods; ++k) {
-      const Pack<> left = dot(rods.u[k], get(parent_of(kind, shape, k), dw) - dw[k]) + rods.row[k].b;
+      const Pack<> left = dot(rods.u[k], get(parent_of(kind, shape, k), dw) - dw[k]) + rods.b[k];
       seen.see(magnitude(left));
     }
     *residual = seen;

@@ -31,11 +31,6 @@ struct RodFactor {
   Pack3<> h;
   Pack<> inverse_pivot;
 };
-/// The row of a rod: b = phi + K'w0, and z = b + u.(s_p - s_c), which becomes lambda.
-struct RodRow {
-  Pack<> b, z;
-};
-
 /// Positions and motion of the points.
 struct Motion {
   const Pack3<>*r, *v;
@@ -53,7 +48,7 @@ struct Points {
 struct Rods {
   Pack3<>* u;
   RodFactor* factor;
-  RodRow* row;
+  Pack<>*b, *z;                  ///< b = phi + K'w0, and z = b + u.(s_p - s_c), which becomes lambda
   const Pack<>* inverse_masses;  ///< 1/m of both ends, summed
 };
 

@@ -108,7 +108,8 @@ void TreeLanes::prepare_workspaces(int threads) {
   const std::size_t num_groups = pieces_.groups.size(), num_rods = pieces_.num_slots();
   u_.resize(num_rods);
   factor_.resize(num_rods);
-  rows_.resize(num_rods);
+  b_.resize(num_rods);
+  z_.resize(num_rods);
   found_.largest_inverse.resize(num_groups);
   for (std::vector<double>* array : {&found_.right_side, &found_.residual}) array->resize(num_groups * num_lanes);
   std::size_t most_places = 0, num_kept = 0;
@@ -137,7 +138,8 @@ TreeLanes::Group::Group(TreeLanes* all, std::size_t group, std::size_t workspace
                     group_.have_same_parents},
           .points = {all->inverse_mass_.data() + group_.first_place, work_.mobility.data(), work_.s.data()},
           .rods = {all->u_.data() + group_.first_rod, all->factor_.data() + group_.first_rod,
-                   all->rows_.data() + group_.first_rod, all->inverse_masses_.data() + group_.first_rod},
+                   all->b_.data() + group_.first_rod, all->z_.data() + group_.first_rod,
+                   all->inverse_masses_.data() + group_.first_rod},
           .dw = group_.has_joints() ? all->kept_dw_.data() + all->first_kept_[group] : work_.dw.data()} {}
 
 namespace {
@@ -327,7 +329,7 @@ void TreeLanes::Group::evaluate_rates(const double* r, const double* v) {
 void TreeLanes::Group::add_multipliers(double* sum) {
   Pack<>* const lanes = work_.rows.data();
   read_rows(sum, lanes);
-  for (std::size_t k = 0; k < in_.shape.num_rods; ++k) lanes[k] += in_.rods.row[k].z;
+  for (std::size_t k = 0; k < in_.shape.num_rods; ++k) lanes[k] += in_.rods.z[k];
   write_rows(lanes, sum);
 }
 
@@ -360,13 +362,11 @@ void TreeLanes::Group::write_directions(double* blocks) {
 }
 
 void TreeLanes::Group::read_right_side(const double* b) {
-  read_rows(b, work_.rows.data());
-  for (std::size_t k = 0; k < in_.shape.num_rods; ++k) in_.rods.row[k].b = work_.rows.data()[k];
+  read_rows(b, in_.rods.b);
 }
 
 void TreeLanes::Group::write_multipliers(double* x) {
-  for (std::size_t k = 0; k < in_.shape.num_rods; ++k) work_.rows.data()[k] = in_.rods.row[k].z;
-  write_rows(work_.rows.data(), x);
+  write_rows(in_.rods.z, x);
 }
 
 void TreeLanes::Group::write_accelerations(Vec3 w0, double* w) {

@@ -80,7 +80,7 @@ class TreeLanes {
   std::vector<std::pair<std::size_t, const MovingScalar*>> moving_lengths_;  // by rod and lane
   std::vector<Pack3<>> u_;                                                   // [rod]
   std::vector<trees::RodFactor> factor_;                                     // [rod]
-  std::vector<trees::RodRow> rows_;                                          // [rod]
+  Packs b_, z_;                                                              // [rod]
   std::vector<Pack3<>> kept_dw_;                                             // [place] of groups with joints
   std::vector<std::size_t> first_kept_;                                      // [group]
   std::vector<Joint> joints_;

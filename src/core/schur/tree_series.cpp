@@ -149,13 +149,13 @@ class TreeSeries::Pieces {
         for (std::size_t a = 0; a < in.shape.num_rods; ++a) {
           // |a_0| = u.a_0
           of_rods[a].inverse_length = 1.0 / dot(in.rods.u[a], coefficient(0, a).a);
-          coefficient(0, a).mu = in.rods.row[a].b * of_rods[a].inverse_length;
+          coefficient(0, a).mu = in.rods.b[a] * of_rods[a].inverse_length;
         }
       });
     }
     /// Takes what a solve found for mu_k.
     [[gnu::always_inline]] void take_multiplier(Solve solve, std::size_t a) const {
-      const Pack<> part = solve.scale() * in.rods.row[a].z * of_rods[a].inverse_length;
+      const Pack<> part = solve.scale() * in.rods.z[a] * of_rods[a].inverse_length;
       Pack<>& mu = coefficient(solve.k, a).mu;
       mu = solve.pass == 0 ? part : mu + part;
     }
@@ -170,7 +170,7 @@ class TreeSeries::Pieces {
           }
           const Series::Known found = Series::multiply(series + a, solve.k, &of_rods[a].next, stride);
           of_rods[a].half_square = found.half_square;
-          in.rods.row[a].b = found.half_square * of_rods[a].inverse_length;
+          in.rods.b[a] = found.half_square * of_rods[a].inverse_length;
           (in.points.s[a] - found.force).write(&in.points.s[a]);
           set(parent, in.points.s, get(parent, in.points.s) + found.force);
         });
@@ -189,7 +189,7 @@ class TreeSeries::Pieces {
         clear_s();
         for_each_rod([&](std::size_t a, const auto& parent) __attribute__((always_inline)) {
           take_multiplier(before, a);
-          in.rods.row[a].b =
+          in.rods.b[a] =
               of_rods[a].half_square * of_rods[a].inverse_length + dot(in.rods.u[a], get(parent, points) - points[a]);
         });
       });
