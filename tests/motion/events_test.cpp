@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "base/parallel.hpp"
-#include "methods.hpp"
 #include "base/root_bracket.hpp"
+#include "methods.hpp"
 #include "motion/toys.hpp"
 
 namespace tanor {

@@ -287,7 +287,7 @@ Projection BatchSolver::project_velocities(const Parallel& parallel, const doubl
         batch, target, &work,
         [&, &topology = topology](Largest* largest) {
           detail::evaluate_rates(topology, work.directions.data(), work.v.data(), first_derivatives, work.b.data(),
-                                largest);
+                                 largest);
         },
         [&, &topology = topology] {
           move(topology, batch.inverse_mass, work.u.data(), work.x.data(), work.v.data());

@@ -342,7 +342,7 @@ Elimination PointSolver::solve(const Parallel& parallel, const FreeMotion& motio
       factorize_points(chunk.num_rows(), count, chunk.gradients, factors, &chunk.smallest);
       solve_points(chunk.num_rows(), count, factors, chunk.b, chunk.x);
       detail::add_reactions(chunk.num_rows(), count, chunk.gradients, chunk.b, chunk.x, w0, motion.uniform, w_of_chunk,
-                           &chunk.residual);
+                            &chunk.residual);
       scale_by_mass(chunk.num_rows(), count, inverse_mass, chunk.x);
       chunk.scatter_rows_of(chunk.x, lambda);
     }

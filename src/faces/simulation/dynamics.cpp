@@ -384,8 +384,8 @@ Certificate Dynamics::certify(const StateView& at) {
   self.stands_there = false;  // certifying evaluates the other form, and other times
   std::vector<double> tau(self.num_numbers());
   self.form.write_friction(self.now.found, tau.data());
-  return detail::certify(self.forms, {self.now.t, self.now.r, self.now.v, self.now.w, self.now.eta, self.now.lambda, tau,
-                                     self.now.report.friction});
+  return detail::certify(self.forms, {self.now.t, self.now.r, self.now.v, self.now.w, self.now.eta, self.now.lambda,
+                                      tau, self.now.report.friction});
 }
 
 ProjectionReport Dynamics::project_positions(const MutableState& state) {

@@ -98,8 +98,8 @@ ChosenMethod choose(const MotionOptions& options, bool in_coordinates, bool may_
 
 }  // namespace
 
-ChosenMethod detail::choose_method(const MotionOptions& options, const Part& part, const System& system, Mechanics& mechanics,
-                           bool in_coordinates) {
+ChosenMethod detail::choose_method(const MotionOptions& options, const Part& part, const System& system,
+                                   Mechanics& mechanics, bool in_coordinates) {
   const auto measure = [&] {
     return part.is_whole() ? measure_stiffness(system) : measure_stiffness(system, *part.ranks);
   };
@@ -161,7 +161,7 @@ void check_reach(const Part& part, Method method) {
 }  // namespace
 
 SolverOptions detail::check_together(const Part& part, const System& system, const MotionOptions& motion,
-                             const SolverOptions& solver, double t_start) {
+                                     const SolverOptions& solver, double t_start) {
   SolverOptions resolved;
   bool has_equations = num_equations(system) > 0;
   if (!part.is_whole()) has_equations = Agreement(*part.ranks).any(has_equations);

@@ -459,8 +459,8 @@ std::unique_ptr<Search> start_search(const System& system, const SteadyFrame& fr
 
 }  // namespace
 EquilibriumResult detail::rest_from(const System& system, const SteadyFrame& frame, const EquilibriumOptions& options,
-                            const std::vector<double>& prestress, const std::vector<double>& start,
-                            bool assesses_stability) {
+                                    const std::vector<double>& prestress, const std::vector<double>& start,
+                                    bool assesses_stability) {
   EquilibriumResult result;
   std::unique_ptr<Search> search;
   for (int step = 1; step <= options.load_steps; ++step) {

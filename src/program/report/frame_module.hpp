@@ -13,8 +13,8 @@
 #include "report/shown_parts.hpp"
 
 /// \file Trajectories that need a library of their own (HDF5, libzip) are modules, `tanor_h5md` and `tanor_npz`, in
-/// src/program/formats. Only a run that writes them loads them: HDF5 alone brings thirty libraries, and their loading took as
-/// long as everything else that a short run does.
+/// src/program/formats. Only a run that writes them loads them: HDF5 alone brings thirty libraries, and their loading
+/// took as long as everything else that a short run does.
 namespace tanor::report {
 
 /// Describes the file that a module opens.

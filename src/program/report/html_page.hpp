@@ -13,7 +13,8 @@
 
 namespace tanor::report {
 
-/// Returns the page without a run, as src/program/report/page makes it, or an empty text if the program was built without node.
+/// Returns the page without a run, as src/program/report/page makes it, or an empty text if the program was built
+/// without node.
 std::string_view html_page_template();
 inline bool has_html_page() {
   return !html_page_template().empty();
