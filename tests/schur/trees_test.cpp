@@ -302,7 +302,7 @@ TEST(Trees, AreProjectedAlongTheirGradients) {
     expect_projections_along_gradients(system, LinearSolver::Trees);
 }
 
-/// The shifts of images are a part of the violation; lengths that move are known to the families alone.
+/// The shifts of images are a part of the violation, and lengths that move are read at each projection.
 TEST(Trees, AreProjectedAlongTheirGradientsWithShiftsAndMovingLengths) {
   AnyNumbers any(15);
   System system = make_comb(13, binary_tree(4), true, &any);

@@ -29,10 +29,10 @@ inline constexpr std::size_t long_path = 32;
 inline constexpr double fullness_of_long_paths = 0.8;
 
 /// Pieces that trees are cut into: branches of at least so many rods, at most so many rods, and so many pieces of a
-/// grove if they are not too small or too large then. With fewer rods, the work around a group of pieces is not worth
-/// its lanes; with more, they leave the first cache. Trees that leave more lanes empty than that get sparse factors
-/// (bench/linear_solvers: trees).
-inline constexpr std::size_t fewest_rods_of_branch = 2, most_rods_of_branch = 31, pieces_of_grove = 64,
+/// tree of more rods if they are not too small or too large then. With fewer rods, the work around a group of pieces is
+/// not worth its lanes; with more, they leave the first cache. Trees that leave more lanes empty than that get sparse
+/// factors (bench/linear_solvers: trees).
+inline constexpr std::size_t fewest_rods_of_branch = 2, most_rods_of_branch = 31, pieces_of_tree = 64,
                              rods_of_grove = 4096;
 inline constexpr double fullness_of_trees = 0.3;
 

@@ -224,16 +224,18 @@ void evaluate_values(const Shape& shape, const Pack3<>* r, const Pack3<>* offset
   });
 }
 
-void evaluate_rates(const Shape& shape, const Pack3<>* r, const Pack3<>* v, const Pack3<>* offset, const Rods& rods,
-                    Largest* largest) {
+void evaluate_rates(const Shape& shape, const Pack3<>* r, const Pack3<>* v, const Pack3<>* offset,
+                    const Pack<>* length_first, const Rods& rods, Largest* largest) {
   dispatch_parents(shape, [=](auto kind) {
     Largest seen = *largest;
     for (std::size_t k = 0; k < shape.num_rods; ++k) {
       const auto parent = parent_of(kind, shape, k);
       Pack<> inverse;
       const Pack3<> u = direction(parent, r, offset, k, &inverse);
-      rods.b[k] = dot(u, get(parent, v) - v[k]);
-      seen.see(magnitude(rods.b[k]));
+      Pack<> rate = dot(u, get(parent, v) - v[k]);
+      if (length_first != nullptr) rate -= length_first[k];
+      rods.b[k] = rate;
+      seen.see(magnitude(rate));
     }
     *largest = seen;
   });

@@ -80,9 +80,9 @@ void find_reactions(const Shape& shape, const Rods& rods, const Pack<>* lambda, 
 /// Evaluates xi at r in b's place, and the largest |xi|/length.
 void evaluate_values(const Shape& shape, const Pack3<>* r, const Pack3<>* offset, const Pack<>* length,
                      const Rods& rods, Largest* largest);
-/// Evaluates the rates of constant lengths at (r, v) in b's place, and the largest one.
-void evaluate_rates(const Shape& shape, const Pack3<>* r, const Pack3<>* v, const Pack3<>* offset, const Rods& rods,
-                    Largest* largest);
+/// Evaluates K'v + xi_t at (r, v) in b's place, and the largest one. `length_first` is l' [rod]; null if 0.
+void evaluate_rates(const Shape& shape, const Pack3<>* r, const Pack3<>* v, const Pack3<>* offset,
+                    const Pack<>* length_first, const Rods& rods, Largest* largest);
 /// Finds the largest |K'dw + b|.
 void find_residual(const Shape& shape, const Rods& rods, const Pack3<>* dw, Largest* residual);
 

@@ -37,7 +37,9 @@ void TreeLanes::for_each_rod(const Visit& visit) const {
 void TreeLanes::read_rods(const RodRows& given, std::span<const double> inverse_mass) {
   const std::size_t num_rods = pieces_.num_slots();
   block_.resize(num_rods * num_lanes);
-  if (!given.lengths.empty()) length_second_.resize(num_rods);
+  for (Packs* const moving : {&length_first_, &length_second_}) {
+    if (!given.lengths.empty()) moving->resize(num_rods);
+  }
   length_.resize(num_rods);
   inverse_mass_.resize(pieces_.num_places());
   for (std::size_t k = 0; k < pieces_.point.size(); ++k) {
@@ -100,8 +102,12 @@ void TreeLanes::read_offsets(std::span<const Vec3> by_row) {
 }
 
 void TreeLanes::take_lengths() {
-  for (const auto& [slot, length] : moving_lengths_)
-    length_second_.data()[slot / num_lanes][slot % num_lanes] = length->second;
+  for (const auto& [slot, length] : moving_lengths_) {
+    const std::size_t rod = slot / num_lanes, lane = slot % num_lanes;
+    length_.data()[rod][lane] = length->value;
+    length_first_.data()[rod][lane] = length->first;
+    length_second_.data()[rod][lane] = length->second;
+  }
 }
 
 void TreeLanes::prepare_workspaces(int threads) {
@@ -240,7 +246,7 @@ trees::Motion TreeLanes::Group::read_motion(const FreeMotion& motion) {
           .v = work_.v.data(),
           .w0 = is_uniform ? nullptr : work_.w.data(),
           .offset = offsets(),
-          .length_second = all_.has_moving_lengths() ? all_.length_second_.data() + group_.first_rod : nullptr};
+          .length_second = moving(&all_.length_second_)};
 }
 
 void TreeLanes::Group::evaluate(const trees::Motion& motion) {
@@ -322,7 +328,8 @@ void TreeLanes::Group::evaluate_rates(const double* r, const double* v) {
   Largest largest;
   read_points(r, &work_.r);
   read_points(v, &work_.v);
-  trees::evaluate_rates(in_.shape, work_.r.data(), work_.v.data(), offsets(), in_.rods, &largest);
+  trees::evaluate_rates(in_.shape, work_.r.data(), work_.v.data(), offsets(), moving(&all_.length_first_), in_.rods,
+                        &largest);
   note_right_side(largest);
 }
 

@@ -24,8 +24,7 @@ class TreeLanes {
 
   const TreePieces& pieces() const { return pieces_; }
   void read_offsets(std::span<const Vec3> by_row);
-  bool has_moving_lengths() const { return !moving_lengths_.empty(); }
-  /// Takes l'' of the lengths that move.
+  /// Takes the lengths that move, l' and l''.
   void take_lengths();
   /// Returns how many of the threads have a workspace.
   std::size_t num_workspaces(const Parallel& parallel) const {
@@ -70,13 +69,13 @@ class TreeLanes {
 
   TreePieces pieces_;
   Index num_moving_;
-  std::vector<Index> block_;      // [rod][lane]; ~block if it is given the other way
-  std::vector<Blocks> blocks_;    // [group]
-  Packs inverse_mass_;            // [place]
-  Packs inverse_masses_;          // [rod] those of both ends, summed
-  std::vector<Pack3<>> offset_;   // [rod]; empty if there are none
-  bool are_shifted_ = false;      // true if there are offsets of rods
-  Packs length_, length_second_;  // [rod]; l'' is empty if it is 0
+  std::vector<Index> block_;                     // [rod][lane]; ~block if it is given the other way
+  std::vector<Blocks> blocks_;                   // [group]
+  Packs inverse_mass_;                           // [place]
+  Packs inverse_masses_;                         // [rod] those of both ends, summed
+  std::vector<Pack3<>> offset_;                  // [rod]; empty if there are none
+  bool are_shifted_ = false;                     // true if there are offsets of rods
+  Packs length_, length_first_, length_second_;  // [rod]; l' and l'' are empty if all are 0
   std::vector<std::pair<std::size_t, const MovingScalar*>> moving_lengths_;  // by rod and lane
   std::vector<Pack3<>> u_;                                                   // [rod]
   std::vector<trees::RodFactor> factor_;                                     // [rod]
@@ -152,6 +151,10 @@ class TreeLanes::Group {
   const Arrays& arrays() const { return in_; }
   /// Returns the parts of the distances [rod] that are not between the points; null if there are none.
   const Pack3<>* offsets() const;
+  /// Returns the derivatives of the group's lengths; null if no length moves.
+  const Pack<>* moving(Packs* lengths) const {
+    return lengths->size() > 0 ? lengths->data() + group_.first_rod : nullptr;
+  }
 
  private:
   void take_mobilities();

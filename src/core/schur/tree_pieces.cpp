@@ -56,9 +56,12 @@ class Cut {
   std::vector<RodTree::Rod> rods;  // piece by piece, each in the order of elimination
   std::vector<Index> parent;       // [rod] place of its parent in the piece
 
-  void add(const RodTree& tree, std::size_t number, std::size_t most_rods) {
+  void add(const RodTree& tree, std::size_t number) {
+    const std::size_t count = tree.rods.size(), by_number = count / plan::pieces_of_tree;
     tree_ = &tree;
-    most_rods_ = most_rods;
+    most_rods_ = count <= plan::most_rods_of_branch
+                     ? count
+                     : std::clamp(by_number, 4 * plan::fewest_rods_of_branch, plan::most_rods_of_branch);
     last_at_.assign(tree.num_points(), none);
     number_ = number;
     open_.assign(tree.num_points(), {});
@@ -137,6 +140,29 @@ class Cut {
     for (std::size_t a = first; a < rods.size(); ++a)
       parent.push_back(place_[static_cast<std::size_t>(rods[a].parent - tree_->first_point)]);
     own = {.level = own.level + 1};
+    sort_by_height(pieces.back());
+  }
+  /// Sorts rods by what hangs below them, so that few wait for the rod before them. The order is the piece's
+  /// own: a tree has the same bits whatever stands beside it.
+  void sort_by_height(const Piece& piece) {
+    Index* const parents = this->parent.data() + piece.first;
+    RodTree::Rod* const own = rods.data() + piece.first;
+    std::vector<int> height(piece.num_rods + 1, 0);
+    for (std::size_t k = 0; k < piece.num_rods; ++k) {
+      int& above = height[static_cast<std::size_t>(parents[k])];
+      above = std::max(above, height[k] + 1);
+    }
+    std::vector<std::size_t> order(piece.num_rods);
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::ranges::stable_sort(order, {}, [&](std::size_t k) { return height[k]; });
+    std::vector<Index> place(piece.num_rods + 1, static_cast<Index>(piece.num_rods));
+    for (std::size_t k = 0; k < order.size(); ++k) place[order[k]] = static_cast<Index>(k);
+    const std::vector<RodTree::Rod> rods_before(own, own + piece.num_rods);
+    const std::vector<Index> parents_before(parents, parents + piece.num_rods);
+    for (std::size_t k = 0; k < order.size(); ++k) {
+      own[k] = rods_before[order[k]];
+      parents[k] = place[static_cast<std::size_t>(parents_before[order[k]])];
+    }
   }
 
   const RodTree* tree_ = nullptr;
@@ -223,7 +249,6 @@ class Grouping {
     group.is_padded = pieces.back().num_rods < group.num_rods;
     group.have_same_parents = std::ranges::all_of(
         pieces, [&](const Piece& each) { return std::ranges::equal(parents(each), parents(pieces.front())); });
-    if (!group.have_same_parents) std::ranges::for_each(pieces, [this](const Piece& each) { sort_by_height(each); });
     result_.parent.resize(result_.parent.size() + num_lanes * group.num_rods);
     result_.row.resize(result_.parent.size());
     result_.point.resize(result_.point.size() + num_lanes * group.num_places());
@@ -234,27 +259,6 @@ class Grouping {
     for (std::size_t lane = 0; lane < num_lanes; ++lane)
       group.root_joint[lane] = lane < pieces.size() ? name_root(pieces[lane]) : group.root_joint[lane - 1];
     result_.groups.push_back(group);
-  }
-  /// Sorts rods by what hangs below them, so that few wait for the rod before them.
-  void sort_by_height(const Piece& piece) {
-    Index* const parent = cut_.parent.data() + piece.first;
-    RodTree::Rod* const rods = cut_.rods.data() + piece.first;
-    std::vector<int> height(piece.num_rods + 1, 0);
-    for (std::size_t k = 0; k < piece.num_rods; ++k) {
-      int& above = height[static_cast<std::size_t>(parent[k])];
-      above = std::max(above, height[k] + 1);
-    }
-    std::vector<std::size_t> order(piece.num_rods);
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::ranges::stable_sort(order, {}, [&](std::size_t k) { return height[k]; });
-    std::vector<Index> place(piece.num_rods + 1, static_cast<Index>(piece.num_rods));
-    for (std::size_t k = 0; k < order.size(); ++k) place[order[k]] = static_cast<Index>(k);
-    const std::vector<RodTree::Rod> rods_before(rods, rods + piece.num_rods);
-    const std::vector<Index> parent_before(parent, parent + piece.num_rods);
-    for (std::size_t k = 0; k < order.size(); ++k) {
-      rods[k] = rods_before[order[k]];
-      parent[k] = place[static_cast<std::size_t>(parent_before[order[k]])];
-    }
   }
   /// Makes the root a joint of pieces that come later.
   Index name_root(const Piece& piece) {
@@ -315,49 +319,41 @@ TreePieces::TreePieces(std::vector<RodTree> given, std::size_t num_moving) : tre
     grove.end_tree = tree;
     num_rods += grove.num_rods;
     const std::size_t first = cut.pieces.size();
-    const std::size_t most_rods =
-        std::clamp(grove.num_rods / plan::pieces_of_grove, 4 * plan::fewest_rods_of_branch, plan::most_rods_of_branch);
-    for (std::size_t k = grove.first_tree; k < tree; ++k) cut.add(trees[k], k, most_rods);
+    for (std::size_t k = grove.first_tree; k < tree; ++k) cut.add(trees[k], k);
     const std::span<Piece> pieces = std::span(cut.pieces).subspan(first);
     fill_lanes(pieces, first);
     grouping.add(std::move(grove), pieces);
   }
 }
 
-std::vector<double> TreePieces::fullness_of_trees() const {
-  std::vector<double> lanes(trees.size(), 0.0);
-  for (const PieceGroup& group : groups) {
-    for (std::size_t lane = 0; lane < group.num_pieces; ++lane)
-      lanes[static_cast<std::size_t>(group.tree[lane])] +=
-          static_cast<double>(group.num_rods * num_lanes) / static_cast<double>(group.num_pieces);
-  }
-  for (std::size_t tree = 0; tree < trees.size(); ++tree)
-    lanes[tree] = static_cast<double>(trees[tree].rods.size()) / lanes[tree];
-  return lanes;
-}
-
 TreePieces TreePieces::take(const RodRows& rods, const Numbering& numbering, bool eagerly,
                             std::vector<Index>* islands) {
-  std::vector<RodTree> trees;
-  std::vector<Index> numbers;
+  std::vector<RodTree> small, trees;
+  std::vector<Index> small_ones, taken;  // islands
+  const auto is_full = [&](const std::vector<RodTree>& some) {
+    return eagerly || TreePieces(some, numbering.num_moving).fullness() >= plan::fullness_of_trees;
+  };
   for (const Index island : *islands) {
     std::optional<RodTree> tree = RodTree::read(rods, numbering, island);
     if (!tree.has_value()) continue;
-    trees.push_back(std::move(*tree));
-    numbers.push_back(island);
+    if (tree->rods.size() <= plan::most_rods_of_branch) {
+      small_ones.push_back(island);
+      small.push_back(*std::move(tree));
+    } else if (is_full({*tree})) {
+      taken.push_back(island);
+      trees.push_back(*std::move(tree));
+    }
   }
-  TreePieces result(std::move(trees), numbering.num_moving);
-  const std::vector<double> fullness = result.fullness_of_trees();
-  const auto is_taken = [&](std::size_t tree) { return eagerly || fullness[tree] >= plan::fullness_of_trees; };
-  std::vector<RodTree> taken;
-  std::vector<Index> taken_numbers;
-  for (std::size_t tree = 0; tree < numbers.size(); ++tree) {
-    if (!is_taken(tree)) continue;
-    taken.push_back(result.trees[tree]);
-    taken_numbers.push_back(numbers[tree]);
+  std::vector<RodTree> by_size = small;
+  std::ranges::stable_sort(by_size, {}, [](const RodTree& tree) { return tree.rods.size(); });
+  if (!small.empty() && is_full(by_size)) {
+    taken.insert(taken.end(), small_ones.begin(), small_ones.end());
+    trees.insert(trees.end(), small.begin(), small.end());
   }
-  std::erase_if(*islands, [&](Index island) { return std::ranges::binary_search(taken_numbers, island); });
-  return taken.size() == numbers.size() ? result : TreePieces(std::move(taken), numbering.num_moving);
+  std::ranges::sort(taken);
+  std::ranges::sort(trees, {}, &RodTree::first_point);
+  std::erase_if(*islands, [&](Index island) { return std::ranges::binary_search(taken, island); });
+  return {std::move(trees), numbering.num_moving};
 }
 
 }  // namespace tanor::detail

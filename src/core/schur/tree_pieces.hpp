@@ -75,11 +75,9 @@ struct TreePieces {
   std::size_t num_places() const { return point.size() / num_lanes; }
   /// Returns how many of all lanes of rods have one.
   double fullness() const { return static_cast<double>(num_rods) / static_cast<double>(parent.size()); }
-
-  /// Returns the same for each tree; lanes of nobody count for the pieces beside them.
-  std::vector<double> fullness_of_trees() const;
-
-  /// Takes trees out of `islands`: all if `eagerly` is true, else those that leave few lanes empty.
+  /// Takes trees out of `islands`: all if `eagerly` is true, else those that leave few lanes empty, of several pieces
+  /// each by itself, of one piece all together. The answer and the bits of a tree do not depend on the order of
+  /// islands.
   static TreePieces take(const RodRows& rods, const Numbering& numbering, bool eagerly, std::vector<Index>* islands);
 };
 

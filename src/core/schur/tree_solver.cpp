@@ -203,10 +203,9 @@ Projection TreeSolver::reached() const {
   return result;
 }
 
-Projection TreeSolver::project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
+Projection TreeSolver::project_positions(const Parallel& parallel, const double*, double target, double* r,
                                          const PointSource* source, double* sum) {
-  // Only the families of constraints know lengths that move.
-  if (lanes_.has_moving_lengths()) return IslandSolver::project_positions(parallel, blocks, target, r, source, sum);
+  lanes_.take_lengths();
   visit_groves(parallel, &lanes_, [&](const GroveVisit& visit) {
     visit.bring(source);
     if (sum != nullptr) add_reactions_of(visit, sum, r);
@@ -216,9 +215,9 @@ Projection TreeSolver::project_positions(const Parallel& parallel, const double*
   return reached();
 }
 
-Projection TreeSolver::project_velocities(const Parallel& parallel, const double* blocks, double target,
-                                          const double* r, double* v, double* sum) {
-  if (lanes_.has_moving_lengths()) return IslandSolver::project_velocities(parallel, blocks, target, r, v, sum);
+Projection TreeSolver::project_velocities(const Parallel& parallel, const double*, double target, const double* r,
+                                          double* v, double* sum) {
+  lanes_.take_lengths();
   visit_groves(parallel, &lanes_, [&](const GroveVisit& visit) {
     reached_[visit.number()] = project(
         visit, target, [&](TreeLanes::Group& group) { group.evaluate_rates(r, v); }, v, sum);
