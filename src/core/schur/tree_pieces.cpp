@@ -140,7 +140,17 @@ class Cut {
     for (std::size_t a = first; a < rods.size(); ++a)
       parent.push_back(place_[static_cast<std::size_t>(rods[a].parent - tree_->first_point)]);
     own = {.level = own.level + 1};
-    sort_by_height(pieces.back());
+    if (!follow(pieces.back())) sort_by_height(pieces.back());
+  }
+  /// Returns true if the rods and points of a piece follow one another in memory, and may be read at once.
+  bool follow(const Piece& piece) const {
+    const std::span own = std::span(rods).subspan(piece.first, piece.num_rods);
+    const auto count = static_cast<Index>(own.size());
+    for (Index k = 0; k < count; ++k) {
+      const RodTree::Rod& rod = own[static_cast<std::size_t>(k)];
+      if (rod.row != own.front().row + k || rod.child != own.front().child + k) return false;
+    }
+    return own.empty() || piece.root == own.front().child + count;
   }
   /// Sorts rods by what hangs below them, so that few wait for the rod before them. The order is the piece's
   /// own: a tree has the same bits whatever stands beside it.
