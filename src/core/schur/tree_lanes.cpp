@@ -37,10 +37,10 @@ void TreeLanes::for_each_rod(const Visit& visit) const {
 void TreeLanes::read_rods(const RodRows& given, std::span<const double> inverse_mass) {
   const std::size_t num_rods = pieces_.num_slots();
   block_.resize(num_rods * num_lanes);
-  for (Packs* const moving : {&length_first_, &length_second_}) {
+  for (Packs* const moving : {&lengths_.first, &lengths_.second}) {
     if (!given.lengths.empty()) moving->resize(num_rods);
   }
-  length_.resize(num_rods);
+  lengths_.value.resize(num_rods);
   inverse_mass_.resize(pieces_.num_places());
   for (std::size_t k = 0; k < pieces_.point.size(); ++k) {
     const Index point = pieces_.point[k];
@@ -49,12 +49,12 @@ void TreeLanes::read_rods(const RodRows& given, std::span<const double> inverse_
   }
   for_each_rod([&](std::size_t rod, std::size_t lane, bool is_there, Index child) {
     const std::size_t slot = rod * num_lanes + lane;
-    length_.data()[rod][lane] = 1.0;
+    lengths_.value.data()[rod][lane] = 1.0;
     if (!is_there) return;
     const auto row = static_cast<std::size_t>(pieces_.row[slot]);
     const auto block = static_cast<Index>(given.block[row]);
     block_[slot] = given.ends[row][0] == child ? block : ~block;
-    length_.data()[rod][lane] = given.constant_length[row];
+    lengths_.value.data()[rod][lane] = given.constant_length[row];
     if (const MovingScalar* const length = given.lengths.empty() ? nullptr : given.moving_length(row))
       moving_lengths_.emplace_back(slot, length);
   });
@@ -104,9 +104,9 @@ void TreeLanes::read_offsets(std::span<const Vec3> by_row) {
 void TreeLanes::take_lengths() {
   for (const auto& [slot, length] : moving_lengths_) {
     const std::size_t rod = slot / num_lanes, lane = slot % num_lanes;
-    length_.data()[rod][lane] = length->value;
-    length_first_.data()[rod][lane] = length->first;
-    length_second_.data()[rod][lane] = length->second;
+    lengths_.value.data()[rod][lane] = length->value;
+    lengths_.first.data()[rod][lane] = length->first;
+    lengths_.second.data()[rod][lane] = length->second;
   }
 }
 
@@ -152,6 +152,11 @@ namespace {
 
 Vec3 lane_of(const Pack3<>& points, std::size_t lane) {
   return {points.x[lane], points.y[lane], points.z[lane]};
+}
+
+/// Returns the derivatives of a group's lengths; null if no length moves.
+const Pack<>* group_of(Packs* all, const PieceGroup& group) {
+  return all->size() > 0 ? all->data() + group.first_rod : nullptr;
 }
 
 }  // namespace
@@ -246,7 +251,7 @@ trees::Motion TreeLanes::Group::read_motion(const FreeMotion& motion) {
           .v = work_.v.data(),
           .w0 = is_uniform ? nullptr : work_.w.data(),
           .offset = offsets(),
-          .length_second = moving(&all_.length_second_)};
+          .length_second = group_of(&all_.lengths_.second, group_)};
 }
 
 void TreeLanes::Group::evaluate(const trees::Motion& motion) {
@@ -319,7 +324,7 @@ void TreeLanes::Group::find_residual() {
 void TreeLanes::Group::evaluate_values(const double* r) {
   Largest largest;
   read_points(r, &work_.r);
-  trees::evaluate_values(in_.shape, work_.r.data(), offsets(), all_.length_.data() + group_.first_rod, in_.rods,
+  trees::evaluate_values(in_.shape, work_.r.data(), offsets(), all_.lengths_.value.data() + group_.first_rod, in_.rods,
                          &largest);
   note_right_side(largest);
 }
@@ -328,8 +333,8 @@ void TreeLanes::Group::evaluate_rates(const double* r, const double* v) {
   Largest largest;
   read_points(r, &work_.r);
   read_points(v, &work_.v);
-  trees::evaluate_rates(in_.shape, work_.r.data(), work_.v.data(), offsets(), moving(&all_.length_first_), in_.rods,
-                        &largest);
+  trees::evaluate_rates(in_.shape, work_.r.data(), work_.v.data(), offsets(), group_of(&all_.lengths_.first, group_),
+                        in_.rods, &largest);
   note_right_side(largest);
 }
 

@@ -55,6 +55,10 @@ class TreeLanes {
     std::vector<double> largest_inverse;       // [group]
     std::vector<double> right_side, residual;  // [group][lane]
   };
+  /// Lengths of rods [rod], l' and l''; these are empty if no length moves.
+  struct Lengths {
+    Packs value, first, second;
+  };
   /// Where the blocks of a group stand.
   struct Blocks {
     std::array<Index, num_lanes> first;  ///< [lane] if they follow one another in each lane
@@ -69,13 +73,13 @@ class TreeLanes {
 
   TreePieces pieces_;
   Index num_moving_;
-  std::vector<Index> block_;                     // [rod][lane]; ~block if it is given the other way
-  std::vector<Blocks> blocks_;                   // [group]
-  Packs inverse_mass_;                           // [place]
-  Packs inverse_masses_;                         // [rod] those of both ends, summed
-  std::vector<Pack3<>> offset_;                  // [rod]; empty if there are none
-  bool are_shifted_ = false;                     // true if there are offsets of rods
-  Packs length_, length_first_, length_second_;  // [rod]; l' and l'' are empty if all are 0
+  std::vector<Index> block_;     // [rod][lane]; ~block if it is given the other way
+  std::vector<Blocks> blocks_;   // [group]
+  Packs inverse_mass_;           // [place]
+  Packs inverse_masses_;         // [rod] those of both ends, summed
+  std::vector<Pack3<>> offset_;  // [rod]; empty if there are none
+  bool are_shifted_ = false;     // true if there are offsets of rods
+  Lengths lengths_;              // of rods
   std::vector<std::pair<std::size_t, const MovingScalar*>> moving_lengths_;  // by rod and lane
   std::vector<Pack3<>> u_;                                                   // [rod]
   std::vector<trees::RodFactor> factor_;                                     // [rod]
@@ -151,10 +155,6 @@ class TreeLanes::Group {
   const Arrays& arrays() const { return in_; }
   /// Returns the parts of the distances [rod] that are not between the points; null if there are none.
   const Pack3<>* offsets() const;
-  /// Returns the derivatives of the group's lengths; null if no length moves.
-  const Pack<>* moving(Packs* lengths) const {
-    return lengths->size() > 0 ? lengths->data() + group_.first_rod : nullptr;
-  }
 
  private:
   void take_mobilities();
