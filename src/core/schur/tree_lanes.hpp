@@ -59,7 +59,7 @@ class TreeLanes {
   struct Lengths {
     Packs value, first, second;
   };
-  /// Where the blocks of a group stand.
+  /// The places of the blocks of a group.
   struct Blocks {
     std::array<Index, num_lanes> first;  ///< [lane] if they follow one another in each lane
     double sign = 0.0;                   ///< of all of them then; 0 if they do not follow
