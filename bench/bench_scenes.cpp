@@ -185,6 +185,15 @@ System with_unequal_masses(System system) {
   return system;
 }
 
+/// Returns chains of 1 to 200 rods, so that few of them are equal.
+System unequal_polymers(int count) {
+  std::mt19937 generator(3);
+  System system = melt(1, 1);
+  for (int k = 1; k < count; ++k)
+    system = put_together(std::move(system), melt(1, std::uniform_int_distribution<int>(1, 200)(generator)));
+  return with_unequal_masses(std::move(system));
+}
+
 /// Makes points in a grid on a surface, and rods between the neighbours that `joins(column, row, to_next_row,
 /// columns_on)`
 /// selects.
@@ -343,6 +352,8 @@ const std::vector<BenchScene>& bench_scenes() {
       {"lattice 20", [] { return lattice(20); }, 22.0, 230000.0},
       {"polymers 320 x 99", [] { return with_unequal_masses(melt(320, 99)); }, 10.0, 0.0},
       {"shuffled polymers 320 x 99", [] { return shuffled(with_unequal_masses(melt(320, 99))); }, 10.0, 0.0},
+      {"unequal polymers 320", [] { return unequal_polymers(320); }, 0.0, 0.0},
+      {"shuffled unequal polymers 320", [] { return shuffled(unequal_polymers(320)); }, 0.0, 0.0},
       {"shuffled polymers 20 x 4999", [] { return shuffled(with_unequal_masses(melt(20, 4999))); }, 10.0, 0.0},
       {"rings with tails 3000", [] { return shuffled(rings_with_tails(3000)); }, 10.0, 0.0},
       {"sheet 60", [] { return shuffled(brick_sheet(60)); }, 5.0, 0.0},

@@ -93,7 +93,7 @@ class PartsOfMixtures : public testing::TestWithParam<std::string> {
     };
     take("points", [&] { return PointSolver::make(problem, &left_); });
     take("batches", [&] { return BatchSolver::make(problem, 1, false, &left_); });
-    take("paths", [&] { return PathSolver::make(problem, &left_); });
+    take("paths", [&] { return PathSolver::make(problem, 1, &left_); });
     take("trees", [&] { return TreeSolver::make(problem, 1, true, &left_); });
     if (part == nullptr) {
       *own = left_;

@@ -253,20 +253,26 @@ using FourAnywhere [[gnu::vector_size(32), gnu::aligned(8), gnu::may_alias]] = d
   }
 }
 
+inline Vec3 lane_of(const Pack3<>& points, std::size_t lane) {
+  return {points.x[lane], points.y[lane], points.z[lane]};
+}
 inline void set_lane(Pack3<>* points, std::size_t lane, Vec3 value) {
   points->x[lane] = value.x;
   points->y[lane] = value.y;
   points->z[lane] = value.z;
 }
 
-[[gnu::always_inline]] inline void take_roots(Pack<>* squares) {
+template <class Lane>
+[[gnu::always_inline]] inline void take_roots(Lane* squares) {
 #pragma GCC unroll 1
-  for (std::size_t lane = 0; lane < num_lanes; ++lane) (*squares)[lane] = std::sqrt((*squares)[lane]);
+  for (std::size_t lane = 0; lane < sizeof(Lane) / sizeof(double); ++lane)
+    (*squares)[lane] = std::sqrt((*squares)[lane]);
 }
 
 /// Normalizes a = (x, y, z) and writes 1/|a|, with the length before, to `inverse`.
-[[gnu::always_inline]] inline void normalise(Pack<>* x, Pack<>* y, Pack<>* z, Pack<>* inverse) {
-  Pack<> length = *x * *x + *y * *y + *z * *z;
+template <class Lane>
+[[gnu::always_inline]] inline void normalise(Lane* x, Lane* y, Lane* z, Lane* inverse) {
+  Lane length = *x * *x + *y * *y + *z * *z;
   take_roots(&length);
   *inverse = 1.0 / length;
   *x *= *inverse;
@@ -296,6 +302,10 @@ struct Largest {
   void see(const Pack<>& magnitudes) {
     value = magnitudes > value ? magnitudes : value;
     zero += 0.0 * magnitudes;
+  }
+  void include(const Largest& other) {
+    value = other.value > value ? other.value : value;
+    zero += other.zero;
   }
   double read() const {
     double result = 0.0;

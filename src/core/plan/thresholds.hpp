@@ -135,11 +135,11 @@ inline constexpr std::size_t most_groups_of_islands = 64;
 /// Largest number of ranges that the points on guides are handed out in. Argued, not measured: it bounds an array on
 /// the stack, and is more than the threads of most machines.
 inline constexpr std::size_t most_ranges_of_points = 64;
-/// At most this many paths are split into halves if there is more than one thread.
-inline constexpr std::size_t few_paths = 8;
-/// Rods of a path that are worked on at once. Argued, not measured: few enough that their numbers stay in the first
-/// cache, many enough for the loops over neighbours to run in whole lanes.
-inline constexpr std::size_t rods_of_chunk = 128;
+/// Rods of a path that are eliminated one after the other in a lane before a separator. Measured with 32, 64 and 128
+/// (bench/linear_solvers, chains): few enough that eight lanes stay in the first caches.
+inline constexpr std::size_t most_rods_of_piece = 64;
+/// Paths with fewer rods have none in lanes. Argued, not measured: two rods a lane are the least that share any work.
+inline constexpr std::size_t fewest_rods_in_lanes = 16;
 /// Method `taylor` cuts a path into pieces for the lanes if the pieces have this many rods or more. Argued, not
 /// measured: the rods between the pieces are solved one after the other, which is little beside pieces longer than
 /// their number.
@@ -150,11 +150,6 @@ inline constexpr double most_left_of_cheap_terms = 0.1;
 /// Groups of islands in lanes from which `taylor` takes more terms, since few groups need the last ones (bench/series:
 /// a melt of 320 chains; a single chain of 1e5 rods is slower so).
 inline constexpr std::size_t groups_that_differ = 8;
-/// Points between two rows of a path from which they are accelerated in lanes (bench/compare_builds.py: chain.json by
-/// rattle, 10 rods).
-inline constexpr std::size_t fewest_points_in_lanes = 16;
-/// With fewer rows, the data stay in the second cache of all machines and need no prefetching (about 140 bytes a row).
-inline constexpr std::size_t rows_beyond_cache = 16384;
 /// With fewer numbers of L, solves need no prefetching either. Argued, not measured: a megabyte fits the second cache
 /// of most machines.
 inline constexpr std::size_t numbers_beyond_cache = 1 << 17;

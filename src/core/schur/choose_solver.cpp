@@ -36,7 +36,7 @@ std::vector<std::unique_ptr<SchurSolver>> serve_special_islands(const SchurProbl
   const bool eagerly = wanted.linear_solver != LinearSolver::Auto;
   add(LinearSolver::ClosedForm, [&] { return PointSolver::make(problem, islands); });
   add(LinearSolver::Batches, [&] { return BatchSolver::make(problem, wanted.threads, eagerly, islands); });
-  add(LinearSolver::Paths, [&] { return PathSolver::make(problem, islands); });
+  add(LinearSolver::Paths, [&] { return PathSolver::make(problem, wanted.threads, islands); });
   add(LinearSolver::Trees, [&] { return TreeSolver::make(problem, wanted.threads, eagerly, islands); });
   return solvers;
 }

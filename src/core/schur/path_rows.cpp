@@ -1,12 +1,10 @@
 #include "schur/path_rows.hpp"
 
 #include <algorithm>
-#include <cmath>
 
-/// \file Rods between moving points are evaluated some at a time, those to supports one by one.
+#include "schur/batch_kernels.hpp"
+
 namespace tanor::detail {
-
-using paths::chunk_size;
 
 PathRows::PathRows(const SchurProblem& problem, std::vector<Index>* islands) : inverse_mass(problem.inverse_mass) {
   const Numbering& numbering = problem.numbering;
@@ -17,18 +15,65 @@ PathRows::PathRows(const SchurProblem& problem, std::vector<Index>* islands) : i
     if (!path) return false;
     for (std::size_t row = path->first; row < path->first + path->num_rows(); ++row)
       sign[row] = rods.ends[row][0] == static_cast<Index>(path->left_point(row)) ? 1 : -1;
-    paths.push_back(*path);
-    if (path->is_ring) ++num_rings;
+    cut(*path);
     return true;
   });
   if (paths.empty()) return;
   read_offsets(rods.offset);
   length = std::move(rods.constant_length);
   moving_lengths = std::move(rods.lengths);
-  first_block = rods.block[0];
-  bool follow_rows = true;
-  for (std::size_t row = 0; row < num_rows(); ++row) follow_rows = follow_rows && rods.block[row] == first_block + row;
-  if (!follow_rows) block_numbers = std::move(rods.block);
+  find_signs(rods);
+}
+
+/// Cuts the rods between moving points into pieces of nearly the same length. A few rods are left over; those and the
+/// ones at supports are alone.
+void PathRows::cut(const RodPath& path) {
+  Cut result{path, pieces.size(), 0, num_separators, 0, alone.size(), 0};
+  const std::size_t begin = path.first + (path.left_support >= 0 ? 1 : 0),
+                    end = std::max(begin, path.end - (path.right_support >= 0 ? 1 : 0));
+  const std::size_t num_between = end - begin;
+  const std::size_t in_lanes = num_between < plan::fewest_rods_in_lanes ? 0 : num_between / num_lanes;  // rods a lane
+  const std::size_t count = (in_lanes + plan::most_rods_of_piece - 1) / plan::most_rods_of_piece;
+  const auto add_alone = [&](std::size_t first, std::size_t last) {
+    for (std::size_t row = first; row < last; ++row) alone.push_back({row, num_separators++});
+  };
+  add_alone(path.first, begin);
+  std::size_t row = begin;
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::size_t rods = in_lanes * (k + 1) / count - in_lanes * k / count;
+    pieces.push_back({row, path.left_point(row), rods, num_slots, num_separators});
+    row += num_lanes * rods;
+    num_slots += rods + 1;
+    num_separators += num_lanes;
+    most_rods = std::max(most_rods, rods);
+  }
+  add_alone(row, path.first + path.num_rows());
+  result.end_pieces = pieces.size();
+  result.end_separator = num_separators;
+  result.end_alone = alone.size();
+  if (path.is_ring) ++num_rings;
+  paths.push_back(result);
+}
+
+void PathRows::find_signs(const RodRows& rods) {
+  first_block_ = rods.block[0];
+  const std::size_t num_rows = sign.size();
+  for (std::size_t row = 0; row < num_rows && block_numbers_.empty(); ++row) {
+    if (rods.block[row] != first_block_ + row) block_numbers_ = rods.block;
+  }
+  const bool have_one_sign = std::ranges::count(sign, sign[0]) == std::ssize(sign);
+  if (have_one_sign && block_numbers_.empty()) {
+    common_sign_ = sign[0];
+    return;
+  }
+  places_.resize(num_slots * num_lanes);
+  for (const PathPieces& of : pieces) {
+    for (std::size_t k = 0; k < of.length * num_lanes; ++k) {
+      const std::size_t row = of.first_row + k % num_lanes * of.length + k / num_lanes;
+      const auto own = static_cast<Index>(block(row));
+      places_[of.first_slot * num_lanes + k] = sign[row] > 0 ? own : ~own;
+    }
+  }
 }
 
 void PathRows::read_offsets(std::span<const Vec3> offsets) {
@@ -36,114 +81,46 @@ void PathRows::read_offsets(std::span<const Vec3> offsets) {
   for (std::size_t row = 0; row < offset.size(); ++row) offset[row] = sign[row] * offset[row];
 }
 
-// ---- one row ----
+void PathRows::take_lengths() {
+  for (const auto& [row, moving] : moving_lengths) length[row] = moving->value;
+}
+
+// ---- one rod ----
 
 Vec3 PathRows::distance(const RodPath& path, std::size_t row, const double* r) const {
   const Vec3 a = load(r, path.right_point(row)) - load(r, path.left_point(row));
   return offset.empty() ? a : a + offset[row];
 }
 
-double PathRows::right_side(const RodPath& path, std::size_t row, const FreeMotion& motion) const {
-  const double *const r = motion.r, *const v = motion.v, *const w0 = motion.w0;
-  const Vec3* const uniform = motion.uniform;
-  const std::size_t i = path.left_point(row), j = path.right_point(row);
-  const Distance rho(distance(path, row, r), load(v, j) - load(v, i));
-  const Vec3 left = uniform != nullptr && !path.begins_at_support(row) ? *uniform : load(w0, i);
-  const Vec3 right = uniform != nullptr && !path.ends_at_support(row) ? *uniform : load(w0, j);
-  double b = rho.second + dot(rho.unit, right - left);
-  subtract_moving(row, row + 1, &MovingScalar::second, &b);
-  return b;
+double PathRows::length_change(std::size_t row, double MovingScalar::*part) const {
+  const auto found = std::ranges::lower_bound(moving_lengths, row, {}, [](const auto& each) { return each.first; });
+  return found != moving_lengths.end() && found->first == row ? found->second->*part : 0.0;
 }
 
-// ---- rods between moving points ----
+// ---- the rods of pieces ----
 
-paths::Rods PathRows::rods_between(const RodPath& path, std::size_t begin, std::size_t end,
-                                   const FreeMotion& motion) const {
-  const std::size_t point = 3 * path.left_point(begin);
-  return {.r = motion.r + point,
-          .v = motion.v == nullptr ? nullptr : motion.v + point,
-          .w0 = motion.uniform != nullptr || motion.w0 == nullptr ? nullptr : motion.w0 + point,
-          .offset = offset.empty() ? nullptr : &offset[begin].x,
-          .sign = &sign[begin],
-          .count = end - begin};
+void PathRows::read_directions(const PathPieces& of, const double* blocks, Pack3<>* u) const {
+  if (!places_.empty()) return gather_blocks(blocks, &places_[of.first_slot * num_lanes], of.length, u);
+  const auto starts = of.starts(first_block_ + of.first_row);
+  gather_sequences(blocks, starts.data(), 3, 3 * of.length, common_sign_, &u->x);
 }
 
-void PathRows::subtract_moving(std::size_t begin, std::size_t end, double MovingScalar::*part, double* rows) const {
-  for (auto l = std::lower_bound(moving_lengths.begin(), moving_lengths.end(),
-                                 std::pair<std::size_t, const MovingScalar*>(begin, nullptr));
-       l != moving_lengths.end() && l->first < end; ++l)
-    rows[l->first - begin] -= l->second->*part;
+void PathRows::write_directions(const PathPieces& of, const Pack3<>* u, double* blocks) const {
+  if (!places_.empty()) return scatter_blocks(u, &places_[of.first_slot * num_lanes], of.length, blocks);
+  const auto starts = of.starts(first_block_ + of.first_row);
+  scatter_sequences(&u->x, starts.data(), 3, 3 * of.length, common_sign_, blocks);
 }
 
-// ---- all rows ----
-
-/// Returns the largest value of `between(path, begin, end)` and `alone(path, row)` over the rows of a range.
-template <class Between, class Alone>
-double PathRows::largest_of_rows(std::size_t range_begin, std::size_t range_end, const Between& between,
-                                 const Alone& alone) const {
-  double largest = 0.0;
-  const auto is_before = [&](const RodPath& path) { return path.first + path.num_rows() <= range_begin; };
-  for (auto path = std::partition_point(paths.begin(), paths.end(), is_before);
-       path != paths.end() && path->first < range_end; ++path) {
-    const std::size_t skipped = range_begin > path->first ? range_begin - path->first : 0;
-    std::size_t row = path->first + (skipped + chunk_size - 1) / chunk_size * chunk_size;
-    for (std::size_t last = row; row < std::min(path->end, range_end); row = last) {
-      last = std::min(row + chunk_size, path->end);
-      const std::size_t begin = path->begins_at_support(row) ? row + 1 : row;
-      const std::size_t rods_end = path->ends_at_support(last - 1) ? last - 1 : last;
-      if (row < begin) largest = larger(largest, alone(*path, row));
-      if (begin < rods_end) largest = larger(largest, between(*path, begin, rods_end));
-      if (rods_end < last && rods_end >= begin) largest = larger(largest, alone(*path, rods_end));
-    }
-    if (path->is_ring && path->closing_row() < range_end) largest = larger(largest, alone(*path, path->closing_row()));
+bool PathRows::read_length_changes(const PathPieces& of, double MovingScalar::*part, Pack<>* to) const {
+  if (moving_lengths.empty()) return false;
+  std::fill_n(to, of.length, Pack<>{});
+  const std::size_t end = of.first_row + of.num_points();
+  for (auto l = std::ranges::lower_bound(moving_lengths, of.first_row, {}, [](const auto& each) { return each.first; });
+       l != moving_lengths.end() && l->first < end; ++l) {
+    const std::size_t place = l->first - of.first_row;
+    to[place % of.length][place / of.length] = l->second->*part;
   }
-  return largest;
-}
-
-void PathRows::take_lengths() {
-  for (const auto& [row, moving] : moving_lengths) length[row] = moving->value;
-}
-
-double PathRows::find_values(std::size_t first, std::size_t last, const double* r, double* xi) const {
-  return largest_of_rows(
-      first, last,
-      [&](const RodPath& path, std::size_t begin, std::size_t end) {
-        return paths::evaluate_values(rods_between(path, begin, end, {r, nullptr, nullptr}), &length[begin],
-                                      xi + begin);
-      },
-      [&](const RodPath& path, std::size_t row) {
-        xi[row] = norm(distance(path, row, r)) - length[row];
-        return std::abs(xi[row]) / length[row];
-      });
-}
-
-double PathRows::find_rates(std::size_t first, std::size_t last, const double* r, const double* v,
-                            double* rates) const {
-  return largest_of_rows(
-      first, last,
-      [&](const RodPath& path, std::size_t begin, std::size_t end) {
-        const double largest = paths::evaluate_rates(rods_between(path, begin, end, {r, v, nullptr}), rates + begin);
-        if (moving_lengths.empty()) return largest;
-        subtract_moving(begin, end, &MovingScalar::first, rates + begin);
-        return paths::largest_magnitude(rates + begin, end - begin, 0.0);
-      },
-      [&](const RodPath& path, std::size_t row) {
-        const Vec3 velocity = load(v, path.right_point(row)) - load(v, path.left_point(row));
-        rates[row] = Distance(distance(path, row, r), velocity).first;
-        subtract_moving(row, row + 1, &MovingScalar::first, rates + row);
-        return std::abs(rates[row]);
-      });
-}
-
-double PathRows::find_right_sides(std::size_t first, std::size_t last, const FreeMotion& motion, double* b) const {
-  return largest_of_rows(
-      first, last,
-      [&](const RodPath& path, std::size_t begin, std::size_t end) {
-        paths::evaluate_right_side(rods_between(path, begin, end, motion), b + begin);
-        subtract_moving(begin, end, &MovingScalar::second, b + begin);
-        return paths::largest_magnitude(b + begin, end - begin, 0.0);
-      },
-      [&](const RodPath& path, std::size_t row) { return std::abs(b[row] = right_side(path, row, motion)); });
+  return true;
 }
 
 }  // namespace tanor::detail

@@ -1,71 +1,86 @@
 #pragma once
 
+#include <array>
 #include <span>
 #include <utility>
 #include <vector>
 
-#include "plan/thresholds.hpp"
-#include "schur/path_kernels.hpp"
+#include "base/pack.hpp"
 #include "schur/rod_rows.hpp"
 #include "schur/schur_solver.hpp"
 
 namespace tanor::detail {
 
-/// The rods of paths and rings row by row, and their equations at given positions. Arrays by row have the rows of the
-/// whole system.
+/// Eight pieces of one path that follow one another, side by side in lanes.
+struct PathPieces {
+  std::size_t first_row, first_point, length;  ///< `length` rods a piece
+  std::size_t first_slot;                      ///< in arrays of [length + 1] packs a block
+  std::size_t first_separator;                 ///< of eight
+
+  std::size_t num_points() const { return num_lanes * length; }  ///< but for the one behind the last piece
+  /// Returns the numbers at which the lanes begin, if the first one begins at `first`.
+  std::array<Index, num_lanes> starts(std::size_t first) const {
+    std::array<Index, num_lanes> result;  // NOLINT: filled here
+    for (std::size_t lane = 0; lane < num_lanes; ++lane) result[lane] = static_cast<Index>(first + lane * length);
+    return result;
+  }
+};
+
+/// The paths and rings of a system, cut into pieces and rods alone, with the numbers of their rods. Arrays by row have
+/// the rows of the whole system; rods point along the path.
 struct PathRows {
+  /// A path with its pieces [first_pieces, end_pieces) and separators [first_separator, end_separator). The separators
+  /// that `alone` lists are no piece's: [first_alone, end_alone).
+  struct Cut {
+    RodPath path;
+    std::size_t first_pieces, end_pieces, first_separator, end_separator, first_alone, end_alone;
+  };
+  struct Alone {
+    std::size_t row, separator;
+  };
+
   std::span<const double> inverse_mass;  ///< [point]
-  std::vector<RodPath> paths;
-  std::size_t num_rings = 0;  ///< number of rings among them
-  std::size_t first_block = 0;
-  std::vector<std::size_t> block_numbers;  ///< [row]; empty if they follow the rows from the first block on
-  std::vector<signed char> sign;           ///< [row] sign of its block, along the path
-  std::vector<Vec3> offset;                ///< [row] along the path; empty if there are none
-  std::vector<double> length;              ///< [row]
+  std::vector<Cut> paths;
+  std::vector<PathPieces> pieces;
+  std::vector<Alone> alone;
+  std::size_t num_slots = 0, num_separators = 0, most_rods = 0;  ///< `most_rods` of a lane
+  std::size_t num_rings = 0;
+
+  std::vector<signed char> sign;                                            ///< [row] sign of its block
+  std::vector<double> length;                                               ///< [row]
+  std::vector<Vec3> offset;                                                 ///< [row] empty if there are none
   std::vector<std::pair<std::size_t, const MovingScalar*>> moving_lengths;  ///< lengths that depend on time, by row
 
   /// Takes the islands that are paths or rings out of `islands`.
   PathRows(const SchurProblem& problem, std::vector<Index>* islands);
-
   void read_offsets(std::span<const Vec3> offsets);
+  void take_lengths();
 
-  std::size_t num_rows() const { return sign.size(); }
-  bool blocks_follow_rows() const { return block_numbers.empty(); }
-  std::size_t block(std::size_t row) const { return blocks_follow_rows() ? first_block + row : block_numbers[row]; }
+  std::size_t block(std::size_t row) const { return block_numbers_.empty() ? first_block_ + row : block_numbers_[row]; }
 
-  // ---- one row, along its path ----
+  // ---- one rod ----
 
-  /// Returns r_right - r_left + offset.
   Vec3 distance(const RodPath& path, std::size_t row, const double* r) const;
   Vec3 direction(const double* blocks, std::size_t row) const { return sign[row] * load(blocks, block(row)); }
-  /// Returns phi + K'w0 with phi = rho'' - l''.
-  double right_side(const RodPath& path, std::size_t row, const FreeMotion& motion) const;
+  void write_direction(Vec3 u, std::size_t row, double* blocks) const { store(blocks, block(row), sign[row] * u); }
+  /// Returns a derivative of the length of a row; 0 if it does not move.
+  double length_change(std::size_t row, double MovingScalar::*part) const;
 
-  // ---- rows [begin, end) of one path, whose rods join moving points ----
+  // ---- the rods of pieces ----
 
-  paths::Rods rods_between(const RodPath& path, std::size_t begin, std::size_t end, const FreeMotion& motion) const;
-  /// Subtracts a derivative of the lengths that move from `rows`, which begin with row `begin`.
-  void subtract_moving(std::size_t begin, std::size_t end, double MovingScalar::*part, double* rows) const;
-
-  // ---- all rows [begin, end) of paths; each returns the largest |xi|/length, |rate| or |b| ----
-
-  void take_lengths();
-  double find_values(std::size_t begin, std::size_t end, const double* r, double* xi) const;
-  double find_rates(std::size_t begin, std::size_t end, const double* r, const double* v, double* rates) const;
-  double find_right_sides(std::size_t begin, std::size_t end, const FreeMotion& motion, double* b) const;
-  /// Returns the largest value of find(begin, end) over all rows. The rows are taken in the same chunks for any number
-  /// of threads, because a chunk belongs to the range in which it begins.
-  template <class Find>
-  double largest_of_ranges(const Parallel& parallel, const Find& find) const {
-    const std::size_t first = paths.front().first, count = paths.back().first + paths.back().num_rows() - first;
-    return parallel.max_over_ranges(
-        count, [&](std::size_t begin, std::size_t end) { return find(first + begin, first + end); },
-        plan::rows_worth_a_thread);
-  }
+  void read_directions(const PathPieces& of, const double* blocks, Pack3<>* u) const;
+  void write_directions(const PathPieces& of, const Pack3<>* u, double* blocks) const;
+  /// Reads the changes of lengths. Returns false if there are none.
+  bool read_length_changes(const PathPieces& of, double MovingScalar::*part, Pack<>* to) const;
 
  private:
-  template <class Between, class Alone>
-  double largest_of_rows(std::size_t begin, std::size_t end, const Between& between, const Alone& alone) const;
+  void cut(const RodPath& path);
+  void find_signs(const RodRows& rods);
+
+  std::size_t first_block_ = 0;
+  std::vector<std::size_t> block_numbers_;  // [row]; empty if they follow the rows from the first block on
+  std::vector<Index> places_;  // [slot][lane] block, ~block where it is turned; empty if blocks follow with one sign
+  double common_sign_ = 0.0;   // of all blocks; 0 if some are turned and some are not
 };
 
 }  // namespace tanor::detail

@@ -150,10 +150,6 @@ TreeLanes::Group::Group(TreeLanes* all, std::size_t group, std::size_t workspace
 
 namespace {
 
-Vec3 lane_of(const Pack3<>& points, std::size_t lane) {
-  return {points.x[lane], points.y[lane], points.z[lane]};
-}
-
 /// Returns the derivatives of a group's lengths; null if no length moves.
 const Pack<>* group_of(Packs* all, const PieceGroup& group) {
   return all->size() > 0 ? all->data() + group.first_rod : nullptr;

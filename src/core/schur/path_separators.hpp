@@ -1,0 +1,38 @@
+#pragma once
+
+#include <span>
+
+#include "base/parallel.hpp"
+#include "base/vec3.hpp"
+
+namespace tanor::detail {
+
+/// A rod that is eliminated after the pieces of its path: the last one of a piece, or a rod alone, whose piece has no
+/// other rod. The separators of a path are a path themselves.
+///
+/// A piece is eliminated as if its first rod had the product 1 with the separator before it, so that it needs to know
+/// nothing of that one. The true product is `coupling`.
+struct Separator {
+  Vec3 first, u;                       ///< directions of the first rod of the piece, and of this one
+  double inverse_mass_before = 0.0;    ///< of the point between the separator before and that first rod
+  double diagonal = 0.0, pivot = 0.0;  ///< S_aa, and what the piece leaves of it
+  double spread = 1.0;                 ///< what the elimination of the piece makes of the product 1
+  double taken = 0.0, taken_y = 0.0;   ///< what the piece takes from the separator before, for that product
+  double coupling = 0.0;
+
+  double l = 0.0, inverse_pivot = 0.0;  ///< of the separators' factor L D L'
+  double spike = 0.0;                   ///< product with the rod that closes a ring
+  double b = 0.0, y = 0.0;              ///< of a right side: its own, and what the piece leaves of it
+  double x = 0.0;                       ///< the solution
+  Vec3 first_dw, last_dw;               ///< dw of the first and the last point of the piece
+
+  Vec3 force() const { return x * u; }
+};
+
+/// Factorizes S of the separators of one path, after its pieces. In a ring, the last one closes it and is coupled with
+/// the first one. Returns the largest S_aa/pivot, infinite if a pivot is not positive.
+double factorize_separators(std::span<Separator> separators, bool is_ring);
+/// Computes x from y, for S x = -b.
+void solve_separators(std::span<Separator> separators, bool is_ring);
+
+}  // namespace tanor::detail
