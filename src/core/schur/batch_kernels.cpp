@@ -111,13 +111,20 @@ template <class Tile>
 }
 
 /// Moves `count` numbers of each lane. `place(k)` returns where the k-th stands among the lanes and `sign(k)` its sign.
-/// A pack is written as a whole, since a load of it would wait for two halves to reach the cache.
-template <class Place, class Sign>
+/// Where a register holds a pack, it is written as a whole, since a load of it would wait for two halves to reach the
+/// cache.
+template <std::size_t register_width, class Place, class Sign>
 [[gnu::always_inline]] inline void gather_placed(const double* from, const Index* first, std::size_t width,
                                                  std::size_t count, const Place& place, const Sign& sign, Pack<>* to) {
   const FourSequences<const double> low(from, first, width), high(from, first + 4, width);
   const auto put = [&](std::size_t k, const Four& left, const Four& right) __attribute__((always_inline)) {
-    to[place(k)] = sign(k) * __builtin_shufflevector(left, right, 0, 1, 2, 3, 4, 5, 6, 7);
+    if constexpr (register_width == num_lanes) {
+      to[place(k)] = sign(k) * __builtin_shufflevector(left, right, 0, 1, 2, 3, 4, 5, 6, 7);
+    } else {
+      auto* const halves = reinterpret_cast<Four*>(to + place(k));
+      halves[0] = sign(k) * left;
+      halves[1] = sign(k) * right;
+    }
   };
   if (count < 4) {
     for (std::size_t k = 0; k < count; ++k) {
@@ -177,8 +184,8 @@ constexpr auto same_place = [](std::size_t k) __attribute__((always_inline)) {
 
 void gather_sequences(const double* from, const Index* first, std::size_t width, std::size_t count, double sign,
                       Pack<>* to) {
-  dispatch([=] {
-    gather_placed(
+  dispatch([=]<std::size_t width_of>(std::type_identity<PackIn<width_of>>) {
+    gather_placed<width_of>(
         from, first, width, count, same_place, [=](std::size_t) { return sign; }, to);
   });
 }
@@ -187,10 +194,10 @@ void gather_following_points(const std::array<const double*, 2>& from, const Ind
                              const std::array<Pack3<>*, 2>& to) {
   const double *const a = from[0], *const b = from[1];
   Pack3<>*const to_a = to[0], *const to_b = to[1];
-  dispatch([=] {
+  dispatch([=]<std::size_t width_of>(std::type_identity<PackIn<width_of>>) {
     const auto one = [](std::size_t) { return 1.0; };
-    gather_placed(a, first, 3, 3 * count, same_place, one, &to_a->x);
-    gather_placed(b, first, 3, 3 * count, same_place, one, &to_b->x);
+    gather_placed<width_of>(a, first, 3, 3 * count, same_place, one, &to_a->x);
+    gather_placed<width_of>(b, first, 3, 3 * count, same_place, one, &to_b->x);
   });
 }
 
@@ -205,8 +212,9 @@ void scatter_sequences(const Pack<>* from, const Index* first, std::size_t width
 void gather_sequences(const double* from, const Index* first, std::size_t width, const SequencePlaces& places,
                       Pack<>* to) {
   const int* const place = places.place.data();
-  dispatch([=, sign = places.sign.data(), count = places.place.size()] {
-    gather_placed(
+  dispatch([=, sign = places.sign.data(),
+            count = places.place.size()]<std::size_t width_of>(std::type_identity<PackIn<width_of>>) {
+    gather_placed<width_of>(
         from, first, width, count, [=](std::size_t k) { return static_cast<std::size_t>(place[k]); },
         [=](std::size_t k) { return sign[k]; }, to);
   });
