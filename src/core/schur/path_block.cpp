@@ -48,14 +48,15 @@ void PathBlock::read_points(const double* from, std::size_t count, std::vector<P
   gather_sequences(from, of_.starts(of_.first_point).data(), 3, 3 * count, 1.0, &to->data()->x);
 }
 
-paths::Motion PathBlock::read_motion(const FreeMotion& motion, double MovingScalar::*change) {
+paths::Motion PathBlock::read_motion(const FreeMotion& motion, const double* blocks, double MovingScalar::*change) {
   paths::Motion result;
   result.r = work_.r.data();
   if (motion.v != nullptr) {
     gather_following_points({motion.r, motion.v}, of_.starts(of_.first_point).data(), of_.length + 1,
                             {work_.r.data(), work_.v.data()});
     result.v = work_.v.data();
-    if (is_followed_) result.upcoming = {{motion.r + 3 * last_point(), motion.v + 3 * last_point()}};
+    if (is_followed_)
+      result.upcoming = {{motion.r + 3 * last_point(), motion.v + 3 * last_point(), next_blocks(blocks)}};
   } else {
     read_points(motion.r, of_.length + 1, &work_.r);
   }
@@ -76,13 +77,13 @@ void PathBlock::read_right_side(const double* b) {
 }
 
 void PathBlock::evaluate_values(const double* r) {
-  const paths::Motion motion = read_motion({r, nullptr, nullptr});
+  const paths::Motion motion = read_motion({r, nullptr, nullptr}, nullptr);
   gather_sequences(rows_.length.data(), of_.starts(of_.first_row).data(), 1, of_.length, 1.0, work_.lengths.data());
   paths::evaluate_values(arrays_, motion, work_.lengths.data(), &work_.found);
 }
 
 void PathBlock::evaluate_rates(const double* r, const double* v) {
-  paths::evaluate_rates(arrays_, read_motion({r, v, nullptr}, &MovingScalar::first), &work_.found);
+  paths::evaluate_rates(arrays_, read_motion({r, v, nullptr}, nullptr, &MovingScalar::first), &work_.found);
 }
 
 void PathBlock::hand_over_factor(const paths::Border& border) {
@@ -159,7 +160,7 @@ void PathBlock::accelerate(const double* blocks, const double* w) {
     set_lane(&force_before, lane, (lane > 0 ? separators_[lane - 1] : before_).force());
   Pack3<>* const dw = work_.v.data();
   paths::Upcoming upcoming;
-  if (is_followed_) upcoming = {{blocks + 3 * rows_.block(of_.first_row + of_.num_points()), w + 3 * last_point()}};
+  if (is_followed_) upcoming = {{next_blocks(blocks), w + 3 * last_point()}};
   paths::accelerate(arrays_, work_.x.data(), force_before, upcoming, dw, &work_.found);
   for (std::size_t lane = 0; lane < num_lanes; ++lane) {
     separators_[lane].first_dw = lane_of(dw[0], lane);

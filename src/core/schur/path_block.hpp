@@ -44,8 +44,10 @@ class PathBlock {
   std::size_t last_point() const { return of_.first_point + of_.num_points(); }
 
   // ---- up ----
-  /// Reads r, and v and w0 if there are any. `change` says which derivative of the lengths counts.
-  paths::Motion read_motion(const FreeMotion& motion, double MovingScalar::*change = &MovingScalar::second);
+  /// Reads r, and v and w0 if there are any. `change` says which derivative of the lengths counts. The next pieces will
+  /// need their part of r, v and of `blocks`, unless that is null.
+  paths::Motion read_motion(const FreeMotion& motion, const double* blocks,
+                            double MovingScalar::*change = &MovingScalar::second);
   void read_directions(const double* blocks) { rows_.read_directions(of_, blocks, work_.u.data()); }
   void write_directions(double* blocks) const { rows_.write_directions(of_, work_.u.data(), blocks); }
   void read_right_side(const double* b);
@@ -69,6 +71,9 @@ class PathBlock {
   void write_accelerations(const Vec3* w0, double* w);
 
  private:
+  const double* next_blocks(const double* blocks) const {
+    return blocks != nullptr ? blocks + 3 * rows_.block(of_.first_row + of_.num_points()) : nullptr;
+  }
   void read_points(const double* from, std::size_t count, std::vector<Pack3<>>* to) const;
   void hand_over_factor(const paths::Border& border);
   void hand_over_right_side(const paths::Border& border);

@@ -11,10 +11,10 @@
 /// itself, and narrow registers take some lanes after the others. See instruction_sets.hpp.
 namespace tanor::detail::paths {
 
-/// Two arrays of points or directions, eight a rod of a lane, that are needed next. They are prefetched little by
-/// little, since a burst of misses would stop everything.
+/// Arrays of points or directions that are needed next, eight a rod of the lanes. They are prefetched little by little,
+/// since a burst of misses would stop everything.
 struct Upcoming {
-  const double* arrays[2] = {nullptr, nullptr};
+  const double* arrays[3] = {nullptr, nullptr, nullptr};
 
   [[gnu::always_inline]] void fetch(std::size_t i) const {
     for (const double* const array : arrays) {

@@ -274,7 +274,7 @@ Elimination PathSolver::solve(const Parallel& parallel, const FreeMotion& motion
     visit.begin_bringing(motion.source);
     const paths::Found up = visit.for_pieces([&](PathBlock& block) {
       visit.bring_for(block, motion.source);
-      const Motion own = block.read_motion(motion);
+      const Motion own = block.read_motion(motion, blocks);
       if (renews) {
         block.evaluate_and_eliminate(own);
         block.write_directions(blocks);
@@ -335,7 +335,7 @@ Elimination PathSolver::linearise(const Parallel& parallel, const double* r, con
     visit.begin_bringing(source);
     const paths::Found result = visit.for_pieces([&](PathBlock& block) {
       visit.bring_for(block, source);
-      block.find_directions(block.read_motion({r, nullptr, nullptr}));
+      block.find_directions(block.read_motion({r, nullptr, nullptr}, blocks));
       block.write_directions(blocks);
       block.eliminate();
     });
