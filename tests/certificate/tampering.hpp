@@ -25,19 +25,17 @@ struct Tampering {
     }
     (void)solver.factorize(Parallel(1));
   }
-  static GramSolver& S(const Forms& forms) {
-    return forms.normal->linearization_.factor_.all_rows_.gram();
-  }  // for the general solver
+  static GramSolver& S(const Forms& forms) { return forms.normal->linearization_.gram(); }  // of the general solver
   static GramSolver& H(const Forms& forms) { return forms.tangent->linearization_.solver_; }
   static std::vector<double>& K(const Forms& forms) { return forms.normal->linearization_.blocks_; }
   /// Eliminates once more with one number of K changed; K itself stays. Returns false if no composite of solvers serves
   /// the system.
   static bool corrupt_elimination(Forms& forms, std::size_t number, double by) {
-    StandingFactor& factor = forms.normal->linearization_.factor_;
-    if (factor.solver_by_islands() == nullptr) return false;
+    Linearization& linearization = forms.normal->linearization_;
+    if (linearization.present_ != &linearization.composite_) return false;
     std::vector<double> blocks = K(forms);
     blocks[number] += by;
-    (void)factor.composite_.factorize(Parallel(1), blocks.data());
+    (void)linearization.composite_.factorize(Parallel(1), blocks.data());
     return true;
   }
   /// Repeats the last check of contacts at rest, with multipliers of guides times `factor`.

@@ -70,8 +70,7 @@ inline double compare(const System& system, int extra_passes = 0) {
     for (std::size_t i = 0; i < difference.size(); ++i) difference[i] -= other.coefficients[k][i];
     worst = larger(worst, largest(difference) * std::pow(h, static_cast<double>(k - 1)) / first);
   }
-  return worst * other.form.linearization().factor().estimate_reciprocal_condition() /
-         std::numeric_limits<double>::epsilon();
+  return worst * other.form.linearization().estimate_reciprocal_condition() / std::numeric_limits<double>::epsilon();
 }
 
 constexpr double agreement = 100.0;  // an order rests on those before it

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -9,7 +8,6 @@
 #include "dynamics/linearization.hpp"
 #include "dynamics/residuals.hpp"
 #include "dynamics/workspace.hpp"
-#include "schur/refinement.hpp"
 
 namespace tanor::detail {
 
@@ -37,7 +35,7 @@ class ForwardDynamics {
 
   /// The multipliers lambda [d], which are a part of the state where friction reads them: the fixed point (43) is
   /// searched from them on, and each solve leaves its own here.
-  std::vector<double>& multipliers() { return lambda_; }
+  std::vector<double>& multipliers() { return found_.lambda; }
   /// Writes eta = K lambda [3n] (23) of the user's constraints, where K stands. At supports it is the force of the
   /// constraints.
   void write_reactions(const std::vector<double>& lambda, double* eta);
@@ -45,30 +43,27 @@ class ForwardDynamics {
  private:
   static constexpr double doubtful_above = 1e-9;  // |K'w + phi| over its terms that is more than rounding
 
-  Outcome find(const Kinematics& at, const Request& request, std::span<const char> are_counted, double* w);
+  Outcome find(const Kinematics& at, const Request& request, std::span<const char> are_counted);
   Power find_power(const Kinematics& at);
-  double evaluate_free(const Kinematics& at, const Request& request, double* w);
-  std::optional<Outcome> solve_at_once(const Kinematics& at, const Request& request, double* w);
-  void evaluate(const Kinematics& at, const Request& request, bool with_gradients, double* w);
   Outcome check_idle_rows(double t) const;
-  Outcome find_friction(const Kinematics& at, const UniquenessCheck& check, double* w);
+  Outcome find_friction(const Kinematics& at, const UniquenessCheck& check);
   void find_multipliers();
   void refine();
-  void improve_friction(double* w);
+  void improve_friction();
   Outcome verify(const Kinematics& at, bool verifies_friction);
   Outcome reconsider_rank(double t, const double* r);
-  void add_reactions(double* w) const;
+  Residuals::Problem problem() const { return {w_, found_.b.data(), found_.scale}; }
 
   Workspace& work_;
   const Model& model_;
   Linearization& linearization_;
   Residuals& residuals_;
-  Contacts* contacts_;                                 // null if constraints are ideal
-  bool exact_ = false;                                 // of the present solve
-  SolveReport report_;                                 // of the present solve
-  std::vector<double> lambda_, dw_;                    // [d]; [3n] w - w0 = M^-1 K lambda
-  std::vector<double> b_, rows_;                       // [d] phi + K'w0; K'w + phi
-  Residuals::Problem problem_{nullptr, nullptr, 0.0};  // of the present solve
+  Contacts* contacts_;        // null if constraints are ideal
+  bool exact_ = false;        // of the present solve
+  SolveReport report_;        // of the present solve
+  MultiplierSolution found_;  // by the present solve
+  double* w_ = nullptr;       // [3n] of the present solve: w0, then w
+  std::vector<double> rows_;  // [d] K'w + phi
 };
 
 }  // namespace tanor::detail

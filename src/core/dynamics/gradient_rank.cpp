@@ -21,17 +21,16 @@ std::size_t GradientRank::user_row(std::size_t row) const {
 }
 
 std::vector<RowDependence> GradientRank::list_dependences() const {
-  return list_dependences(linearization_.factor().all_rows().redundancy());
+  return list_dependences(linearization_.dependences());
 }
 
 std::vector<RowDependence> GradientRank::list_dependences(const Redundancy& redundancy) const {
-  const RankRevealingFactor& factor = linearization_.factor().all_rows();
   std::vector<RowDependence> result;
   for (const Redundancy::Found& found : redundancy.list()) {
     if (depends_on_contacts(found)) continue;
     RowDependence& dependence = result.emplace_back();
     dependence.row = user_row(static_cast<std::size_t>(found.row));
-    dependence.what = factor.describe(found, "depends on");
+    dependence.what = linearization_.dependences().describe(found, "depends on");
     for (const auto& [row, coefficient] : found.terms) {
       dependence.terms.push_back({user_row(static_cast<std::size_t>(row)), coefficient});
     }
@@ -42,8 +41,8 @@ std::vector<RowDependence> GradientRank::list_dependences(const Redundancy& redu
 }
 
 RankReport GradientRank::report(const double* r, bool thoroughly) {
-  if (thoroughly && model_.num_rows() > 0) (void)linearization_.factor().decide_whole_rank(r);
-  return describe(linearization_.factor().all_rows().redundancy());
+  if (thoroughly && model_.num_rows() > 0) (void)linearization_.decide_rank_again(r, RankScope::AllRows);
+  return describe(linearization_.dependences());
 }
 
 RankReport GradientRank::describe(const Redundancy& redundancy) const {
@@ -63,7 +62,7 @@ RankReport GradientRank::describe(const Redundancy& redundancy) const {
 }
 
 void GradientRank::remember_gradients() {
-  if (!linearization_.factor().all_rows().redundancy().is_found())
+  if (!linearization_.dependences().is_found())
     before_ = linearization_.blocks();
   else
     before_.clear();
@@ -73,8 +72,7 @@ void GradientRank::remember_gradients() {
 /// from s_0 to s_1 is an eigenvalue s_0/s_1 of C. The largest eigenvalue of 1 - C is found by power iteration.
 double GradientRank::compare_gradients() {
   if (before_.empty()) return 1.0;
-  const RankRevealingFactor& factor = linearization_.factor().all_rows();
-  if (!factor.has_independent_rows()) return 0.0;
+  if (linearization_.dependences().is_found() || linearization_.shares_loads()) return 0.0;
   const Stopwatch watch(&work_.times.solve);
   constexpr int most_iterations = 10, least_iterations = 4;
   constexpr double hopeless = 0.7;
@@ -96,7 +94,7 @@ double GradientRank::compare_gradients() {
                                model_.num_moving(), move_.data());
     linearization_.apply_transposed(move_.data(), nullptr, y_.data());
     ++work_.counters.solves;
-    linearization_.apply_factor(y_.data(), y_.data());
+    linearization_.solve_negative(y_.data(), y_.data());
     double along = 0.0, before = 0.0, after = 0.0;
     for (std::size_t a = 0; a < x_.size(); ++a) {
       y_[a] += x_[a];

@@ -1,42 +1,235 @@
 #include "dynamics/linearization.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/stopwatch.hpp"
-#include "schur/refinement.hpp"
+#include "schur/condition.hpp"
+#include "schur/rod_rows.hpp"
 
 namespace tanor::detail {
+
+namespace {
+
+SchurProblem problem_of(const Workspace& work) {
+  const Model& model = work.model();
+  return {work.constraints, model.gather,       model.incidences,
+          model.numbering,  model.inverse_mass, model.system.positions};
+}
+
+/// Writes w0 = M^-1 f into w. Returns the largest number.
+double evaluate_free(Workspace& work, const Kinematics& at, const Request& request, double* w) {
+  if (request.given == nullptr) return work.evaluate_free(at.t, at.x, at.v, w);
+  work.write_support_accelerations(at.t, w);
+  bring(work.model().parallel, request.given, 0, work.model().num_points());
+  return request.given->largest();
+}
+
+/// Writes as little of w0 as a solve in one pass reads. Returns the largest number, as far as it is known.
+double evaluate_free_lightly(Workspace& work, const Kinematics& at, const Request& request, FreeMotion* motion,
+                             double* w) {
+  const Stopwatch watch(&work.times.evaluate);
+  if (request.given != nullptr) {
+    work.write_support_accelerations(at.t, w);
+    return 0.0;
+  }
+  motion->uniform = work.model().uniform_free();
+  return motion->uniform != nullptr ? work.write_unconstrained(at.t, w) : work.evaluate_free(at.t, at.x, at.v, w);
+}
+
+/// Returns true if a solution needs no refinement. A residual that is small beside each island, or beside the slowest
+/// neighbourhood, is small beside each neighbourhood.
+bool is_fine(const Elimination& passed, double relative_residual, double enough, const Scales& scales) {
+  constexpr double little = 1e-12;
+  const bool is_little =
+      scales.are_one() || passed.own_residual <= little || passed.residual <= little * scales.least_acceleration();
+  return relative_residual <= enough && is_little;
+}
+
+/// Computes dw = M^-1 K lambda.
+void write_reactions(const Model& model, const std::vector<double>& blocks, const double* lambda, double* dw) {
+  model.gather.write_scaled(model.parallel, blocks.data(), lambda, model.inverse_mass.data(), model.num_moving(), dw);
+}
+
+void add_rows(const Model& model, const double* rows, double* sum) {
+  if (sum == nullptr) return;
+  model.parallel.for_ranges(model.num_rows(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t a = begin; a < end; ++a) sum[a] += rows[a];
+  });
+}
+
+}  // namespace
 
 Linearization::Linearization(Workspace& work, const SolverOptions& options, Contacts* contacts)
     : work_(work),
       model_(work.model()),
       contacts_(contacts),
       blocks_(3 * work.constraints.num_blocks()),
-      factor_(work, options, blocks_, contacts),
-      conjugate_(work, factor_.all_rows(), blocks_),
-      rows_(model_.num_rows()) {}
+      composite_(make_composite_solver(problem_of(work), options)),
+      all_rows_(work, options.ordering, blocks_, contacts),
+      summary_(composite_.is_empty()
+                   ? SchurSolver::Summary{{LinearSolver::General}, {}, all_rows_.gram().summary().factor}
+                   : composite_.summary()),
+      evaluator_(composite_.is_empty() ? static_cast<SchurFactor&>(all_rows_) : composite_),
+      conjugate_(work, all_rows_, blocks_),
+      rows_(model_.num_rows()) {
+  if (composite_.is_empty() && options.reuse) reuse_ = FactorReuse::make(work, all_rows_.gram());
+}
 
 // ---- the configuration ----
 
 Outcome Linearization::update(double t, const double* r, const PointSource* source) {
   work_.set_time(t);
-  if (model_.num_rows() == 0 || !factor_.is_needed()) {
+  if (model_.num_rows() == 0 || !is_needed()) {
     bring(model_.parallel, source, 0, model_.num_points());
     return {};
   }
   work_.constraints.choose_frames();
-  return factor_.linearise(t, r, source);
+  bring(model_.parallel, source, model_.num_constrained(), model_.num_points());
+  if (may_be_of_composite()) {
+    const Stopwatch watch(&work_.times.factor);
+    ++work_.counters.factorizations;
+    const Elimination made = composite_.linearise(model_.parallel, r, source, blocks_.data());
+    if (note_composite(made.reciprocal_condition)) return {};
+  } else {
+    bring(model_.parallel, source, 0, model_.num_constrained());
+  }
+  {
+    const Stopwatch watch(&work_.times.evaluate);
+    work_.constraints.evaluate_gradients(model_.parallel, r, blocks_.data());
+  }
+  if (Outcome outcome = work_.check_contacts(t); !outcome.ok()) return outcome;
+  return factorize(t, r);
+}
+
+void Linearization::set_offsets(std::span<const Constraints::RowOffset> offsets) {
+  work_.constraints.set_offsets(offsets);
+  if (composite_.is_empty()) return;
+  if (offsets_.empty()) offsets_ = RodRows(work_.constraints, model_.num_rows()).offset;
+  for (const auto& [row, offset] : offsets) offsets_[row] = offset;
+  composite_.read_offsets(offsets_);
+}
+
+/// Factorizes S of the present K, evaluated at (t, r), for all rows together.
+Outcome Linearization::factorize(double t, const double* r) {
+  Outcome outcome = all_rows_.factorize(t, r);
+  note_all_rows();
+  if (!outcome.ok()) state_ = State::None;
+  return outcome;
+}
+
+/// Accepts a factor of the composite, unless it looks singular; then the factor of all rows decides.
+bool Linearization::note_composite(double reciprocal_condition) {
+  reciprocal_condition_ = reciprocal_condition;
+  const bool is_fine = reciprocal_condition > all_rows_.suspect_below();
+  present_ = is_fine ? static_cast<SchurFactor*>(&composite_) : &all_rows_;
+  state_ = is_fine ? State::Fresh : State::None;
+  return is_fine;
+}
+
+/// Notes that the factor of all rows was made anew.
+void Linearization::note_all_rows() {
+  present_ = &all_rows_;
+  state_ = State::Fresh;
+  reciprocal_condition_ = all_rows_.reciprocal_condition();
+  if (reuse_ != nullptr) reuse_->note_factor();
+}
+
+/// Returns the present factor, which is that of the present K.
+SchurFactor& Linearization::fresh_factor() {
+  if (state_ == State::Stale) {
+    all_rows_.factorize_again();
+    note_all_rows();
+  }
+  return *present_;
+}
+
+double Linearization::estimate_reciprocal_condition() {
+  // The matrix of S contains neither the rows of the composite nor those that QR solves.
+  if (present_ == &all_rows_ && !dependences().uses_qr()) return gram().estimate_reciprocal_condition();
+  return detail::estimate_reciprocal_condition(problem_of(work_), model_.parallel, blocks_.data(), *present_);
 }
 
 // ---- solutions ----
 
-void Linearization::apply_factor(const double* b, double* x) {
-  factor_.freshen();
-  factor_->solve_negative(model_.parallel, b, x);
+/// Solves all by the composite in one pass over the memory. Returns nothing where it does not serve and where S looks
+/// singular.
+std::optional<Outcome> Linearization::solve_in_one_pass(const Kinematics& at, const Request& request, double* w,
+                                                        MultiplierSolution* found) {
+  const bool keeps = request.gradients == Gradients::Keep;
+  if (!(keeps ? present_ == &composite_ : may_be_of_composite())) return std::nullopt;
+  FreeMotion motion{.r = at.x, .v = at.v, .w0 = w, .source = request.given};
+  const double free = evaluate_free_lightly(work_, at, request, &motion, w);
+  const auto passed = eliminate(motion, keeps ? FactorUse::Keep : FactorUse::Renew, w, found);
+  if (!passed) return std::nullopt;
+  const double scale = larger(request.given != nullptr ? request.given->largest() : free, passed->largest_right_side);
+  found->scale = scale;
+  found->refinements = passed->refinements;
+  found->residual = 0.0;
+  if (!std::isfinite(scale)) return work_.not_finite(at.t, at.x);
+  found->residual = passed->residual / (scale > 0.0 ? scale : 1.0);
+  found->is_complete = is_fine(*passed, found->residual, good_enough(model_.is_exact_for(request)), work_.scales);
+  if (found->is_complete && !model_.is_rheonomic()) return Outcome{};
+
+  // Refinement and the power of the reactions need w0 and dw separately.
+  write_reactions(model_, blocks_, found->lambda.data(), found->dw.data());
+  if (found->is_complete) return Outcome{};
+  (void)evaluate_free(work_, at, request, w);
+  work_.constraints.evaluate_right_side(model_.parallel, at.x, at.v, w, found->b.data(), nullptr);
+  return Outcome{};
+}
+
+/// Computes K, the factor of S, b, lambda and w, or the last three with the present K and factor.
+std::optional<Elimination> Linearization::eliminate(const FreeMotion& motion, FactorUse use, double* w,
+                                                    MultiplierSolution* found) {
+  bring(model_.parallel, motion.source, model_.num_constrained(), model_.num_points());
+  const Stopwatch watch(&work_.times.solve);
+  const bool renews = use == FactorUse::Renew;
+  if (renews && is_needed()) ++work_.counters.factorizations;
+  const Elimination passed =
+      composite_.solve(model_.parallel, motion, use, blocks_.data(), found->b.data(), found->lambda.data(), w);
+  work_.counters.solves += 1 + static_cast<std::size_t>(passed.refinements);
+  if (renews) reciprocal_condition_ = passed.reciprocal_condition;
+  if (std::isfinite(passed.largest_right_side) && !note_composite(reciprocal_condition_)) return std::nullopt;
+  return passed;
+}
+
+/// Computes w0 = M^-1 f, b = phi + K'w0, K and the factor of S, or lambda and w where the factor of another
+/// configuration serves.
+Outcome Linearization::prepare(const Kinematics& at, const Request& request, double* w, MultiplierSolution* found) {
+  if (reuse_ != nullptr) reuse_->allow_error(model_.is_exact_for(request) ? 0.0 : request.allowed_error);
+  const bool is_new = request.gradients == Gradients::Evaluate && is_needed();
+  {
+    const Stopwatch watch(&work_.times.evaluate);
+    const double free = evaluate_free(work_, at, request, w);
+    found->scale = larger(free, work_.constraints.evaluate_right_side(model_.parallel, at.x, at.v, w, found->b.data(),
+                                                                      is_new ? blocks_.data() : nullptr));
+  }
+  found->residual = 0.0;
+  found->refinements = 0;
+  found->is_complete = model_.num_rows() == 0;
+  if (!std::isfinite(found->scale)) return work_.not_finite(at.t, at.x);
+  if (found->is_complete || !is_new) return {};
+  const bool may_be_stale =
+      reuse_ != nullptr && state_ != State::None && !dependences().is_found() && reuse_->serves(reciprocal_condition_);
+  if (!may_be_stale ||
+      !reuse_->solve(at.t, is_fresh(), blocks_.data(), found->b.data(), &found->lambda, found->dw.data()))
+    return factorize(at.t, at.x);  // S = K'M^-1K
+  state_ = State::Stale;
+  found->is_complete = true;
+  model_.add_to_moving(found->dw.data(), w);
+  return {};
+}
+
+void Linearization::solve_once(const double* b, double* lambda, double* dw) {
+  const Stopwatch watch(&work_.times.solve);
+  ++work_.counters.solves;
+  fresh_factor().solve_negative(model_.parallel, b, lambda);  // (31)
+  write_reactions(model_, blocks_, lambda, dw);
 }
 
 void Linearization::solve_negative(const double* b, double* x) {
-  if (!shares_loads()) return apply_factor(b, x);
+  if (!shares_loads()) return fresh_factor().solve_negative(model_.parallel, b, x);
   right_side_.assign(b, b + model_.num_rows());
   points_.resize(3 * model_.num_points());
   solve_refined(right_side_.data(), x, points_.data());
@@ -49,70 +242,91 @@ void Linearization::solve_refined(const double* b, double* lambda, double* dw) {
   std::fill(dw, dw + 3 * model_.num_points(), 0.0);
   std::copy(b, b + num_rows, rows_.begin());
   if (num_rows == 0) return;
+  const Refinement all{rows_.data(), dw, lambda, 3, 5};
   refine_solution(
-      shares_loads() ? 5 : 3, [&] { apply_transposed(dw, b, rows_.data()); },
-      [&](int pass) {
-        correct_conjugately(pass == 0, rows_.data(), dw);
-        for (std::size_t a = 0; a < num_rows; ++a) lambda[a] += rows_[a];
-      });
+      shares_loads() ? all.most_where_shared : all.most_passes, [&] { apply_transposed(dw, b, rows_.data()); },
+      [&](int pass) { correct_once(all, pass == 0); });
 }
 
-void Linearization::correct(double* rows, double* points) {
-  const Stopwatch watch(&work_.times.solve);
-  ++work_.counters.solves;
-  if (factor_.correct_with_old_factor(rows, points)) return;
-  factor_.freshen();
-  factor_->correct(model_.parallel, blocks_.data(), rows, points);
+void Linearization::correct(double* rows, double* points, double* sum) {
+  {
+    const Stopwatch watch(&work_.times.solve);
+    ++work_.counters.solves;
+    if (state_ != State::Stale || !reuse_->correct(blocks_.data(), rows, points))
+      fresh_factor().correct(model_.parallel, blocks_.data(), rows, points);
+  }
+  add_rows(model_, rows, sum);
 }
 
-void Linearization::correct_conjugately(bool begins, double* rows, double* points) {
-  if (shares_loads()) return conjugate_.correct(begins, rows, points);
-  correct(rows, points);
-}
-
-void Linearization::add_reactions(const double* rows, double* points) {
-  factor_->add_reactions(model_.parallel, blocks_.data(), rows, points);
-}
-
-void Linearization::write_reactions(const double* rows, double* points) const {
-  model_.gather.write_scaled(model_.parallel, blocks_.data(), rows, model_.inverse_mass.data(), model_.num_moving(),
-                             points);
+/// `begins` is false if the earlier corrections were of the same problem.
+void Linearization::correct_once(const Refinement& what, bool begins) {
+  if (!shares_loads()) return correct(what.rows, what.points, what.sum);
+  conjugate_.correct(begins, what.rows, what.points);
+  add_rows(model_, what.rows, what.sum);
 }
 
 // ---- violations ----
 
 double Linearization::evaluate_values(const double* r, double* xi) {
   const Stopwatch watch(&work_.times.evaluate);
-  return factor_.evaluator().evaluate_values(model_.parallel, r, xi);
+  return evaluator_.evaluate_values(model_.parallel, r, xi);
 }
 
 double Linearization::evaluate_rates(const double* r, const double* v, double* rates) {
   const Stopwatch watch(&work_.times.evaluate);
-  return factor_.evaluator().evaluate_rates(model_.parallel, r, v, rates);
+  return evaluator_.evaluate_rates(model_.parallel, r, v, rates);
 }
 
 std::optional<Projection> Linearization::project_positions(double target, double* r, const PointSource* source,
                                                            double* sum) {
-  SchurSolver* const solver = factor_.solver_by_islands();
-  const std::size_t num_brought = solver != nullptr ? model_.num_constrained() : 0;
-  bring(model_.parallel, source, num_brought, model_.num_points());
-  if (solver == nullptr) {
+  const bool by_islands = present_ == &composite_;
+  bring(model_.parallel, source, by_islands ? model_.num_constrained() : 0, model_.num_points());
+  if (!by_islands) {
     if (sum != nullptr) add_reactions(sum, r);
     return std::nullopt;
   }
   const Stopwatch watch(&work_.times.solve);
-  const Projection found = solver->project_positions(model_.parallel, blocks_.data(), target, r, source, sum);
+  const Projection found = composite_.project_positions(model_.parallel, blocks_.data(), target, r, source, sum);
   work_.counters.solves += static_cast<std::size_t>(found.iterations);
   return found;
 }
 
 std::optional<Projection> Linearization::project_velocities(double target, const double* r, double* v, double* sum) {
-  SchurSolver* const solver = factor_.solver_by_islands();
-  if (solver == nullptr) return std::nullopt;
+  if (present_ != &composite_) return std::nullopt;
   const Stopwatch watch(&work_.times.solve);
-  const Projection found = solver->project_velocities(model_.parallel, blocks_.data(), target, r, v, sum);
+  const Projection found = composite_.project_velocities(model_.parallel, blocks_.data(), target, r, v, sum);
   work_.counters.solves += static_cast<std::size_t>(found.iterations);
   return found;
+}
+
+// ---- rank ----
+
+bool Linearization::decide_rank_again(const double* r, RankScope scope) {
+  const bool is_new = all_rows_.decide_rank_again(r, scope);
+  if (is_new) note_all_rows();
+  return is_new;
+}
+
+void Linearization::decide_rank_of_poor_parts(const double* r, const std::vector<double>& rows,
+                                              const std::vector<double>& accelerations, double allowed) {
+  all_rows_.decide_rank_of_poor_parts(r, rows, accelerations, allowed);
+  note_all_rows();
+}
+
+std::optional<Outcome> Linearization::improve_factor(double t, const double* r) {
+  if (present_ == &composite_) {
+    work_.constraints.evaluate_gradients(model_.parallel, r, blocks_.data());
+    return factorize(t, r);
+  }
+  if (!all_rows_.share_loads()) return std::nullopt;
+  all_rows_.factorize_again();
+  note_all_rows();
+  return Outcome{};
+}
+
+void Linearization::exchange_memory(Memory& memory) {
+  all_rows_.exchange_memory(memory);
+  if (reuse_ != nullptr) reuse_->exchange_memory(memory);
 }
 
 }  // namespace tanor::detail

@@ -27,18 +27,21 @@ MultiplierForm::MultiplierForm(Workspace& work, const SolverOptions& options)
 MultiplierForm::~MultiplierForm() = default;
 
 double MultiplierForm::predicted_flops() const {
-  const FactorSummary& factor = linearization_.factor().summary();
+  const FactorSummary& factor = linearization_.summary().factor;
   return factor.flops + 4.0 * static_cast<double>(factor.factor_nonzeros) +
          plan::flops_of_normal_entry * static_cast<double>(factor.pattern_nonzeros) +
          plan::flops_of_normal_row * static_cast<double>(model_.num_rows());
 }
 
 std::vector<Ordering> MultiplierForm::orderings() const {
-  return linearization_.factor().summary().orderings;
+  return linearization_.summary().factor.orderings;
 }
 
 void MultiplierForm::describe(PlanSummary* plan) const {
-  linearization_.factor().describe(plan);
+  const SchurSolver::Summary& chosen = linearization_.summary();
+  describe_factor(chosen.factor, plan);
+  plan->linear_solvers = chosen.solvers;
+  plan->linear_solver_reason = chosen.reason;
   auto& left_out = plan->left_out;
   if (model_.num_rows() == 0)
     left_out.push_back("factorization: no constraints");
@@ -122,7 +125,7 @@ void MultiplierForm::resume(const Counters& counters, const PhaseTimes& times) {
 Roles MultiplierForm::roles() {
   Roles roles = common_roles();
   roles.step_projector = &steps_;
-  roles.inexact_solves = linearization_.factor().reuse();
+  roles.inexact_solves = linearization_.reuse();
   if (model_.may_lose_rank) roles.rank_monitor = &gradient_rank_;
   if (has_no_friction_but_viscous_) {
     // The state of other friction depends on the last call, so extra calls are ruled out with it.

@@ -30,7 +30,7 @@ class MultiplierForm final : public PointForm {
 
   bool has_work() const override { return model_.is_rheonomic() || work_.forces.has_work() || contacts_ != nullptr; }
   Outcome linearise(double t, const double* r) override { return linearization_.update(t, r); }
-  double reciprocal_condition() const override { return linearization_.factor().reciprocal_condition(); }
+  double reciprocal_condition() const override { return linearization_.reciprocal_condition(); }
   Outcome accelerations(const Kinematics& at, const Request& request, const AccelerationOutput& to) override {
     return dynamics_.solve(at, request, to);
   }

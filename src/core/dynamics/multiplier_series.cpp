@@ -21,7 +21,7 @@ MultiplierSeries::MultiplierSeries(Workspace& work, Linearization& linearization
 
 /// Lanes eliminate S without a look at its rank.
 bool MultiplierSeries::may_use_lanes() const {
-  return lanes_.serves_some() && !linearization_.factor().all_rows().redundancy().is_found();
+  return lanes_.serves_some() && !linearization_.dependences().is_found();
 }
 
 Outcome MultiplierSeries::expand(const Kinematics& at, const double* w, const Reactions& found,

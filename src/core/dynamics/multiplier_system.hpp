@@ -22,7 +22,7 @@ class LinearizedResponse final : public ContactResponse {
     points_.resize(3 * work_.model().num_points());
     linearization_.solve_refined(b, x, dw != nullptr ? dw : points_.data());
   }
-  void minimize_multiplier_norm(double* x) override { linearization_.minimize_multiplier_norm(x); }
+  void minimize_multiplier_norm(double* x) override { linearization_.dependences().minimize_norm(x); }
 
  private:
   Workspace& work_;
@@ -42,7 +42,7 @@ class MultiplierSystem final : public ConstrainedSystem {
         response_(response) {}
 
   ContactResponse& response() override { return response_; }
-  GramSolver& gram() override { return linearization_.factor().all_rows().gram(); }
+  GramSolver& gram() override { return linearization_.gram(); }
   Outcome linearise(double t, const double* r) override { return linearization_.update(t, r); }
   ProjectionReport project_velocities(double t, const double* r, double* v, double* impulses) override {
     return projector_.project_velocities(t, r, v, impulses);
@@ -60,7 +60,7 @@ class MultiplierSystem final : public ConstrainedSystem {
   }
 
   const std::vector<double>& blocks() const override { return linearization_.blocks(); }
-  const Redundancy& redundancy() const override { return linearization_.factor().all_rows().redundancy(); }
+  const Redundancy& redundancy() const override { return linearization_.dependences(); }
 
  private:
   Linearization& linearization_;

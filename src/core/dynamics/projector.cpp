@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "base/text.hpp"
-#include "schur/refinement.hpp"
 
 namespace tanor::detail {
 
@@ -29,7 +28,7 @@ ProjectionReport Projector::project_positions(double t, double* r, Turn turn) {
   // A smaller violation takes one or two iterations along any K.
   constexpr double far = 1e-10;
   return iterate_positions(t, r, nullptr, nullptr,
-                           turn == Turn::Large && linearization_.factor().is_cheap() ? far : infinity, 0.0);
+                           turn == Turn::Large && linearization_.summary().factor.is_cheap() ? far : infinity, 0.0);
 }
 
 /// Projects by chord iterations along M^-1 K of the last configuration, or of that at r if the violation is above
@@ -57,16 +56,7 @@ ProjectionReport Projector::iterate_positions(double t, double* r, const PointSo
 
 /// Solves S mu = -xi, then r += M^-1 K mu.
 void Projector::correct_positions(double* r, double* sum) {
-  linearization_.correct(rows_.data(), r);
-  add_rows_to(sum);
-}
-
-/// Adds `rows_` to `sum` [d], which may be null.
-void Projector::add_rows_to(double* sum) const {
-  if (sum == nullptr) return;
-  model_.parallel.for_ranges(model_.num_rows(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t a = begin; a < end; ++a) sum[a] += rows_[a];
-  });
+  linearization_.correct(rows_.data(), r, sum);
 }
 
 /// Writes xi into `rows_`. Returns the largest |xi|/length, or the largest |T'(r - p)| of a held contact over the
@@ -88,13 +78,14 @@ Outcome Projector::explain_stall(double t, double violation) const {
   }
   // The independent rows are satisfied, but rows that depend on them are not.
   const std::vector<double>& lengths = work_.scales.lengths();
-  const RankRevealingFactor& factor = linearization_.factor().all_rows();
-  if (factor.largest_active(rows_, lengths) < 1e-3 * factor.largest_dependent(rows_, lengths)) {
+  const Dependences& dependences = linearization_.dependences();
+  if (dependences.largest_active(rows_, lengths) < 1e-3 * dependences.largest_dependent(rows_, lengths)) {
     const std::vector<double> nothing(work_.scales.size(), 0.0);
-    if (Outcome outcome = factor.explain_contradiction(t, rows_, nothing, 1e-9, " m"); !outcome.ok()) return outcome;
+    if (Outcome outcome = dependences.explain_contradiction(t, rows_, nothing, 1e-9, " m"); !outcome.ok())
+      return outcome;
   }
   constexpr double poor = 1e-6;
-  const double condition = linearization_.factor().reciprocal_condition();
+  const double condition = linearization_.reciprocal_condition();
   const std::string why = condition < poor ? "; S has the reciprocal condition " + text(condition) + " there" : "";
   return {Status::NotConverged, "projection onto the constraints stalls; the worst is " + place + why};
 }
@@ -113,32 +104,29 @@ ProjectionReport Projector::project_velocities(double t, const double* r, double
     if (report.violation <= target) return report;
   }
   // Sticking contacts must be at rest exactly, so that no rounding adds up to a creep.
-  bool must_correct = work_.constraints.tangents().num_sticking() > 0;
+  bool must_correct_first = work_.constraints.tangents().num_sticking() > 0;
   const auto measure = [&] {
     const double rate = linearization_.evaluate_rates(r, v, rows_.data());
     return report.violation = speed > 0.0 ? rate / speed : residuals_.relative_rates(rows_, rate);
   };
   const auto is_enough = [&](double violation) {
+    const bool must_correct = std::exchange(must_correct_first, false);
     return !std::isfinite(violation) || (violation <= target && !must_correct);
   };
   // Solve S nu = -(K'v + xi_t), then v += M^-1 K nu. The problem is linear in v. With the factor at r one solve is
   // exact up to rounding, and others only refine.
-  const auto correct = [&](int pass) {
-    linearization_.correct_conjugately(pass == 0, rows_.data(), v);
-    add_rows_to(sum);
-    must_correct = false;
-  };
-  const RankRevealingFactor& factor = linearization_.factor().all_rows();
+  const Refinement passes{rows_.data(), v, sum, 4, 100};
+  const Dependences& dependences = linearization_.dependences();
   for (bool has_decided = false;; has_decided = true) {
-    report.iterations += refine_solution(linearization_.velocity_limits(), measure, is_enough, correct);
+    report.iterations += linearization_.refine(passes, measure, is_enough);
     if (!std::isfinite(report.violation)) {
       report.outcome = model_.not_finite(t);
       return report;
     }
-    if (!factor.redundancy().is_found() || has_decided || report.violation <= rounding) return report;
+    if (!dependences.is_found() || has_decided || report.violation <= rounding) return report;
     // A dependent row is violated, so it has become independent, or contradicts the others.
-    if (!linearization_.factor().decide_rank_again(r)) {
-      report.outcome = factor.explain_contradiction(t, rows_, work_.scales.speeds(), rounding, " m/s");
+    if (!linearization_.decide_rank_again(r)) {
+      report.outcome = dependences.explain_contradiction(t, rows_, work_.scales.speeds(), rounding, " m/s");
       return report;
     }
   }

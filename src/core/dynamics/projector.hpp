@@ -43,8 +43,7 @@ class Projector final : private ChordEquations {
   }
   Outcome linearise_at(double t, const double* r) override { return linearization_.update(t, r); }
   void correct_positions(double* r, double* sum) override;
-  void add_rows_to(double* sum) const;
-  bool decide_rank_again(const double* r) override { return linearization_.factor().decide_rank_again(r); }
+  bool decide_rank_again(const double* r) override { return linearization_.decide_rank_again(r); }
   Outcome explain_stall(double t, double violation) const override;
 
   Workspace& work_;

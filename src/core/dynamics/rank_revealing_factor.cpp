@@ -23,7 +23,7 @@ RankRevealingFactor::RankRevealingFactor(Workspace& work, Ordering ordering, con
       ordering_(ordering),
       blocks_(blocks),
       contacts_(contacts),
-      redundancy_(model_.incidences, model_.inverse_mass, model_.numbering),
+      dependences_(work),
       suspect_below_(first_suspicion) {
   if (contacts != nullptr) (void)gram();  // contacts that come and go leave no islands to other solvers
 }
@@ -46,9 +46,9 @@ GramSolver::Quality RankRevealingFactor::factorize_rows() {
 }
 
 Outcome RankRevealingFactor::factorize(double t, const double* r) {
-  if (redundancy_.uses_qr()) {
-    redundancy_.release_qr();
-    gram().set_active(redundancy_.rows_for_gram());
+  if (dependences_.uses_qr()) {
+    dependences_.release_qr();
+    gram().set_active(dependences_.rows_for_gram());
   }
   GramSolver::Quality quality = factorize_rows();
   const auto is_fine = [&] { return quality.positive_definite && quality.reciprocal_condition > suspect_below_; };
@@ -59,15 +59,15 @@ Outcome RankRevealingFactor::factorize(double t, const double* r) {
     if (Outcome outcome = decide_rank(t, r); !outcome.ok()) return outcome;
   }
   // If rows of contacts came or went, dependent rows may have become independent.
-  if (work_.constraints.tangents().forget_switches()) (void)decide_rank_again(r);
+  if (work_.constraints.tangents().forget_switches()) (void)decide_rank_again(r, RankScope::DependentIslands);
   return {};
 }
 
 void RankRevealingFactor::solve_negative(const Parallel& parallel, const double* b, double* x) {
-  if (!redundancy_.uses_qr()) return gram().solve_negative(parallel, b, x);
+  if (!dependences_.uses_qr()) return gram().solve_negative(parallel, b, x);
   right_side_of_qr_.assign(b, b + model_.num_rows());
   gram().solve_negative(parallel, b, x);
-  redundancy_.solve_negative(right_side_of_qr_.data(), x);
+  dependences_.solve_negative(right_side_of_qr_.data(), x);
 }
 
 void RankRevealingFactor::correct(const Parallel& parallel, const double* blocks, double* rows, double* points) {
@@ -103,7 +103,7 @@ Outcome RankRevealingFactor::decide_rank(double t, const double* r) {
   bool has_changed = false;
   const std::vector<double> K = blocks_of_constraints();
   for (const Redundancy::Rows& rows : gram().weak_parts(suspect_below_)) {
-    has_changed = redundancy_.decide(K.data(), rows, tolerances) || has_changed;
+    has_changed = dependences_.decide(K.data(), rows, tolerances) || has_changed;
   }
   leave_out_dependent_rows(has_changed);
   // If all rows were independent nevertheless, the next suspicion needs a smaller estimate.
@@ -114,38 +114,28 @@ Outcome RankRevealingFactor::decide_rank(double t, const double* r) {
 /// Factorizes S of the independent rows, or replaces it by their QR where it is singular to rounding.
 void RankRevealingFactor::leave_out_dependent_rows(bool has_changed) {
   if (has_changed) {
-    gradient_norms_.assign(model_.num_rows(), 0.0);
-    for (const Incidence& incidence : model_.incidences) {
-      const Vec3 g = load(blocks_.data(), incidence.block);
-      gradient_norms_[static_cast<std::size_t>(incidence.row)] += dot(g, g);
-    }
-    // Rows of contacts that slide have no gradient now, and a unit one when they stick.
-    for (double& norm : gradient_norms_) norm = norm > 0.0 ? std::sqrt(norm) : 1.0;
-    work_.rank = model_.numbering.first_idle_row() - redundancy_.num_dependent();
-    gram().set_active(redundancy_.rows_for_gram());
+    dependences_.note_change(blocks_);
+    work_.rank = model_.numbering.first_idle_row() - dependences_.num_dependent();
+    gram().set_active(dependences_.rows_for_gram());
     factorize_again();
   }
-  for (const Redundancy::Rows& rows : gram().weak_parts(GramSolver::singular_below)) redundancy_.take_qr(rows);
-  if (redundancy_.uses_qr()) {
+  for (const Redundancy::Rows& rows : gram().weak_parts(GramSolver::singular_below)) dependences_.take_qr(rows);
+  if (dependences_.uses_qr()) {
     const double before = reciprocal_condition_;
-    gram().set_active(redundancy_.rows_for_gram());
+    gram().set_active(dependences_.rows_for_gram());
     factorize_again();
     reciprocal_condition_ = std::min(reciprocal_condition_, before);
   }
 }
 
-bool RankRevealingFactor::decide_rank_again(const double* r) {
-  if (!redundancy_.is_found()) return false;
+bool RankRevealingFactor::decide_rank_again(const double* r, RankScope scope) {
+  const bool is_whole = scope == RankScope::AllRows;
+  if (!is_whole && !dependences_.is_found()) return false;
   ++work_.counters.rank_decisions;
-  const bool has_changed = redundancy_.decide_again(blocks_of_constraints().data(), work_.rank_tolerances(r));
-  if (has_changed) leave_out_dependent_rows(true);
-  return has_changed;
-}
-
-bool RankRevealingFactor::decide_whole_rank(const double* r) {
-  ++work_.counters.rank_decisions;
-  const auto end = static_cast<Index>(model_.numbering.first_idle_row());
-  const bool has_changed = redundancy_.decide(blocks_of_constraints().data(), {0, end}, work_.rank_tolerances(r));
+  const std::vector<double> K = blocks_of_constraints(), tolerances = work_.rank_tolerances(r);
+  const Redundancy::Rows all{0, static_cast<Index>(model_.numbering.first_idle_row())};
+  const bool has_changed =
+      is_whole ? dependences_.decide(K.data(), all, tolerances) : dependences_.decide_again(K.data(), tolerances);
   if (has_changed) leave_out_dependent_rows(true);
   return has_changed;
 }
@@ -157,10 +147,10 @@ void RankRevealingFactor::decide_rank_of_poor_parts(const double* r, const std::
     const double unit = accelerations[work_.scales.of_row(static_cast<std::size_t>(part.first))];
     const auto is_poor = [&](double value) { return !(std::abs(value) <= allowed * unit); };
     if (std::none_of(rows.begin() + part.first, rows.begin() + part.second, is_poor)) continue;
-    (void)redundancy_.decide(blocks_of_constraints().data(), part, work_.rank_tolerances(r));
-    if (!contacts_share_loads()) redundancy_.take_qr(part);
+    (void)dependences_.decide(blocks_of_constraints().data(), part, work_.rank_tolerances(r));
+    if (!contacts_share_loads()) dependences_.take_qr(part);
   }
-  gram().set_active(redundancy_.rows_for_gram());
+  gram().set_active(dependences_.rows_for_gram());
   factorize_again();
 }
 
@@ -186,48 +176,6 @@ Outcome RankRevealingFactor::check_gradients(double t) const {
       return {Status::Singular, "the gradient of " + work_.name_row(a) + " vanishes at t = " + text(t)};
   }
   return {};
-}
-
-// ---- rows ----
-
-double RankRevealingFactor::largest_active(const std::vector<double>& rows, const std::vector<double>& units) const {
-  double largest = 0.0;
-  for (std::size_t a = 0; a < rows.size(); ++a) {
-    if (redundancy_.is_dependent(a)) continue;
-    const double unit = units[work_.scales.of_row(a)] * (gradient_norms_.empty() ? 1.0 : gradient_norms_[a]);
-    largest = larger(largest, std::abs(rows[a]) / unit);
-  }
-  return largest;
-}
-
-double RankRevealingFactor::largest_dependent(const std::vector<double>& rows, const std::vector<double>& units) const {
-  if (!redundancy_.is_found()) return 0.0;
-  double largest = 0.0;
-  for (std::size_t a = 0; a < rows.size(); ++a) {
-    const double unit = units[work_.scales.of_row(a)] * gradient_norms_[a];
-    if (redundancy_.is_dependent(a)) largest = larger(largest, std::abs(rows[a]) / unit);
-  }
-  return largest;
-}
-
-std::string RankRevealingFactor::describe(const Redundancy::Found& found, const char* verb) const {
-  constexpr std::size_t most_names = 6;
-  std::string text = work_.name_row(static_cast<std::size_t>(found.row)) + " " + verb + " ";
-  for (std::size_t k = 0; k < std::min(found.terms.size(), most_names); ++k) {
-    text += (k > 0 ? ", " : "") + work_.name_row(static_cast<std::size_t>(found.terms[k].first));
-  }
-  return text + (found.terms.size() > most_names ? ", …" : "");
-}
-
-Outcome RankRevealingFactor::explain_contradiction(double t, const std::vector<double>& rows,
-                                                   const std::vector<double>& sizes, double allowed,
-                                                   const char* unit) const {
-  std::vector<double> scales = gradient_norms_;
-  for (std::size_t a = 0; a < scales.size(); ++a) scales[a] *= sizes[work_.scales.of_row(a)];
-  const auto contradiction = redundancy_.find_contradiction(rows, scales, allowed);
-  if (!contradiction) return {};
-  return {Status::Contradictory, describe(contradiction->found, "contradicts") + " at t = " + text(t) + " (by " +
-                                     text(std::abs(contradiction->excess)) + unit + ")"};
 }
 
 }  // namespace tanor::detail

@@ -1,16 +1,18 @@
 #pragma once
 
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "dynamics/contacts.hpp"
+#include "dynamics/dependences.hpp"
 #include "dynamics/workspace.hpp"
 #include "schur/gram_solver.hpp"
-#include "schur/redundancy.hpp"
 #include "schur/schur_solver.hpp"
 
 namespace tanor::detail {
+
+/// The rows that a decision about the rank looks at: those of islands where some are known to depend, or all.
+enum class RankScope { DependentIslands, AllRows };
 
 /// The factor of S for all rows together, also where rows of K depend on others. A nearly singular S raises a
 /// suspicion, and a QR of K decides (see Redundancy). Dependent rows then take no part until the rank is decided again.
@@ -45,29 +47,13 @@ class RankRevealingFactor final : public SchurFactor {
 
   /// 1/cond(S) from the pivots of the last factorization, S scaled to a unit diagonal.
   double reciprocal_condition() const { return reciprocal_condition_; }
-  const Redundancy& redundancy() const { return redundancy_; }
-  /// Returns true if no row and no sticking contact is known to depend on others.
-  bool has_independent_rows() const { return !redundancy_.is_found() && !contacts_share_loads(); }
-  /// Decides again which rows depend at r, if some do. Returns true if they have changed; S is then factorized without
-  /// them.
-  bool decide_rank_again(const double* r);
-  /// Decides for all rows, suspected or not. Returns true if S was factorized again.
-  bool decide_whole_rank(const double* r);
+  const Dependences& dependences() const { return dependences_; }
+  /// Decides again at r which rows depend. Returns true if they have changed; S is then factorized without them.
+  bool decide_rank_again(const double* r, RankScope scope);
   /// Decides by QR for the parts of S whose residuals in `rows` exceed `allowed` times the accelerations
   /// [neighbourhood]. Factorizes S again.
   void decide_rank_of_poor_parts(const double* r, const std::vector<double>& rows,
                                  const std::vector<double>& accelerations, double allowed);
-
-  /// Return the largest |row|/|gradient|/unit of active rows, and of those that depend on them; `units`
-  /// [neighbourhood].
-  double largest_active(const std::vector<double>& rows, const std::vector<double>& units) const;
-  double largest_dependent(const std::vector<double>& rows, const std::vector<double>& units) const;
-  /// Names a dependent row that contradicts the others by more than `allowed`, if there is one. `rows` are xi,
-  /// K'v + xi_t or phi + K'w0, and `sizes` their scale for unit gradients in each neighbourhood. `unit` is e.g. " m/s".
-  Outcome explain_contradiction(double t, const std::vector<double>& rows, const std::vector<double>& sizes,
-                                double allowed, const char* unit) const;
-  /// Returns e.g. "rods[5] depends on rods[0], rods[3], …".
-  std::string describe(const Redundancy::Found& found, const char* verb) const;
 
   // ---- contacts that share a load ----
 
@@ -91,9 +77,8 @@ class RankRevealingFactor final : public SchurFactor {
   Contacts* contacts_;  // null if constraints are ideal
   double reciprocal_condition_ = 1.0;
   std::unique_ptr<GramSolver> gram_;
-  Redundancy redundancy_;
+  Dependences dependences_;
   double suspect_below_;
-  std::vector<double> gradient_norms_;    // [d] at the last decision, if rows depend
   std::vector<double> right_side_of_qr_;  // [d] scratch for QR
 };
 

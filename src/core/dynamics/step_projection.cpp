@@ -93,7 +93,7 @@ void StepProjection::keep_step(double h) {
 ProjectionReport StepProjection::project_step(double t, double h, double* r, const PointSource* source,
                                               double* step_velocity, double tolerance) {
   guess_step(h);
-  const bool has_dependent_rows = linearization_.factor().all_rows().redundancy().is_found();
+  const bool has_dependent_rows = linearization_.dependences().is_found();
   if (has_dependent_rows) {
     bring(model_.parallel, std::exchange(source, nullptr), 0, model_.num_points());
     step_start_.assign(r, r + 3 * model_.num_points());
@@ -101,8 +101,7 @@ ProjectionReport StepProjection::project_step(double t, double h, double* r, con
   ProjectionReport report = projector_.project_along_gradients(t, r, step_.sum.data(), source, tolerance);
   if (!report.outcome.ok() && has_dependent_rows) {
     // Rows that depended at the last K may be independent where the step begins.
-    if (!linearization_.factor().decide_rank_again(step_start_.data()))
-      return project_singular_step(t, h, r, step_velocity);
+    if (!linearization_.decide_rank_again(step_start_.data())) return project_singular_step(t, h, r, step_velocity);
     std::copy(step_start_.begin(), step_start_.end(), r);
     std::fill(step_.sum.begin(), step_.sum.end(), 0.0);
     report = projector_.project_along_gradients(t, r, step_.sum.data(), nullptr, tolerance);

@@ -17,6 +17,11 @@ struct FactorSummary {
   std::vector<Ordering> orderings{};            ///< of sparse factors, each once
   std::vector<Factorization> factorizations{};  ///< likewise
 
+  /// Returns true if a factorization costs no more than two solves.
+  bool is_cheap() const {
+    constexpr double solves = 2.0, flops_a_nonzero = 4.0;  // of one solve
+    return flops <= solves * flops_a_nonzero * static_cast<double>(factor_nonzeros);
+  }
   /// Adds the parts of `other`.
   void include(const FactorSummary& other) {
     parts += other.parts;

@@ -249,7 +249,7 @@ SolveReport Dynamics::Implementation::solve_in_place(const StateView& at, const 
       form.accelerations(points, demanding.evaluated_anew(), {wanted.accelerations.data(), nullptr, &report, nullptr});
   if (!report.outcome.ok() || wanted.multipliers.empty()) return report;
   const std::vector<double>* lambda = &forms.normal->dynamics().multipliers();
-  if (forms.normal->linearization().factor().all_rows().redundancy().is_found()) {
+  if (forms.normal->linearization().dependences().is_found()) {
     now.lambda = *lambda;
     forms.normal->minimize_multipliers(points, now.lambda.data());
     lambda = &now.lambda;

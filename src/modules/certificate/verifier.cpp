@@ -25,8 +25,7 @@ Certificate Verifier::verify() {
   if (d_ == 0 && forms_.tangent == nullptr) verify_free();
   has_both_ = d_ > 0 && forms_.tangent != nullptr && forms_.normal != nullptr;
   if (has_both_) solve_other();
-  if (d_ > 0 && forms_.normal != nullptr)
-    rcond_of_S_ = forms_.normal->linearization().factor().estimate_reciprocal_condition();
+  if (d_ > 0 && forms_.normal != nullptr) rcond_of_S_ = forms_.normal->linearization().estimate_reciprocal_condition();
   if (forms_.tangent != nullptr) rcond_of_H_ = forms_.tangent->dynamics().completed().estimate_reciprocal_condition();
   result_.reciprocal_condition = std::min(rcond_of_S_, rcond_of_H_);
   if (d_ > 0) verify_constraints();

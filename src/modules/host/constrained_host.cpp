@@ -82,7 +82,7 @@ ProjectionReport ConstrainedHost::step_positions(const PositionStep& step) {
   IncomingPoints incoming(transfer, &largest);
   moved.follow(step.positions, may_move_in_place(), &incoming);
   double* const v = velocities.use_copy();
-  has_moved_velocities = step.velocities && linearization.factor().all_rows().redundancy().is_found();
+  has_moved_velocities = step.velocities && linearization.dependences().is_found();
   if (has_moved_velocities) transfer.gather(step.velocities, v);
   ProjectionReport found =
       form.steps().project_step(step.time, step.step, moved.r(), place.images ? nullptr : &incoming,

@@ -84,7 +84,7 @@ struct ConstrainedHost {
   static bool calls_functions(const System& system);
   /// Returns true if points may move in place. Where rows depend on others, a failing step decides the rank again, and
   /// memory may run out.
-  bool may_move_in_place() const { return !linearization.factor().all_rows().redundancy().is_found(); }
+  bool may_move_in_place() const { return !linearization.dependences().is_found(); }
   Outcome check_place(double h);
   ProjectionReport step_positions(const PositionStep& step);
   void write_step_velocities(const PointArray& velocities);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "dynamics/nearest_point.hpp"
@@ -113,7 +112,7 @@ void ConstrainedHost::find_accelerations(const HostState& at, PartReport* report
   if (!report->outcome.ok()) return;
   multipliers = dynamics.multipliers().data();
   if (!at.measures || model.num_rows() == 0) return;
-  (void)linearization.evaluate_right_side(place.r.data(), v, w.data(), false, rows.data());
+  work.constraints.evaluate_right_side(model.parallel, place.r.data(), v, w.data(), rows.data(), nullptr);
   const std::size_t row = RowSums::worst_row(rows);
   note_worst(row, std::abs(rows[row]), report);
   report->virial = sums.virial(multipliers, 1.0, linearization.blocks().data(), place.r.data());
@@ -142,19 +141,11 @@ void ConstrainedHost::find_forces(const ConstPointArray& positions, const PointA
   if (model.num_rows() == 0 || scale == 0.0) return;
   // S nu = -K'w, w += M^-1 K nu, lambda += nu
   constexpr double target = 1e-15;
-  constexpr int most_corrections = 5;
-  const auto measure = [&] { return linearization.apply_transposed(w.data(), nullptr, rows.data()) / scale; };
-  report->violation = measure();
-  double last = std::numeric_limits<double>::infinity();
-  while (report->violation > target && report->violation < 0.5 * last && report->iterations < most_corrections) {
-    linearization.correct_conjugately(report->iterations == 0, rows.data(), w.data());
-    model.parallel.for_ranges(rows.size(), [&](std::size_t begin, std::size_t end) {
-      for (std::size_t a = begin; a < end; ++a) sum[a] += rows[a];
-    });
-    last = report->violation;
-    report->violation = measure();
-    ++report->iterations;
-  }
+  const auto measure = [&] {
+    return report->violation = linearization.apply_transposed(w.data(), nullptr, rows.data()) / scale;
+  };
+  report->iterations = linearization.refine({rows.data(), w.data(), sum.data(), 5, 5}, measure,
+                                            [](double violation) { return !(violation > target); });
   const std::size_t row = RowSums::worst_row(rows);
   note_worst(row, std::abs(rows[row]), report);
   report->virial = sums.virial(multipliers, 1.0, linearization.blocks().data(), place.r.data());

@@ -15,7 +15,7 @@ void HostConfiguration::set_images(std::unique_ptr<PeriodicImages> given) {
 void HostConfiguration::set_offsets(const PeriodicCell& of_cell) {
   if (!images || !images->close_ways() || of_cell == cell_of_offsets) return;
   cell_of_offsets = of_cell;
-  linearization.factor().set_offsets(images->find_offsets(Lattice(of_cell)));
+  linearization.set_offsets(images->find_offsets(Lattice(of_cell)));
 }
 
 std::span<const Constraints::RowOffset> HostConfiguration::offset_changes() {
@@ -37,7 +37,7 @@ bool HostConfiguration::find(const ConstPointArray& positions, double t, const P
   }
   set_offsets(cell);
   const bool is_other_time = t != std::exchange(time, t) && work.constraints.depends_on_time();
-  stands = stands && !is_elsewhere && !is_other_time && linearization.factor().is_fresh();
+  stands = stands && !is_elsewhere && !is_other_time && linearization.is_fresh();
   return stands;
 }
 

@@ -39,7 +39,7 @@ Outcome SmallestMultipliers::find(const std::vector<double>& r, const std::vecto
 
 bool SmallestMultipliers::wants_decision() const {
   const std::size_t rows = equations_.num_rows();
-  return rows > 0 && (rows <= most_rows || !(linearization_.factor().reciprocal_condition() > suspect_below));
+  return rows > 0 && (rows <= most_rows || !(linearization_.reciprocal_condition() > suspect_below));
 }
 
 Outcome SmallestMultipliers::find_and_decide(const std::vector<double>& r, const std::vector<double>& given,
