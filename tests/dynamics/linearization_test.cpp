@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -31,10 +32,10 @@ struct AtState {
   double t;
   Outcome outcome;
 
-  explicit AtState(const RandomSystem& random)
-      : work(random.system, {.threads = 1}, random.t),
+  explicit AtState(const RandomSystem& random, const SolverOptions& options = {.threads = 1})
+      : work(random.system, options, random.t),
         dense(random),
-        linearization(work, {.threads = 1}),
+        linearization(work, options),
         residuals(work, linearization.blocks()),
         projector(work, linearization, residuals),
         t(random.t) {
@@ -110,6 +111,27 @@ TEST(Linearization, ConstantGradientsAreFactorizedOnce) {
   ASSERT_TRUE(state.linearization.update(1.0, system.positions.data()).ok());
 
   EXPECT_EQ(state.work.counters.factorizations, factorizations);
+}
+
+TEST(Linearization, TheFactorOfAllRowsTakesThePlaceOfThatOfTheIslandsOnce) {
+  System system;
+  system.positions = {0.0, 0.0, 0.0, 1.0, 0.0, 0.1, 1.5, 0.6, 0.0, 1.2, 0.9, -0.7};
+  system.masses = {1.0, 0.3, 2.0, 0.7};
+  system.velocities.assign(12, 0.0);
+  system.constraints = {Rods{"rods", {{0, 1}, {1, 2}, {2, 3}}, {}, {}}};
+  AtState state({system, 0.0, system.positions, system.velocities},
+                {.linear_solver = LinearSolver::Paths, .threads = 1});
+  const std::vector<double> b = {1.0, -2.0, 0.5};
+  std::vector<double> by_islands(3), by_all(3), dw(12);
+  state.linearization.solve_refined(b.data(), by_islands.data(), dw.data());
+
+  const std::optional<Outcome> improved = state.linearization.improve_factor(0.0, state.dense.r.data());
+
+  ASSERT_TRUE(improved && improved->ok());
+  state.linearization.solve_refined(b.data(), by_all.data(), dw.data());
+  for (std::size_t a = 0; a < 3; ++a) EXPECT_NEAR(by_all[a], by_islands[a], 1e-13 * std::abs(by_islands[a]));
+  EXPECT_TRUE(state.linearization.is_fresh());
+  EXPECT_FALSE(state.linearization.improve_factor(0.0, state.dense.r.data()));
 }
 
 /// Two triangles of rods of 1 m, which nothing joins: one around the origin, turned by `angle` and larger by the part

@@ -121,10 +121,10 @@ Outcome Linearization::factorize(double t, const double* r) {
 /// Accepts a factor of the composite, unless it looks singular; then the factor of all rows decides.
 bool Linearization::note_composite(double reciprocal_condition) {
   reciprocal_condition_ = reciprocal_condition;
-  const bool is_fine = reciprocal_condition > all_rows_.suspect_below();
-  present_ = is_fine ? static_cast<SchurFactor*>(&composite_) : &all_rows_;
-  state_ = is_fine ? State::Fresh : State::None;
-  return is_fine;
+  const bool is_regular = reciprocal_condition > all_rows_.suspect_below();
+  present_ = is_regular ? static_cast<SchurFactor*>(&composite_) : &all_rows_;
+  state_ = is_regular ? State::Fresh : State::None;
+  return is_regular;
 }
 
 /// Notes that the factor of all rows was made anew.
