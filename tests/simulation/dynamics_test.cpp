@@ -209,6 +209,20 @@ TEST(Dynamics, InexactSolvesAreNotRefined) {
   for (std::size_t k = 0; k < w.size(); ++k) EXPECT_NEAR(inexact_w[k], w[k], 1e-11 * std::abs(largest));
 }
 
+/// In a large net dw is much larger than phi, so that its own rounding is all that one refinement leaves. Another one
+/// would take as long and find the same.
+TEST(Dynamics, RefinementEndsWhereTheResidualIsRounding) {
+  System net = scenes::make_grid({160, 160, 1});
+  for (std::size_t k = 0; k < net.velocities.size(); k += 3)
+    net.velocities[k + 2] = std::sin(3.0 * net.positions[k]) * std::cos(2.0 * net.positions[k + 1]);
+  std::vector<double> w(net.positions.size());
+  const SolveReport report =
+      Dynamics(net).solve({.positions = net.positions, .velocities = net.velocities}, {.accelerations = w});
+  EXPECT_EQ(report.refinements, 1);
+  EXPECT_GT(report.residual, 4e-15);
+  EXPECT_LE(report.residual, 1e-14);
+}
+
 TEST(Dynamics, EmptySpansAreNotComputed) {
   RandomSystem random = make_random_system(12, 3);
   Dynamics dynamics(random.system);

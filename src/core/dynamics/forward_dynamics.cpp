@@ -102,8 +102,11 @@ void ForwardDynamics::refine() {
     const bool is_little = largest <= good_enough(exact_) * found_.scale && residual <= little;
     return is_little || residual <= good_enough(exact_);
   };
+  const auto is_done = [&](double residual) {
+    return is_enough(residual) || residuals_.are_rounding(problem(), rows_, found_.dw.data());
+  };
   Refinement passes{rows_.data(), found_.dw.data(), found_.lambda.data(), 5, 50};
-  report_.refinements = linearization_.refine(passes, measure, is_enough);
+  report_.refinements = linearization_.refine(passes, measure, is_done);
   // The noise of points without mass hides what other points still lack.
   constexpr int most_rounds = 4;
   passes.is_continued = true;

@@ -22,6 +22,7 @@ Residuals::Residuals(const Workspace& work, const std::vector<double>& blocks)
       model_(work.model()),
       blocks_(blocks),
       all_are_rods_(count_rods(work.constraints) == model_.num_rows()) {
+  terms_.reserve(model_.num_rows());
   if (!work.scales.are_one()) norms_.reserve(model_.num_rows());
 }
 
@@ -68,6 +69,19 @@ double Residuals::relative_residual(const Problem& problem, const std::vector<do
   for (std::size_t a = 0; a < model_.num_rows(); ++a)
     worst = larger(worst, std::abs(rows[a]) / (norms[a] * accelerations_[scales.of_row(a)]));
   return worst;
+}
+
+bool Residuals::are_rounding(const Problem& problem, const std::vector<double>& rows, const double* dw) {
+  terms_.resize(model_.num_rows());
+  for (std::size_t a = 0; a < terms_.size(); ++a) terms_[a] = std::abs(problem.b[a]);
+  for (const Incidence& incidence : model_.incidences) {
+    const Vec3 g = load(blocks_.data(), incidence.block), w = load(dw, incidence.point);
+    terms_[static_cast<std::size_t>(incidence.row)] += std::abs(g.x * w.x) + std::abs(g.y * w.y) + std::abs(g.z * w.z);
+  }
+  for (std::size_t a = 0; a < terms_.size(); ++a) {
+    if (!(std::abs(rows[a]) <= 2.0 * eps * terms_[a])) return false;
+  }
+  return true;
 }
 
 double Residuals::relative_rates(const std::vector<double>& rows, double largest) {

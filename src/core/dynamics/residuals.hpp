@@ -30,6 +30,10 @@ class Residuals {
   /// Returns the largest ratio of |K'w + phi|, `rows` [d], to the accelerations of its neighbourhood. `largest` is that
   /// of all rows.
   double relative_residual(const Problem& problem, const std::vector<double>& rows, double largest);
+  /// Returns true if |K'w + phi| = |K'dw + b|, `rows` [d], is the rounding of its own terms in every row: at most 2 eps
+  /// (|K'||dw| + |b|), which no refinement makes less (W. Oettli, W. Prager 1964; M. Arioli, J. W. Demmel, I. S. Duff,
+  /// SIAM J. Matrix Anal. Appl. 10, 1989).
+  bool are_rounding(const Problem& problem, const std::vector<double>& rows, const double* dw);
   /// Returns the largest ratio of |K'v + xi_t|, `rows` [d], to the speed of its neighbourhood. `largest` is that of all
   /// rows.
   double relative_rates(const std::vector<double>& rows, double largest);
@@ -48,6 +52,7 @@ class Residuals {
   const Workspace& work_;
   const Model& model_;
   const std::vector<double>& blocks_;
+  std::vector<double> terms_;  // [d]
   const bool all_are_rods_;
   std::vector<double> accelerations_;  // [neighbourhood] m/s^2
   bool knows_accelerations_ = false;   // true if they belong to the present instant
