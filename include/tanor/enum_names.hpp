@@ -62,13 +62,14 @@ inline constexpr std::array<EnumName<FrictionMethod>, 5> enum_names<FrictionMeth
      {FrictionMethod::Enumeration, "enumeration"}}};
 
 template <>
-inline constexpr std::array<EnumName<LinearSolver>, 6> enum_names<LinearSolver>{
+inline constexpr std::array<EnumName<LinearSolver>, 7> enum_names<LinearSolver>{
     {{LinearSolver::Auto, "auto"},
      {LinearSolver::General, "general"},
      {LinearSolver::Paths, "paths"},
      {LinearSolver::Trees, "trees"},
      {LinearSolver::Batches, "batches"},
-     {LinearSolver::ClosedForm, "closed_form"}}};
+     {LinearSolver::ClosedForm, "closed_form"},
+     {LinearSolver::Cholmod, "cholmod"}}};
 
 template <>
 inline constexpr std::array<EnumName<Factorization>, 3> enum_names<Factorization>{

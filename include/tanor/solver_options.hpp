@@ -42,6 +42,7 @@ enum class LinearSolver {
   Trees,       ///< Every island is a tree of rods, or closes a few rings; it is eliminated from the leaves to the root.
   Batches,     ///< Small islands of equal structure are eliminated side by side.
   ClosedForm,  ///< No constraint joins two moving points; each point is solved by itself.
+  Cholmod,     ///< General, but CHOLMOD factorizes and solves alone, also H = A'MA: an independent reference, slower
   Bundles [[deprecated("its name is Batches")]] = Batches
 };
 using Way [[deprecated("its name is LinearSolver")]] = LinearSolver;

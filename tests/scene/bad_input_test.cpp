@@ -331,7 +331,7 @@ const BadInput bad_inputs[] = {
     {"BothNamesOfALinearSolver", three_points(R"("solver": {"linear_solver": "auto", "way": "paths"})"),
      R"(scene.json: /solver/way: found beside linear_solver, which is its new name)"},
     {"LinearSolverIsUnknown", three_points(R"("solver": {"linear_solver": "short"})"),
-     R"(scene.json: /solver/linear_solver: found string "short", wanted one of auto, general, paths, trees, batches, closed_form)"},
+     R"(scene.json: /solver/linear_solver: found string "short", wanted one of auto, general, paths, trees, batches, closed_form, cholmod)"},
     {"OrderingIsUnknown", three_points(R"("solver": {"ordering": "random"})"),
      R"(scene.json: /solver/ordering: found string "random", wanted one of auto, amd, metis, nesdis, natural, axes, points)"},
     {"ThreadsAreNegative", three_points(R"("solver": {"threads": -1})"),

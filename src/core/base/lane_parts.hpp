@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <type_traits>
+#include <utility>
 
 #include "base/instruction_sets.hpp"
 #include "base/pack.hpp"
@@ -20,6 +21,16 @@ class Part {
   using Anywhere [[gnu::vector_size(width * sizeof(double)), gnu::aligned(8), gnu::may_alias]] = double;
 
   [[gnu::always_inline]] explicit Part(std::size_t number) : number_(number) {}
+  /// Returns the first of its lanes.
+  [[gnu::always_inline]] std::size_t first() const { return width * number_; }
+  /// Puts get(0), get(1), … of its lanes side by side.
+  template <class Get>
+  [[gnu::always_inline]] static Lane put_together(const Get& get) {
+    return [&]<std::size_t... lane>(std::index_sequence<lane...>) __attribute__((always_inline)) {
+      return Lane{get(lane)...};
+    }
+    (std::make_index_sequence<width>{});
+  }
   [[gnu::always_inline]] Lane& of(Pack<>& cell) const { return reinterpret_cast<Lane*>(&cell)[number_]; }
   [[gnu::always_inline]] const Lane& of(const Pack<>& cell) const {
     return reinterpret_cast<const Lane*>(&cell)[number_];

@@ -66,14 +66,14 @@ Linearization::Linearization(Workspace& work, const SolverOptions& options, Cont
       contacts_(contacts),
       blocks_(3 * work.constraints.num_blocks()),
       composite_(make_composite_solver(problem_of(work), options)),
-      all_rows_(work, options.ordering, blocks_, contacts),
-      summary_(composite_.is_empty()
-                   ? SchurSolver::Summary{{LinearSolver::General}, {}, all_rows_.gram().summary().factor}
-                   : composite_.summary()),
+      all_rows_(work, options, blocks_, contacts),
+      summary_(composite_.is_empty() ? SchurSolver::Summary{{all_rows_.solver()}, {}, all_rows_.gram().summary().factor}
+                                     : composite_.summary()),
       evaluator_(composite_.is_empty() ? static_cast<SchurFactor&>(all_rows_) : composite_),
       conjugate_(work, all_rows_, blocks_),
       rows_(model_.num_rows()) {
-  if (composite_.is_empty() && options.reuse) reuse_ = FactorReuse::make(work, all_rows_.gram());
+  if (composite_.is_empty() && options.reuse && all_rows_.solver() == LinearSolver::General)
+    reuse_ = FactorReuse::make(work, all_rows_.gram());
 }
 
 // ---- the configuration ----

@@ -52,7 +52,7 @@ double find_smallest_length(const Constraints& constraints, double scene_size) {
 
 void check_solver_options(const SolverOptions& options) {
   check_enum(options.form, Form::Both, "/solver/form");
-  check_enum(options.linear_solver, LinearSolver::ClosedForm, "/solver/linear_solver");
+  check_enum(options.linear_solver, LinearSolver::Cholmod, "/solver/linear_solver");
   check_enum(options.ordering, Ordering::Points, "/solver/ordering");
   check_enum(options.friction, FrictionMethod::Enumeration, "/solver/friction");
 }

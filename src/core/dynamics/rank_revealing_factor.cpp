@@ -16,11 +16,12 @@ constexpr double hidden_by_rounding = 1e-8;
 
 }  // namespace
 
-RankRevealingFactor::RankRevealingFactor(Workspace& work, Ordering ordering, const std::vector<double>& blocks,
-                                         Contacts* contacts)
+RankRevealingFactor::RankRevealingFactor(Workspace& work, const SolverOptions& options,
+                                         const std::vector<double>& blocks, Contacts* contacts)
     : work_(work),
       model_(work.model()),
-      ordering_(ordering),
+      ordering_(options.ordering),
+      solver_(options.linear_solver == LinearSolver::Cholmod ? LinearSolver::Cholmod : LinearSolver::General),
       blocks_(blocks),
       contacts_(contacts),
       dependences_(work),
@@ -31,7 +32,7 @@ RankRevealingFactor::RankRevealingFactor(Workspace& work, Ordering ordering, con
 GramSolver& RankRevealingFactor::gram() {
   if (gram_ == nullptr) {
     gram_ = std::make_unique<GramSolver>(model_.incidences, model_.inverse_mass, model_.numbering, ordering_,
-                                         work_.constraints.squared_gradient_norms(), model_.places());
+                                         work_.constraints.squared_gradient_norms(), model_.places(), solver_);
     gram_->allow_zero_rows(model_.numbering.user_row, model_.numbering.num_user_rows);
   }
   return *gram_;

@@ -22,7 +22,8 @@ class RankRevealingFactor final : public SchurFactor {
  public:
   /// `blocks` is K, always at the present configuration. `contacts` is null if none may stick. The references must
   /// outlive the factor, as the model does.
-  RankRevealingFactor(Workspace& work, Ordering ordering, const std::vector<double>& blocks, Contacts* contacts);
+  RankRevealingFactor(Workspace& work, const SolverOptions& options, const std::vector<double>& blocks,
+                      Contacts* contacts);
 
   // ---- the factor ----
 
@@ -55,6 +56,9 @@ class RankRevealingFactor final : public SchurFactor {
   void decide_rank_of_poor_parts(const double* r, const std::vector<double>& rows,
                                  const std::vector<double>& accelerations, double allowed);
 
+  /// General, or Cholmod if that was asked for.
+  LinearSolver solver() const { return solver_; }
+
   // ---- contacts that share a load ----
 
   /// Returns true if S must be factorized again, see Contacts::begin_sharing.
@@ -73,6 +77,7 @@ class RankRevealingFactor final : public SchurFactor {
   Workspace& work_;
   const Model& model_;
   const Ordering ordering_;
+  const LinearSolver solver_;
   const std::vector<double>& blocks_;
   Contacts* contacts_;  // null if constraints are ideal
   double reciprocal_condition_ = 1.0;

@@ -16,7 +16,8 @@ TangentLinearization::TangentLinearization(Workspace& work, const SolverOptions&
     : work_(work),
       model_(work.model()),
       num_products_(products.size()),
-      solver_(products, {work.coordinates.island_start(), work.coordinates.num_coordinates()}, options.ordering),
+      solver_(products, {work.coordinates.island_start(), work.coordinates.num_coordinates()}, options.ordering,
+              options.linear_solver),
       blocks_(3 * work.coordinates.num_blocks()),
       columns_(work.coordinates.num_coordinates()) {
   for (std::vector<double>* array : {&r_, &v_, &psi_, &points_, &moved_}) array->resize(3 * model_.num_points(), 0.0);

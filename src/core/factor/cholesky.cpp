@@ -182,7 +182,9 @@ struct Cholesky::Implementation {
   Common common;
   cholmod_sparse matrix{};
   cholmod_factor* factor = nullptr;
-  std::vector<double> unit_lower, inverse_pivots;  // L D^-1 beside L's entries, D^-2
+  std::vector<double> unit_lower, inverse_pivots;  // L D^-1 beside L's entries, D^-2; empty if CHOLMOD solves
+  bool is_solved_by_cholmod = false;
+  cholmod_dense *x = nullptr, *y = nullptr, *e = nullptr;  // of CHOLMOD's solves
 
   /// CHOLMOD's arrays of a simplicial L. Column j has the entries [start[j], start[j] + count[j]), its diagonal first.
   struct Columns {
@@ -196,8 +198,13 @@ struct Cholesky::Implementation {
   }
   void prepare_solves();
   void solve_simplicial(double* x) const;
+  void solve_by_cholmod(double* x);
+  std::size_t find_weakest_column() const;
 
-  ~Implementation() { cholmod_free_factor(&factor, &common.c); }
+  ~Implementation() {
+    cholmod_free_factor(&factor, &common.c);
+    for (cholmod_dense** dense : {&x, &y, &e}) cholmod_free_dense(dense, &common.c);
+  }
 };
 
 /// Splits L = (L D^-1) D with its diagonal D. Solves then need no division, and the chain of dependent operations along
@@ -231,19 +238,52 @@ void Cholesky::Implementation::solve_simplicial(double* x) const {
   }
 }
 
-Cholesky::Cholesky(TrianglePattern pattern, bool supernodal) : implementation_(std::make_unique<Implementation>()) {
+void Cholesky::Implementation::solve_by_cholmod(double* given) {
+  cholmod_dense b{};
+  b.nrow = b.d = b.nzmax = pattern.size();
+  b.ncol = 1;
+  b.x = given;
+  b.xtype = CHOLMOD_REAL;
+  b.dtype = CHOLMOD_DOUBLE;
+  cholmod_solve2(CHOLMOD_A, factor, &b, nullptr, &x, nullptr, &y, &e, &common.c);
+  common.check();
+  std::copy_n(static_cast<const double*>(x->x), b.nrow, given);
+}
+
+/// Returns the column of the smallest number on the diagonal of CHOLMOD's L.
+std::size_t Cholesky::Implementation::find_weakest_column() const {
+  std::vector<double> diagonal(factor->n);
+  if (factor->is_super == 0) {
+    const Columns columns = simplicial();
+    for (std::size_t j = 0; j < columns.n; ++j) diagonal[j] = columns.values[columns.start[j]];
+  } else {
+    const auto *first = static_cast<const int*>(factor->super), *rows = static_cast<const int*>(factor->pi),
+               *numbers = static_cast<const int*>(factor->px);
+    for (std::size_t s = 0; s < factor->nsuper; ++s) {
+      const int stride = rows[s + 1] - rows[s];
+      for (int j = first[s]; j < first[s + 1]; ++j)
+        diagonal[static_cast<std::size_t>(j)] =
+            static_cast<const double*>(factor->x)[numbers[s] + (j - first[s]) * (stride + 1)];
+    }
+  }
+  return static_cast<std::size_t>(std::ranges::min_element(diagonal) - diagonal.begin());
+}
+
+Cholesky::Cholesky(TrianglePattern pattern, bool supernodal, bool by_cholmod)
+    : implementation_(std::make_unique<Implementation>()) {
   Implementation& self = *implementation_;
   self.pattern = std::move(pattern);
   self.values.resize(self.pattern.rows.size());
-  if (supernodal) {
+  self.is_solved_by_cholmod = by_cholmod;
+  if (supernodal && !by_cholmod) {
     self.fronts.emplace(self.pattern);
     return;
   }
   cholmod_common& c = self.common.c;
-  c.supernodal = CHOLMOD_SIMPLICIAL;
+  c.supernodal = supernodal ? CHOLMOD_SUPERNODAL : CHOLMOD_SIMPLICIAL;
   c.method[0].ordering = CHOLMOD_NATURAL;
   c.postorder = 0;
-  self.matrix = view(self.pattern, self.values.data(), false);
+  self.matrix = view(self.pattern, self.values.data(), supernodal);
   self.factor = cholmod_analyze(&self.matrix, &c);
   self.common.check();
 }
@@ -275,6 +315,7 @@ Cholesky::Quality Cholesky::factorize(int threads) {
   if (c.status == CHOLMOD_NOT_POSDEF || self.factor->minor < self.factor->n) {
     return {false, self.factor->minor, 0.0};
   }
+  if (self.is_solved_by_cholmod) return {true, self.find_weakest_column(), cholmod_rcond(self.factor, &c)};
   self.prepare_solves();
   // A matrix that is singular to rounding shows it at its smallest pivot.
   const auto weakest = std::max_element(self.inverse_pivots.begin(), self.inverse_pivots.end());
@@ -284,6 +325,8 @@ Cholesky::Quality Cholesky::factorize(int threads) {
 void Cholesky::solve(double* x, int threads) {
   if (implementation_->fronts) {
     implementation_->fronts->solve(x, threads);
+  } else if (implementation_->is_solved_by_cholmod) {
+    implementation_->solve_by_cholmod(x);
   } else {
     implementation_->solve_simplicial(x);
   }

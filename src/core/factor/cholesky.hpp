@@ -48,7 +48,8 @@ SymbolicAnalysis analyze(const TrianglePattern& lower, Ordering wanted, const Fi
 class Cholesky {
  public:
   /// A simplicial factor takes the upper triangle, which CHOLMOD reads without a transpose; a supernodal one the lower.
-  Cholesky(TrianglePattern pattern, bool supernodal);
+  /// If `by_cholmod` is true, CHOLMOD makes supernodal factors, too, and solves with all of them.
+  Cholesky(TrianglePattern pattern, bool supernodal, bool by_cholmod = false);
   Cholesky(Cholesky&&) noexcept;
   Cholesky& operator=(Cholesky&&) noexcept;
   ~Cholesky();

@@ -63,7 +63,8 @@ CompositeSolver make_composite_solver(const SchurProblem& problem, const SolverO
     return CompositeSolver();
   };
   const Numbering& numbering = problem.numbering;
-  if (wanted.linear_solver == LinearSolver::General || (!is_forced && numbering.num_rows() < plan::fewest_rows))
+  if (wanted.linear_solver == LinearSolver::General || wanted.linear_solver == LinearSolver::Cholmod ||
+      (!is_forced && numbering.num_rows() < plan::fewest_rows))
     return CompositeSolver();
   if (wanted.ordering != Ordering::Auto) return refuse("an ordering is asked for, which belongs to the general solver");
   if (const char* obstacle = obstacle_to_all(problem.constraints, numbering)) return refuse(obstacle);

@@ -48,8 +48,11 @@ RowsInSpace find_points(std::span<const Incidence> incidences, Index first_row, 
 }  // namespace
 
 GramSolver::GramSolver(std::span<const Incidence> incidences, std::span<const double> weights, const RowIslands& rows,
-                       Ordering ordering, std::span<const double> squared_norms, const PointPlaces& places)
-    : first_idle_row_(static_cast<std::size_t>(rows.start.back())), num_rows_(rows.num_rows) {
+                       Ordering ordering, std::span<const double> squared_norms, const PointPlaces& places,
+                       LinearSolver wanted)
+    : first_idle_row_(static_cast<std::size_t>(rows.start.back())),
+      num_rows_(rows.num_rows),
+      is_by_cholmod_(wanted == LinearSolver::Cholmod) {
   const std::vector<Index> part_start = partition_islands(rows.start);
   const auto by_part = incidences_of_parts(incidences, weights, part_start);
   for (std::size_t p = 0; p + 1 < part_start.size(); ++p) {
@@ -58,8 +61,11 @@ GramSolver::GramSolver(std::span<const Incidence> incidences, std::span<const do
   }
 }
 
-GramSolver::GramSolver(std::span<const Product> products, const RowIslands& rows, Ordering ordering)
-    : first_idle_row_(static_cast<std::size_t>(rows.start.back())), num_rows_(rows.num_rows) {
+GramSolver::GramSolver(std::span<const Product> products, const RowIslands& rows, Ordering ordering,
+                       LinearSolver wanted)
+    : first_idle_row_(static_cast<std::size_t>(rows.start.back())),
+      num_rows_(rows.num_rows),
+      is_by_cholmod_(wanted == LinearSolver::Cholmod) {
   const std::vector<Index> part_start = partition_islands(rows.start);
   auto begin = products.begin();
   std::vector<Product> part;
@@ -87,9 +93,9 @@ void GramSolver::add_part(std::span<const Product> products, Index first_row, In
     place[static_cast<std::size_t>(analysis.permutation[k])] = static_cast<int>(k);
   GatherPlan plan(products, num_rows, place, analysis.supernodal ? Triangle::Lower : Triangle::Upper, squared_norms);
   const TrianglePattern pattern{plan.column_start(), plan.rows()};
-  const bool is_simple = !analysis.supernodal && ClosedForm::serves(pattern);
+  const bool is_simple = !is_by_cholmod_ && !analysis.supernodal && ClosedForm::serves(pattern);
   auto factor = is_simple ? std::variant<ClosedForm, Cholesky>(ClosedForm(pattern))
-                          : std::variant<ClosedForm, Cholesky>(Cholesky(pattern, analysis.supernodal));
+                          : std::variant<ClosedForm, Cholesky>(Cholesky(pattern, analysis.supernodal, is_by_cholmod_));
 
   // Dense fronts do ten multiplications in the time of one, measured on nets of 24 to 300 and lattices of 6 to 20
   // points a side.

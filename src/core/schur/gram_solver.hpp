@@ -36,9 +36,11 @@ class GramSolver {
   /// Takes the incidences of all points and the weights [point], which are 0 for points that take no part (supports).
   /// `squared_norms` [block] is as GatherPlan takes it. The order of elimination may follow from `places`.
   GramSolver(std::span<const Incidence> incidences, std::span<const double> weights, const RowIslands& rows,
-             Ordering ordering, std::span<const double> squared_norms, const PointPlaces& places = {});
+             Ordering ordering, std::span<const double> squared_norms, const PointPlaces& places = {},
+             LinearSolver wanted = LinearSolver::General);
   /// Takes the products themselves, sorted by the islands of their rows.
-  GramSolver(std::span<const Product> products, const RowIslands& rows, Ordering ordering);
+  GramSolver(std::span<const Product> products, const RowIslands& rows, Ordering ordering,
+             LinearSolver wanted = LinearSolver::General);
 
   struct Quality {
     bool positive_definite = true;
@@ -145,6 +147,7 @@ class GramSolver {
 
   std::vector<Part> parts_;
   std::size_t first_idle_row_, num_rows_;
+  bool is_by_cholmod_;
   double compliance_ = 0.0;
   std::vector<double> compliance_weights_;
   Summary summary_;

@@ -31,7 +31,8 @@ double count_terms(const MotionOptions& motion, std::size_t num_points) {
 }
 
 bool is_general(const PlanSummary& plan) {
-  return plan.linear_solvers.front() == LinearSolver::General;
+  const LinearSolver first = plan.linear_solvers.front();
+  return first == LinearSolver::General || first == LinearSolver::Cholmod;
 }
 
 /// Counts the solves of stages or terms, and those of projections onto the constraints. Solvers of one structure do
