@@ -92,7 +92,7 @@ template <class Lane>
   return x < 0.0 ? -x : x;
 }
 
-/// What is seen of the lanes of a part.
+/// The largest number that is seen in the lanes of a part.
 template <std::size_t width>
 struct Seen {
   using Lane = Pack<width>;
