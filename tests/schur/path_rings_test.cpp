@@ -156,6 +156,28 @@ TEST(PathRings, AllCallsAgreeWithKAndM) {
   }
 }
 
+/// The multipliers of another K leave a residual that can be measured.
+TEST(PathRings, TheResidualOfEachRowIsSeen) {
+  std::mt19937 random(33);
+  std::normal_distribution<double> slightly(1.0, 0.01);
+  for (const Index size : {3, 9, 17, 40, 700}) {
+    Numbers numbers(make_random_rings({size}, false, &random), &random);
+    const Solved right = solve(&numbers, 1);
+    for (std::size_t row = 0; row < right.b.size(); row += 1 + right.b.size() / 50) {
+      // Lengthening one direction spoils its own row most.
+      Solved wrong = right;
+      wrong.w = numbers.w0;
+      for (std::size_t c = 0; c < 3; ++c) wrong.blocks[3 * row + c] *= 1.0 + std::abs(slightly(random));
+      std::vector<double> scratch(right.b.size());
+      wrong.found =
+          numbers.solver->solve(Parallel(1), {numbers.r.data(), numbers.v.data(), wrong.w.data()}, FactorUse::Keep,
+                                wrong.blocks.data(), scratch.data(), wrong.lambda.data(), wrong.w.data());
+      const double residual = residual_of(numbers, wrong);
+      EXPECT_NEAR(wrong.found.residual, residual, ring_rounding * largest(right.b)) << size << " rods, row " << row;
+    }
+  }
+}
+
 TEST(PathRings, AllCallsAgreeForRingsSideBySide) {
   std::mt19937 random(32);
   std::vector<Index> sizes;

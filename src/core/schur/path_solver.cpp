@@ -100,6 +100,16 @@ class PathSolver::Visit {
     for (std::size_t k = cut_.first_alone; k < cut_.end_alone; ++k)
       work(rows_.alone[k].row, factor_.separators[rows_.alone[k].separator]);
   }
+  /// Does the same for all separators.
+  template <class Work>
+  void for_separators(const Work& work) const {
+    for (std::size_t k = cut_.first_pieces; k < cut_.end_pieces; ++k) {
+      const PathPieces& of = rows_.pieces[k];
+      for (std::size_t lane = 0; lane < num_lanes; ++lane)
+        work(of.first_row + (lane + 1) * of.length - 1, factor_.separators[of.first_separator + lane]);
+    }
+    for_alone(work);
+  }
   static void set_right_side(double b, Separator* own) {
     own->b = b;
     own->y = -b;
@@ -154,18 +164,14 @@ class PathSolver::Visit {
     });
     (void)accelerate(nullptr, points);
   }
+  /// Takes u of the separators from blocks that may be newer than the factor.
+  void take_directions(const double* blocks) const {
+    for_separators([&](std::size_t row, Separator& own) { own.u = rows_.direction(blocks, row); });
+  }
   /// Computes points += M^-1 K rows. The blocks may be newer than the factor.
   void add_reactions(const double* blocks, const double* rows, double* points) const {
-    const auto take = [&](std::size_t row, Separator& own) {
-      own.u = rows_.direction(blocks, row);
-      own.x = rows[row];
-    };
-    for (std::size_t k = cut_.first_pieces; k < cut_.end_pieces; ++k) {
-      const PathPieces& of = rows_.pieces[k];
-      for (std::size_t lane = 0; lane < num_lanes; ++lane)
-        take(of.first_row + (lane + 1) * of.length - 1, factor_.separators[of.first_separator + lane]);
-    }
-    for_alone(take);
+    take_directions(blocks);
+    for_separators([&](std::size_t row, Separator& own) { own.x = rows[row]; });
     move(blocks, points, [&](PathBlock& block) { block.read_multipliers(rows); });
   }
   /// Computes w := w0 + dw, or adds dw to w if w0 is null, at the points of rods alone and at the end of the path, once
@@ -290,6 +296,7 @@ Elimination PathSolver::solve(const Parallel& parallel, const FreeMotion& motion
       if (renews) rows_.write_direction(own.u, row, blocks);
     });
     visit.found.right_side = right_side;
+    if (!renews) visit.take_directions(blocks);
     if (renews)
       visit.found.largest_inverse =
           larger(largest_of(up.largest_inverse), factorize_separators(visit.separators(), visit.is_ring()));
