@@ -29,11 +29,10 @@ struct RodSeries {
 
   /// Returns the known terms of order k: the sum over j = 1 … k of a_j mu_{k-j}, and half the coefficient k + 2 of a.a
   /// without a_{k+2}. If k is odd, it also finds those of order k + 1, but for a_1 mu_k and a_1.a_{k+2}, so that the
-  /// series are read only every second time; `kept` has them until then. The coefficients of the rod stand `apart` from
-  /// one another.
-  [[gnu::always_inline]] static Known multiply(const Coefficient* series, int k, Known* kept, std::size_t apart = 1) {
+  /// series are read only every second time; `kept` has them until then.
+  [[gnu::always_inline]] static Known multiply(const Coefficient* series, int k, Known* kept) {
     const auto c = [=](int j) __attribute__((always_inline))->const Coefficient& {
-      return series[static_cast<std::size_t>(j) * apart];
+      return series[static_cast<std::size_t>(j)];
     };
     if (k % 2 == 0) {
       const Vector a = c(1).a;

@@ -198,6 +198,12 @@ void accelerate(const Shape& shape, const Points& points, Pack3<>* F) {
   });
 }
 
+void accelerate(const Shape& shape, const Points& points, const Pack3<>* F, Pack3<>* to) {
+  dispatch([=] {
+    for (std::size_t i = 0; i < shape.num_places; ++i) (to[i] + points.inverse_mass[i] * F[i]).write(&to[i]);
+  });
+}
+
 void find_reactions(const Shape& shape, const Rods& rods, const Pack<>* lambda, Pack3<>* F) {
   dispatch_parents(shape, [=](auto kind) {
     for (std::size_t k = shape.num_rods; k-- > 0;) {
@@ -249,6 +255,81 @@ void find_residual(const Shape& shape, const Rods& rods, const Pack3<>* dw, Larg
       seen.see(magnitude(left));
     }
     *residual = seen;
+  });
+}
+
+// ---- joints ----
+
+namespace {
+
+/// Packs of some number of each lane's joint, which begin at `first` in the first joint. Lanes without a joint have
+/// those of `others`.
+struct OfJoints {
+  const double* at[num_lanes];
+  [[gnu::always_inline]] OfJoints(const JointPlace& place, const void* first, const void* others) {
+    for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+      const auto joint = static_cast<std::size_t>(place.joint[lane]);
+      at[lane] = place.joint[lane] < 0 ? static_cast<const double*>(others) + lane
+                                       : static_cast<const double*>(first) +
+                                             joint / num_lanes * (sizeof(Joint) / sizeof(double)) + joint % num_lanes;
+    }
+  }
+  [[gnu::always_inline]] Pack<> get(std::size_t k) const {
+    const std::size_t n = num_lanes * k;
+    return Pack<>{at[0][n], at[1][n], at[2][n], at[3][n], at[4][n], at[5][n], at[6][n], at[7][n]};
+  }
+  [[gnu::always_inline]] Pack3<> point() const { return {get(0), get(1), get(2)}; }
+  [[gnu::always_inline]] Mobility mobility() const { return {get(0), get(1), get(2), get(3), get(4), get(5)}; }
+};
+
+}  // namespace
+
+void take_mobilities(std::span<const JointPlace> places, const Joint* joints, Mobility* mobility) {
+  dispatch([=] {
+    for (const JointPlace& each : places) {
+      Mobility& to = mobility[each.place];
+      const Mobility W = OfJoints(each, &joints->mobility, &to).mobility();
+      to.xx = W.xx;
+      to.xy = W.xy;
+      to.xz = W.xz;
+      to.yy = W.yy;
+      to.yz = W.yz;
+      to.zz = W.zz;
+    }
+  });
+}
+
+void take_joints(std::span<const JointPlace> places, const Joint* joints, Pack3<>* points) {
+  dispatch([=] {
+    for (const JointPlace& each : places)
+      OfJoints(each, &joints->dw, &points[each.place]).point().write(&points[each.place]);
+  });
+}
+
+void answer_at_joints(std::span<const JointPlace> places, const Joint* joints, const Pack3<>* force, Pack3<>* s) {
+  static constexpr Mobility nothing{};
+  dispatch([=] {
+    for (const JointPlace& each : places) {
+      const Pack3<> own = OfJoints(each, &joints->s, &s[each.place]).point();
+      if (force == nullptr) {
+        own.write(&s[each.place]);
+      } else {
+        (own + OfJoints(each, &joints->mobility, &nothing).mobility() * force[each.place]).write(&s[each.place]);
+      }
+    }
+  });
+}
+
+void pull_joints(std::span<const JointPlace> places, const Pack3<>* F, const Pack3<>* known, Joint* joints) {
+  dispatch([=] {
+    for (const JointPlace& each : places) {
+      const Pack3<> force = known != nullptr ? F[each.place] + known[each.place] : F[each.place];
+      for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+        if (each.joint[lane] < 0) continue;
+        const auto joint = static_cast<std::size_t>(each.joint[lane]);
+        set_lane(&joints[joint / num_lanes].dw, joint % num_lanes, {force.x[lane], force.y[lane], force.z[lane]});
+      }
+    }
   });
 }
 

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 
 #include <tanor/system.hpp>
 
 #include "base/pack.hpp"
 #include "base/vec3.hpp"
+#include "schur/tree_pieces.hpp"
 
 /// \file Arithmetic of pieces of trees (tree_pieces.hpp) from the leaves to the roots and back, eight side by side in
 /// the lanes of a vector. See instruction_sets.hpp.
@@ -37,6 +39,11 @@ struct Motion {
   const Pack3<>* w0;            ///< null if all points have the same
   const Pack3<>* offset;        ///< [rod] from the child to the parent; null if there are none
   const Pack<>* length_second;  ///< [rod] l''; null if 0
+};
+/// The roots of a group of pieces, which may be joints of others: W, s, and the force from above, which becomes dw.
+struct Joint {
+  Mobility mobility;
+  Pack3<> s, dw;
 };
 /// The effect of eliminated branches at each point.
 struct Points {
@@ -73,8 +80,9 @@ double evaluate_and_eliminate(const Shape& shape, const Motion& motion, const Po
 /// Computes lambda = -z/d - (h/d).F_p in z's place, F_p += u lambda and F_c -= u lambda. On entry, F of the roots is
 /// the force that acts there from outside.
 void substitute_down(const Shape& shape, const Rods& rods, Pack3<>* F);
-/// Computes dw := F/m in F's place.
+/// Computes dw := F/m in F's place, or to += F/m.
 void accelerate(const Shape& shape, const Points& points, Pack3<>* F);
+void accelerate(const Shape& shape, const Points& points, const Pack3<>* F, Pack3<>* to);
 /// Computes F := K lambda from lambda [rod].
 void find_reactions(const Shape& shape, const Rods& rods, const Pack<>* lambda, Pack3<>* F);
 /// Evaluates xi at r in b's place, and the largest |xi|/length.
@@ -85,6 +93,14 @@ void evaluate_rates(const Shape& shape, const Pack3<>* r, const Pack3<>* v, cons
                     const Pack<>* length_first, const Rods& rods, Largest* largest);
 /// Finds the largest |K'dw + b|.
 void find_residual(const Shape& shape, const Rods& rods, const Pack3<>* dw, Largest* residual);
+
+/// Take W, or dw, of joints at their places.
+void take_mobilities(std::span<const JointPlace> places, const Joint* joints, Mobility* mobility);
+void take_joints(std::span<const JointPlace> places, const Joint* joints, Pack3<>* points);
+/// Computes s of joints from the force [place] on them, if it is not null, and from what hangs there.
+void answer_at_joints(std::span<const JointPlace> places, const Joint* joints, const Pack3<>* force, Pack3<>* s);
+/// Hands F of joints down, with the `known` forces [place] unless they are null.
+void pull_joints(std::span<const JointPlace> places, const Pack3<>* F, const Pack3<>* known, Joint* joints);
 
 /// Copies points that stand anywhere into lanes and back. A number ~p stands for point p, which is not written.
 void gather_places(const double* from, const Index* points, std::size_t count, Pack3<>* to);

@@ -8,7 +8,7 @@ namespace tanor::detail {
 
 TreeLanes::TreeLanes(TreePieces pieces, const RodRows& given, std::span<const double> inverse_mass,
                      std::size_t num_moving, int threads)
-    : pieces_(std::move(pieces)), num_moving_(static_cast<Index>(num_moving)), joints_(pieces_.num_joints) {
+    : pieces_(std::move(pieces)), num_moving_(static_cast<Index>(num_moving)), joints_(pieces_.groups.size()) {
   read_rods(given, inverse_mass);
   find_blocks_that_follow();
   are_shifted_ = !given.offset.empty();
@@ -161,74 +161,38 @@ const Pack<>* group_of(Packs* all, const PieceGroup& group) {
 
 void TreeLanes::Group::take_mobilities() {
   trees::free_points(in_.shape, in_.points);
-  for (std::size_t k = group_.first_joint; k < group_.end_joint; ++k) {
-    const auto& [place, lane, joint] = all_.pieces_.joints[k];
-    auto* const W = reinterpret_cast<double*>(in_.points.mobility + place) + lane;
-    for (std::size_t c = 0; c < 6; ++c) W[num_lanes * c] = all_.joints_[joint].mobility[c];
-  }
-}
-
-void TreeLanes::Group::hand_over_mobilities() {
-  const auto* const W = reinterpret_cast<const double*>(in_.points.mobility + group_.num_rods);
-  for (std::size_t lane = 0; lane < num_lanes; ++lane) {
-    if (group_.root_joint[lane] < 0) continue;
-    Joint& joint = all_.joints_[static_cast<std::size_t>(group_.root_joint[lane])];
-    for (std::size_t c = 0; c < 6; ++c) joint.mobility[c] = W[num_lanes * c + lane];
-  }
+  if (group_.has_joints()) trees::take_mobilities(joints(), all_.joints_.data(), in_.points.mobility);
 }
 
 void TreeLanes::Group::answer_at_joints(const Pack3<>* force) {
-  for (std::size_t k = group_.first_joint; k < group_.end_joint; ++k) {
-    const auto& [place, lane, number] = all_.pieces_.joints[k];
-    const Joint& joint = all_.joints_[number];
-    const auto& [xx, xy, xz, yy, yz, zz] = joint.mobility;
-    const Vec3 F = force != nullptr ? lane_of(force[place], lane) : Vec3{};
-    const Vec3 answer{dot(Vec3{xx, xy, xz}, F), dot(Vec3{xy, yy, yz}, F), dot(Vec3{xz, yz, zz}, F)};
-    set_lane(&in_.points.s[place], lane, joint.s + answer);
-  }
-}
-
-void TreeLanes::Group::hand_over_answers() {
-  for (std::size_t lane = 0; lane < num_lanes; ++lane) {
-    if (group_.root_joint[lane] >= 0)
-      all_.joints_[static_cast<std::size_t>(group_.root_joint[lane])].s = lane_of(in_.points.s[group_.num_rods], lane);
-  }
+  if (group_.has_joints()) trees::answer_at_joints(joints(), all_.joints_.data(), force, in_.points.s);
 }
 
 void TreeLanes::Group::take_force() {
   trees::clear(in_.shape, in_.dw);
+  Pack3<> force = own_joint().dw;
   for (std::size_t lane = 0; lane < num_lanes; ++lane) {
-    if (group_.root_joint[lane] >= 0)
-      set_lane(&in_.dw[group_.num_rods], lane, all_.joints_[static_cast<std::size_t>(group_.root_joint[lane])].dw);
+    const std::size_t own = std::min(lane, group_.num_pieces - 1);
+    set_lane(&force, lane, group_.has_joint_as_root[lane] ? Vec3{force.x[own], force.y[own], force.z[own]} : Vec3{});
   }
+  force.write(&in_.dw[group_.num_rods]);
 }
 
-/// Hands the forces on joints down. On other points they become dw, and that of the roots goes up.
+/// Hands the forces on joints down.
 void TreeLanes::Group::hand_over_forces(const Pack3<>* known) {
-  for (std::size_t k = group_.first_joint; k < group_.end_joint; ++k) {
-    const auto& [place, lane, joint] = all_.pieces_.joints[k];
-    const Vec3 force = lane_of(in_.dw[place], lane);
-    all_.joints_[joint].dw = known != nullptr ? force + lane_of(known[place], lane) : force;
-  }
+  if (group_.has_joints()) trees::pull_joints(joints(), in_.dw, known, all_.joints_.data());
+}
+
+/// Forces on other points become dw, and that of the roots goes up.
+void TreeLanes::Group::accelerate() {
   trees::accelerate(in_.shape, in_.points, in_.dw);
   hand_over_roots(in_.dw);
 }
 
-void TreeLanes::Group::hand_over_roots(const Pack3<>* points) {
-  for (std::size_t lane = 0; lane < num_lanes; ++lane) {
-    if (group_.root_joint[lane] >= 0)
-      all_.joints_[static_cast<std::size_t>(group_.root_joint[lane])].dw = lane_of(points[group_.num_rods], lane);
-  }
-}
-
 void TreeLanes::Group::take_joints(Pack3<>* points) {
-  for (std::size_t k = group_.first_joint; k < group_.end_joint; ++k) {
-    const auto& [place, lane, joint] = all_.pieces_.joints[k];
-    set_lane(&points[place], lane, all_.joints_[joint].dw);
-    // A root that is a joint itself has several pieces, one after the other.
-    if (place == group_.num_rods && group_.root_joint[lane] >= 0)
-      all_.joints_[static_cast<std::size_t>(group_.root_joint[lane])].dw = all_.joints_[joint].dw;
-  }
+  if (!group_.has_joints()) return;
+  trees::take_joints(joints(), all_.joints_.data(), points);
+  hand_over_roots(points);  // one that is a joint itself has several pieces, one after the other
 }
 
 // ---- up ----
@@ -259,7 +223,7 @@ void TreeLanes::Group::evaluate(const trees::Motion& motion) {
 void TreeLanes::Group::eliminate() {
   take_mobilities();
   all_.found_.largest_inverse[number_] = trees::eliminate(in_.shape, in_.points, in_.rods);
-  hand_over_mobilities();
+  own_joint().mobility = in_.points.mobility[group_.num_rods];
 }
 
 void TreeLanes::Group::evaluate_and_eliminate(const trees::Motion& motion) {
@@ -269,7 +233,7 @@ void TreeLanes::Group::evaluate_and_eliminate(const trees::Motion& motion) {
   all_.found_.largest_inverse[number_] =
       trees::evaluate_and_eliminate(in_.shape, motion, in_.points, in_.rods, &right_side);
   note_right_side(right_side);
-  hand_over_mobilities();
+  own_joint().mobility = in_.points.mobility[group_.num_rods];
   hand_over_answers();
 }
 
@@ -295,10 +259,19 @@ void TreeLanes::Group::call_for_blocks(const double* blocks) const {
     call_for_sequences(blocks, all_.blocks_[number_].first.data(), 3, 3 * in_.shape.num_rods);
 }
 
-void TreeLanes::Group::substitute_down(const Pack3<>* known) {
+void TreeLanes::Group::substitute_down() {
+  take_force();
+  trees::substitute_down(in_.shape, in_.rods, in_.dw);
+  hand_over_forces(nullptr);
+  accelerate();
+}
+
+void TreeLanes::Group::substitute_down(const Pack3<>* known, Pack3<>* points) {
   take_force();
   trees::substitute_down(in_.shape, in_.rods, in_.dw);
   hand_over_forces(known);
+  trees::accelerate(in_.shape, in_.points, in_.dw, points);
+  hand_over_roots(points);
 }
 
 void TreeLanes::Group::find_reactions(const double* rows) {
@@ -306,6 +279,7 @@ void TreeLanes::Group::find_reactions(const double* rows) {
   read_rows(rows, work_.rows.data());
   trees::find_reactions(in_.shape, in_.rods, work_.rows.data(), in_.dw);
   hand_over_forces(nullptr);
+  accelerate();
 }
 
 void TreeLanes::Group::find_residual() {

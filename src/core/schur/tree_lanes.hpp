@@ -46,11 +46,6 @@ class TreeLanes {
     std::vector<trees::Mobility> mobility;
     Packs rows;
   };
-  /// W and s of the piece below a joint, and the force from above, which becomes dw.
-  struct Joint {
-    std::array<double, 6> mobility;
-    Vec3 s, dw;
-  };
   struct Findings {
     std::vector<double> largest_inverse;       // [group]
     std::vector<double> right_side, residual;  // [group][lane]
@@ -86,7 +81,7 @@ class TreeLanes {
   Packs b_, z_;                                                              // [rod]
   std::vector<Pack3<>> kept_dw_;                                             // [place] of groups with joints
   std::vector<std::size_t> first_kept_;                                      // [group]
-  std::vector<Joint> joints_;
+  std::vector<trees::Joint> joints_;                                         // [group]
   Findings found_;
   std::vector<Workspace> workspaces_;  // [thread]
 };
@@ -105,9 +100,10 @@ class TreeLanes::Group {
   void substitute_up();
 
   // ---- down ----
-  /// Substitutes down from the forces above the roots, and leaves dw in the lanes but for joints, which get the forces:
-  /// those of rods, and `known` ones [place] unless they are null.
-  void substitute_down(const Pack3<>* known = nullptr);
+  /// Substitutes down from the forces above the roots, and leaves dw in the lanes but for joints, which get the forces.
+  void substitute_down();
+  /// Computes points += dw instead. Joints get the `known` forces [place], too, unless they are null.
+  void substitute_down(const Pack3<>* known, Pack3<>* points);
   /// Finds the residual. Joints have their dw once all pieces below are through.
   void find_residual();
 
@@ -122,9 +118,8 @@ class TreeLanes::Group {
   // ---- for series ----
   /// Sets s of joints to the answer of what hangs there, with that to the `force` [place] on them unless it is null.
   void answer_at_joints(const Pack3<>* force);
-  void hand_over_answers();
-  /// Hands the numbers at roots over, and takes them at joints.
-  void hand_over_roots(const Pack3<>* points);
+  void hand_over_answers() { in_.points.s[group_.num_rods].write(&own_joint().s); }
+  /// Takes the numbers of the roots there at joints.
   void take_joints(Pack3<>* points);
 
   // ---- in and out ----
@@ -157,10 +152,16 @@ class TreeLanes::Group {
   const Pack3<>* offsets() const;
 
  private:
+  using Joint = trees::Joint;
+  Joint& own_joint() { return all_.joints_[number_]; }
+  std::span<const JointPlace> joints() const {
+    return std::span(all_.pieces_.joints).subspan(group_.first_joint, group_.end_joint - group_.first_joint);
+  }
   void take_mobilities();
-  void hand_over_mobilities();
   void take_force();
   void hand_over_forces(const Pack3<>* known);
+  void accelerate();
+  void hand_over_roots(const Pack3<>* points) { points[group_.num_rods].write(&own_joint().dw); }
   void note_right_side(const Largest& found);
 
   const Index* points() const { return all_.pieces_.point.data() + num_lanes * group_.first_place; }

@@ -266,15 +266,12 @@ class Grouping {
       add_piece(pieces[std::min(lane, pieces.size() - 1)], lane, &group);
     group.end_joint = result_.joints.size();
     group.follow = group.follow && !group.is_padded && !group.has_joints();
-    for (std::size_t lane = 0; lane < num_lanes; ++lane)
-      group.root_joint[lane] = lane < pieces.size() ? name_root(pieces[lane]) : group.root_joint[lane - 1];
+    // Roots are joints of pieces that come later.
+    for (std::size_t lane = 0; lane < pieces.size(); ++lane) {
+      if (pieces[lane].above != none)
+        joint_of_root_[static_cast<std::size_t>(pieces[lane].root)] = num_lanes * result_.groups.size() + lane;
+    }
     result_.groups.push_back(group);
-  }
-  /// Makes the root a joint of pieces that come later.
-  Index name_root(const Piece& piece) {
-    if (piece.above == none) return -1;
-    joint_of_root_[static_cast<std::size_t>(piece.root)] = result_.num_joints;
-    return static_cast<Index>(result_.num_joints++);
   }
 
   void add_piece(const Piece& piece, std::size_t lane, PieceGroup* group) {
@@ -283,6 +280,7 @@ class Grouping {
     Index* const parent = result_.parent.data() + num_lanes * group->first_rod + lane;
     Index* const row = result_.row.data() + num_lanes * group->first_rod + lane;
     group->tree[lane] = static_cast<Index>(piece.tree);
+    group->has_joint_as_root[lane] = piece.above != none;
     for (std::size_t k = 0; k < pad; ++k) {
       row[num_lanes * k] = -1;
       parent[num_lanes * k] = static_cast<Index>(group->num_rods + 1);
@@ -292,7 +290,7 @@ class Grouping {
     for (std::size_t k = pad; k <= group->num_rods; ++k) {
       const std::size_t rod = piece.first + k - pad;
       const Index own = k < group->num_rods ? cut_.rods[rod].child : piece.root;
-      const bool is_own = own < num_moving_ && !note_joint(own, k, lane);
+      const bool is_own = own < num_moving_ && !note_joint(own, k, lane, *group);
       point[num_lanes * k] = is_own ? own : ~own;
       group->has_supports = group->has_supports || own >= num_moving_;
       const auto steps = static_cast<Index>(k - pad);
@@ -304,10 +302,13 @@ class Grouping {
     }
   }
   /// Notes that the point is a joint, if it is one.
-  bool note_joint(Index point, std::size_t place, std::size_t lane) {
+  bool note_joint(Index point, std::size_t place, std::size_t lane, const PieceGroup& group) {
     const std::size_t joint = joint_of_root_[static_cast<std::size_t>(point)];
     if (joint == none) return false;
-    result_.joints.push_back({place, lane, joint});
+    std::size_t k = group.first_joint;
+    while (k < result_.joints.size() && result_.joints[k].place != place) ++k;
+    if (k == result_.joints.size()) result_.joints.push_back({place, {-1, -1, -1, -1, -1, -1, -1, -1}});
+    result_.joints[k].joint[lane] = static_cast<Index>(joint);
     return true;
   }
 

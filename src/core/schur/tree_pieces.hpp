@@ -36,7 +36,8 @@ struct PieceGroup {
   std::size_t num_rods = 0, first_rod = 0, first_place = 0;  ///< starts in the arrays of lanes
   std::size_t first_joint = 0, end_joint = 0;                ///< of JointPlace
   std::size_t num_pieces = 0;
-  std::array<Index, num_lanes> tree{}, root_joint{};  ///< [lane]; -1 at the root of a tree
+  std::array<Index, num_lanes> tree{};              ///< [lane]
+  std::array<bool, num_lanes> has_joint_as_root{};  ///< [lane] false at the root of a tree
   bool have_same_parents = true, is_padded = false, has_supports = false;
   bool follow = true;  ///< points, and rows, of a piece follow one another in memory, and all points are its own
 
@@ -44,9 +45,11 @@ struct PieceGroup {
   bool has_joints() const { return end_joint > first_joint; }
 };
 
-/// Says that a joint is at a place of a group.
+/// Says which joints are at a place of a group. A joint has the number of the group and lane whose root it is,
+/// num_lanes group + lane.
 struct JointPlace {
-  std::size_t place, lane, joint;
+  std::size_t place;
+  std::array<Index, num_lanes> joint;  ///< [lane]; -1 where there is none
 };
 
 /// Trees that follow one another, with all groups of their pieces. Groves are solved one after the other, each as long
@@ -68,7 +71,7 @@ struct TreePieces {
   std::vector<Index> row;     ///< [rod][lane]
   std::vector<Index> point;   ///< [place][lane]; ~point where the motion of the point is not the piece's to write
   std::vector<JointPlace> joints;
-  std::size_t num_joints = 0, num_rods = 0;
+  std::size_t num_rods = 0;
 
   TreePieces(std::vector<RodTree> trees, std::size_t num_moving);
   std::size_t num_slots() const { return parent.size() / num_lanes; }

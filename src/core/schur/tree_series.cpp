@@ -23,19 +23,10 @@ TreeSeries::TreeSeries(TreePieces pieces, const RodRows& rods, std::span<const d
                        std::size_t num_moving, int threads)
     : lanes_(std::move(pieces), rods, inverse_mass, num_moving, threads) {}
 
-namespace {
-
-/// Returns how far apart the orders of a group stand. The number is odd: with a power of 2, orders would meet in the
-/// same few lines of the caches.
-std::size_t stride_of(std::size_t num_rods) {
-  return num_rods | 1;
-}
-
-}  // namespace
-
-void TreeSeries::Room::hold(std::size_t num_rods, std::size_t num_places, std::size_t orders) {
-  rods.resize(std::max(rods.size(), num_rods));
-  series.resize(std::max(series.size(), num_rods * orders));
+void TreeSeries::Room::hold(std::size_t num_rods, std::size_t num_places, std::size_t stride) {
+  next.resize(std::max(next.size(), num_rods));
+  half_squares.resize(next.size());
+  series.resize(std::max(series.size(), num_rods * stride));
   for (auto* array : {&points, &known}) array->resize(std::max(array->size(), num_places));
 }
 
@@ -45,6 +36,10 @@ struct TreeSeries::Expansion {
   std::span<double* const> coefficients;
   const double* lambda;
   int passes;
+
+  /// Returns how far apart the series of rods stand. The number is odd: with a power of 2, they would meet in the same
+  /// few lines of the caches.
+  std::size_t stride() const { return coefficients.size() | 1; }
 };
 
 /// A solve for mu_k and r_{k+2}. Each order has `passes` of them.
@@ -65,26 +60,28 @@ class TreeSeries::Pieces {
   Pieces(const Expansion& expansion, const GroveVisit& visit, TreeLanes::Group* group, Room* room)
       : expansion_(expansion), group_(*group) {
     const PieceGroup &own = group->plan(), &first = visit.first_group();
-    const std::size_t rod = own.first_rod - first.first_rod + static_cast<std::size_t>(&own - &first),
-                      place = own.first_place - first.first_place;
+    const std::size_t rod = own.first_rod - first.first_rod, place = own.first_place - first.first_place;
     arrays_ = {group->arrays(),
-               stride_of(own.num_rods),
-               room->rods.data() + rod,
-               room->series.data() + rod * expansion.coefficients.size(),
+               expansion.stride(),
+               room->next.data() + rod,
+               expansion.passes > 1 ? room->half_squares.data() + rod : nullptr,
+               room->series.data() + rod * expansion.stride(),
                room->points.data() + place,
-               room->known.data() + place};
+               own.has_joints() ? room->known.data() + place : nullptr};
+    arrays_.in.rods.b = arrays_.in.rods.z;  // a right side is read once
   }
 
   /// Factorizes S, and finds the first coefficients.
   void begin() {
-    group_.find_directions(expansion_.coefficients[0]);
+    group_.read(expansion_.coefficients[0]);
+    arrays_.take_directions(group_.offsets());
     group_.eliminate();
-    for (std::size_t k = 0; k <= 2; ++k) {
+    for (std::size_t k = 1; k <= 2; ++k) {
       group_.read(expansion_.coefficients[k]);
-      arrays_.take_coefficient(static_cast<int>(k), k == 0 ? group_.offsets() : nullptr);
+      arrays_.take_coefficient(k);
     }
     group_.read_right_side(expansion_.lambda);
-    arrays_.begin();
+    arrays_.take_multipliers(group_.arrays().rods.b);
   }
   /// Begins a solve. The forces of the rods of these pieces pull at joints, too, which answer for what hangs there.
   void substitute_up(Solve solve) {
@@ -104,22 +101,21 @@ class TreeSeries::Pieces {
   void substitute_down(Solve solve) {
     double* const r = expansion_.coefficients[solve.order() + 2];
     group_.call_for(r);
-    group_.substitute_down(solve.pass == 0 ? arrays_.known : nullptr);
-    add(arrays_.in.dw, arrays_.in.shape.num_places, arrays_.points);
+    group_.substitute_down(solve.pass == 0 ? arrays_.known : nullptr, arrays_.points);
     group_.write(arrays_.points, r);
-    group_.hand_over_roots(arrays_.points);
   }
 
  private:
   struct Arrays {
     TreeLanes::Group::Arrays in;
-    std::size_t stride;  // from order to order in the series
-    Series::Rod* of_rods;
-    Series::Coefficient* series;  // [order][rod]
-    Pack3<>*points, *known;       // [place]
+    std::size_t stride;  // from rod to rod in the series
+    Series::Known* next;
+    Pack<>* half_squares;         // null if there are no later passes
+    Series::Coefficient* series;  // [rod][order]
+    Pack3<>*points, *known;       // [place]; no forces are known without joints
 
-    [[gnu::always_inline]] Series::Coefficient& coefficient(int k, std::size_t a) const {
-      return series[static_cast<std::size_t>(k) * stride + a];
+    [[gnu::always_inline]] Series::Coefficient& coefficient(std::size_t k, std::size_t a) const {
+      return series[a * stride + k];
     }
     /// Calls body(a, parent) for each rod.
     template <class Body>
@@ -135,28 +131,36 @@ class TreeSeries::Pieces {
       for (std::size_t p = 0; p < in.shape.num_places; ++p) nothing.write(&in.points.s[p]);
     }
 
-    void take_coefficient(int k, const Pack3<>* offsets) const {
-      dispatch([*this, k, offsets] {
+    /// Takes a_0 as the directions.
+    void take_directions(const Pack3<>* offsets) const {
+      dispatch([*this, offsets] {
         for_each_rod([&](std::size_t a, const auto& parent) __attribute__((always_inline)) {
           const Pack3<> apart = get(parent, in.dw) - in.dw[a];
-          coefficient(k, a).a = offsets != nullptr ? apart + offsets[a] : apart;
+          (offsets != nullptr ? apart + offsets[a] : apart).write(&in.rods.u[a]);
         });
       });
     }
-    /// Computes 1/|a_0|, and mu_0 from lambda_0 in the place of right sides.
-    void begin() const {
-      dispatch([*this] {
+    void take_coefficient(std::size_t k) const {
+      dispatch([*this, k] {
+        for_each_rod([&](std::size_t a, const auto& parent) __attribute__((always_inline)) {
+          (get(parent, in.dw) - in.dw[a]).write(&coefficient(k, a).a);
+        });
+      });
+    }
+    /// Computes mu_0 = lambda_0/|a_0|.
+    void take_multipliers(const Pack<>* lambda) const {
+      dispatch([*this, lambda] {
         for (std::size_t a = 0; a < in.shape.num_rods; ++a) {
-          // |a_0| = u.a_0
-          of_rods[a].inverse_length = 1.0 / dot(in.rods.u[a], coefficient(0, a).a);
-          coefficient(0, a).mu = in.rods.b[a] * of_rods[a].inverse_length;
+          Pack<> length = dot(in.rods.u[a], in.rods.u[a]);
+          take_roots(&length);
+          coefficient(0, a).mu = lambda[a] / length;
         }
       });
     }
     /// Takes what a solve found for mu_k.
     [[gnu::always_inline]] void take_multiplier(Solve solve, std::size_t a) const {
-      const Pack<> part = solve.scale() * in.rods.z[a] * of_rods[a].inverse_length;
-      Pack<>& mu = coefficient(solve.k, a).mu;
+      const Pack<> part = solve.scale() * in.rods.z[a];
+      Pack<>& mu = coefficient(solve.order(), a).mu;
       mu = solve.pass == 0 ? part : mu + part;
     }
     /// Computes mu_{k-1} and a_{k+1}, then r_{k+2} without the part of mu_k, and the right sides.
@@ -166,18 +170,18 @@ class TreeSeries::Pieces {
         for_each_rod([&](std::size_t a, const auto& parent) __attribute__((always_inline)) {
           if (!solve.is_first()) {
             take_multiplier(before, a);
-            (get(parent, points) - points[a]).write(&coefficient(solve.k + 1, a).a);
+            (get(parent, points) - points[a]).write(&coefficient(solve.order() + 1, a).a);
           }
-          const Series::Known found = Series::multiply(series + a, solve.k, &of_rods[a].next, stride);
-          of_rods[a].half_square = found.half_square;
-          in.rods.b[a] = found.half_square * of_rods[a].inverse_length;
+          const Series::Known found = Series::multiply(series + a * stride, solve.k, &next[a]);
+          if (half_squares != nullptr) half_squares[a] = found.half_square;
+          in.rods.b[a] = found.half_square;
           (in.points.s[a] - found.force).write(&in.points.s[a]);
           set(parent, in.points.s, get(parent, in.points.s) + found.force);
         });
         const Pack<> factor_of_r = Pack<>{} + 1.0 / solve.scale();
         for (std::size_t p = 0; p < in.shape.num_places; ++p) {
           const Pack3<> force = factor_of_r * in.points.s[p], r = in.points.inverse_mass[p] * force;
-          force.write(&known[p]);
+          if (known != nullptr) force.write(&known[p]);
           r.write(&in.points.s[p]);
           r.write(&points[p]);
         }
@@ -189,8 +193,7 @@ class TreeSeries::Pieces {
         clear_s();
         for_each_rod([&](std::size_t a, const auto& parent) __attribute__((always_inline)) {
           take_multiplier(before, a);
-          in.rods.b[a] =
-              of_rods[a].half_square * of_rods[a].inverse_length + dot(in.rods.u[a], get(parent, points) - points[a]);
+          in.rods.b[a] = half_squares[a] + dot(in.rods.u[a], get(parent, points) - points[a]);
         });
       });
     }
@@ -205,8 +208,8 @@ void TreeSeries::expand(const Expansion& expansion, const GroveVisit& visit) {
   Room& room = rooms_[visit.workspace()];
   const TreePieces& plan = lanes_.pieces();
   const PieceGroup &first = visit.first_group(), &last = plan.groups[visit.grove().end_group() - 1];
-  room.hold(last.first_rod + last.num_rods - first.first_rod + visit.grove().end_group() - visit.grove().first_group(),
-            last.first_place + last.num_places() - first.first_place, expansion.coefficients.size());
+  room.hold(last.first_rod + last.num_rods - first.first_rod, last.first_place + last.num_places() - first.first_place,
+            expansion.stride());
   const int end = static_cast<int>(expansion.coefficients.size()) - 2;
   const auto down = [&](Solve solve) {
     return [&, solve](TreeLanes::Group& group) { Pieces(expansion, visit, &group, &room).substitute_down(solve); };

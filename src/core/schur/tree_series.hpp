@@ -12,8 +12,9 @@
 namespace tanor::detail {
 
 /// The motion of trees of rods of fixed length as a power series, see LaneSeries. The recurrences are those of
-/// PathSeries; S is eliminated as by TreeSolver. An order goes down along the pieces of trees and ends; the next one
-/// begins on the way up.
+/// PathSeries, with a_0 in the place of its direction, so that lengths drop out: x = lambda_k/((k+1)(k+2)|a_0|). S is
+/// eliminated as by TreeSolver. An order goes down along the pieces of trees and ends; the next one begins on the way
+/// up.
 class TreeSeries {
  public:
   /// Takes trees out of `islands`, whose rows are `rods` of fixed lengths. Returns null if there are none. Keeps no
@@ -30,11 +31,12 @@ class TreeSeries {
   using Series = RodSeries<num_lanes>;
   /// The arrays of a grove.
   struct Room {
-    std::vector<Series::Rod> rods;            // [rod]
-    std::vector<Series::Coefficient> series;  // [group][order][rod]
+    std::vector<Series::Known> next;          // [rod] that of the next order
+    Packs half_squares;                       // [rod] of the current order, for later passes
+    std::vector<Series::Coefficient> series;  // [rod][order]
     std::vector<Pack3<>> points, known;       // [place] r of the current order; the known forces there, scaled as r
 
-    void hold(std::size_t num_rods, std::size_t num_places, std::size_t orders);
+    void hold(std::size_t num_rods, std::size_t num_places, std::size_t stride);
   };
   struct Expansion;
   struct Solve;
