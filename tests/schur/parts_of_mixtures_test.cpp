@@ -9,12 +9,10 @@
 
 #include "beside.hpp"
 #include "linearised.hpp"
-#include "schur/batch_solver.hpp"
-#include "schur/island_solver.hpp"
+#include "schur/lane_solver.hpp"
 #include "schur/path_solver.hpp"
 #include "schur/point_solver.hpp"
 #include "schur/sparse_solver.hpp"
-#include "schur/tree_solver.hpp"
 
 namespace tanor {
 using namespace detail;
@@ -92,9 +90,9 @@ class PartsOfMixtures : public testing::TestWithParam<std::string> {
       std::ranges::set_difference(before, left_, std::back_inserter(*own));
     };
     take("points", [&] { return PointSolver::make(problem, &left_); });
-    take("batches", [&] { return BatchSolver::make(problem, 1, false, &left_); });
+    take("batches", [&] { return LaneSolver::make_batches(problem, 1, false, &left_); });
     take("paths", [&] { return PathSolver::make(problem, 1, &left_); });
-    take("trees", [&] { return TreeSolver::make(problem, 1, true, &left_); });
+    take("trees", [&] { return LaneSolver::make_trees(problem, 1, true, &left_); });
     if (part == nullptr) {
       *own = left_;
       part = std::make_unique<SparseSolver>(group(*own), problem.incidences,

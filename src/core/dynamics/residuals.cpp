@@ -23,7 +23,13 @@ Residuals::Residuals(const Workspace& work, const std::vector<double>& blocks)
       blocks_(blocks),
       all_are_rods_(count_rods(work.constraints) == model_.num_rows()) {
   terms_.reserve(model_.num_rows());
-  if (!work.scales.are_one()) norms_.reserve(model_.num_rows());
+  if (work.scales.are_one()) return;
+  // A step that is the first one to need these does not allocate.
+  beyond_.places.reserve(work.scales.size());
+  for (std::vector<double>* rows : {&norms_, &beyond_.lengths}) rows->reserve(model_.num_rows());
+  if (all_are_rods_) return;
+  beyond_.at_rest.reserve(3 * model_.num_points());
+  for (std::vector<double>* rows : {&beyond_.position, &beyond_.rates}) rows->reserve(model_.num_rows());
 }
 
 /// Returns the norms of the present rows of K, or 1 for a contact that slides.

@@ -53,4 +53,12 @@ class IslandSchedule {
   Slots eliminate(std::vector<std::set<int>> neighbours);
 };
 
+/// The topology and the schedule, which equal islands share.
+struct IslandStructure {
+  explicit IslandStructure(const IslandTopology& given) : topology(given), schedule(given) {}
+
+  IslandTopology topology;
+  IslandSchedule schedule;
+};
+
 }  // namespace tanor::detail

@@ -5,10 +5,9 @@
 #include <numeric>
 #include <utility>
 
-#include "schur/batch_series.hpp"
+#include "schur/group_series.hpp"
 #include "schur/path_series.hpp"
 #include "schur/rod_rows.hpp"
-#include "schur/tree_series.hpp"
 
 namespace tanor::detail {
 
@@ -46,10 +45,13 @@ LaneSeries::LaneSeries(const System& system, const Constraints& constraints, con
   const std::vector<Index> suited = islands;
   if (auto paths = std::make_unique<PathSeries>(rods, numbering, inverse_mass, &islands); !paths->is_empty())
     paths_ = std::move(paths);
-  if (auto batches = std::make_unique<BatchSeries>(constraints, numbering, inverse_mass, &islands);
-      !batches->is_empty())
-    batches_ = std::move(batches);
-  trees_ = TreeSeries::make(rods, numbering, inverse_mass, threads, &islands);
+  const auto add = [&](const auto& take, std::unique_ptr<GroupSeries>* series) {
+    LanePlan plan = take(rods, numbering, false, &islands);
+    if (!plan.groups.empty())
+      *series = std::make_unique<GroupSeries>(std::move(plan), rods, numbering, inverse_mass, threads);
+  };
+  add(take_equal_islands, &batches_);
+  add(take_trees, &trees_);
   std::vector<Index> served;
   std::ranges::set_difference(suited, islands, std::back_inserter(served));
   serves_all_ = served.size() == numbering.num_islands();
@@ -76,7 +78,8 @@ bool LaneSeries::serves_some() const {
 }
 
 std::size_t LaneSeries::num_groups() const {
-  return (paths_ != nullptr ? paths_->num_groups() : 0) + (batches_ != nullptr ? batches_->num_groups() : 0);
+  const auto of = [](const auto& series) { return series != nullptr ? series->num_groups() : 0; };
+  return of(paths_) + of(batches_) + of(trees_);
 }
 
 double LaneSeries::expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda,
@@ -88,7 +91,7 @@ double LaneSeries::expand(const Parallel& parallel, std::span<double* const> coe
   };
   expand_those(paths_);
   expand_those(batches_);
-  if (trees_ != nullptr) trees_->expand(parallel, coefficients, lambda, passes);
+  expand_those(trees_);
   return longest;
 }
 

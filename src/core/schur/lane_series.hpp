@@ -16,13 +16,11 @@
 namespace tanor::detail {
 
 class PathSeries;
-class BatchSeries;
-class TreeSeries;
+class GroupSeries;
 
 /// The motion as a power series of the islands of rods that share SIMD lanes, if all forces are gravity, supports rest
-/// and lengths are fixed: paths (PathSeries), equal islands of other shapes (BatchSeries) and trees that consist of
-/// equal branches for the most part (TreeSeries). It does what MotionSeries and a solve an order do in general, but
-/// fused and with everything kept in lanes between the orders.
+/// and lengths are fixed: paths (PathSeries), equal islands of other shapes and trees (GroupSeries). It does what
+/// MotionSeries and a solve an order do in general, but fused and with everything kept in lanes between the orders.
 class LaneSeries {
  public:
   /// Keeps a reference to `inverse_mass` [point].
@@ -50,8 +48,7 @@ class LaneSeries {
 
  private:
   std::unique_ptr<PathSeries> paths_;  // null if there are none
-  std::unique_ptr<BatchSeries> batches_;
-  std::unique_ptr<TreeSeries> trees_;
+  std::unique_ptr<GroupSeries> batches_, trees_;
   bool serves_all_ = false;
   double share_left_ = 1.0;
   std::vector<char> left_rows_;

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "schur/batch_kernels.hpp"
-
 namespace tanor::detail {
 
 PathFactor::PathFactor(const PathRows& rows) : separators(rows.num_separators) {
@@ -45,27 +43,25 @@ PathBlock::PathBlock(const PathRows& rows, PathFactor* factor, const PathRows::C
 // ---- up ----
 
 void PathBlock::read_points(const double* from, std::size_t count, std::vector<Pack3<>>* to) const {
-  gather_sequences(from, of_.starts(of_.first_point).data(), 3, 3 * count, 1.0, &to->data()->x);
+  gather_sequences(from, of_.sequences(of_.first_point, count), 3, &to->data()->x);
 }
 
 paths::Motion PathBlock::read_motion(const FreeMotion& motion, const double* blocks, double MovingScalar::*change) {
   paths::Motion result;
   result.r = work_.r.data();
+  read_points(motion.r, of_.length + 1, &work_.r);
   if (motion.v != nullptr) {
-    gather_following_points({motion.r, motion.v}, of_.starts(of_.first_point).data(), of_.length + 1,
-                            {work_.r.data(), work_.v.data()});
+    read_points(motion.v, of_.length + 1, &work_.v);
     result.v = work_.v.data();
     if (is_followed_)
       result.upcoming = {{motion.r + 3 * last_point(), motion.v + 3 * last_point(), next_blocks(blocks)}};
-  } else {
-    read_points(motion.r, of_.length + 1, &work_.r);
   }
   if (motion.w0 != nullptr && motion.uniform == nullptr) {
     read_points(motion.w0, of_.length + 1, &work_.w);
     result.w0 = work_.w.data();
   }
   if (!rows_.offset.empty()) {
-    gather_sequences(&rows_.offset[0].x, of_.starts(of_.first_row).data(), 3, 3 * of_.length, 1.0, &work_.offset[0].x);
+    gather_sequences(&rows_.offset[0].x, rows_of_lanes(), 3, &work_.offset[0].x);
     result.offset = work_.offset.data();
   }
   if (rows_.read_length_changes(of_, change, work_.changes.data())) result.length_changes = work_.changes.data();
@@ -73,12 +69,12 @@ paths::Motion PathBlock::read_motion(const FreeMotion& motion, const double* blo
 }
 
 void PathBlock::read_right_side(const double* b) {
-  gather_sequences(b, of_.starts(of_.first_row).data(), 1, of_.length, 1.0, arrays_.b);
+  gather_sequences(b, rows_of_lanes(), 1, arrays_.b);
 }
 
 void PathBlock::evaluate_values(const double* r) {
   const paths::Motion motion = read_motion({r, nullptr, nullptr}, nullptr);
-  gather_sequences(rows_.length.data(), of_.starts(of_.first_row).data(), 1, of_.length, 1.0, work_.lengths.data());
+  gather_sequences(rows_.length.data(), rows_of_lanes(), 1, work_.lengths.data());
   paths::evaluate_values(arrays_, motion, work_.lengths.data(), &work_.found);
 }
 
@@ -140,18 +136,18 @@ void PathBlock::substitute_backward() {
 }
 
 void PathBlock::read_multipliers(const double* rows) {
-  gather_sequences(rows, of_.starts(of_.first_row).data(), 1, of_.length, 1.0, work_.x.data());
+  gather_sequences(rows, rows_of_lanes(), 1, work_.x.data());
 }
 
 void PathBlock::write_multipliers(double* rows) const {
-  scatter_sequences(work_.x.data(), of_.starts(of_.first_row).data(), 1, of_.length, 1.0, rows);
+  scatter_sequences(work_.x.data(), rows_of_lanes(), 1, rows);
 }
 
 void PathBlock::add_multipliers(double* sum) {
   Pack<>* const before = work_.lengths.data();
-  gather_sequences(sum, of_.starts(of_.first_row).data(), 1, of_.length, 1.0, before);
+  gather_sequences(sum, rows_of_lanes(), 1, before);
   for (std::size_t i = 0; i < of_.length; ++i) before[i] += work_.x.data()[i];
-  scatter_sequences(before, of_.starts(of_.first_row).data(), 1, of_.length, 1.0, sum);
+  scatter_sequences(before, rows_of_lanes(), 1, sum);
 }
 
 void PathBlock::accelerate(const double* blocks, const double* w) {
@@ -170,13 +166,9 @@ void PathBlock::accelerate(const double* blocks, const double* w) {
 
 void PathBlock::write_accelerations(const Vec3* w0, double* w) {
   Pack3<>* const dw = work_.v.data();
-  if (w0 != nullptr) {
-    add(*w0, of_.length, dw);
-  } else {
-    read_points(w, of_.length, &work_.w);
-    add(work_.w.data(), of_.length, dw);
-  }
-  scatter_sequences(&dw->x, of_.starts(of_.first_point).data(), 3, 3 * of_.length, 1.0, w);
+  if (w0 == nullptr) read_points(w, of_.length, &work_.w);
+  paths::move(of_.length, w0, work_.w.data(), dw);
+  scatter_sequences(&dw->x, of_.sequences(of_.first_point, of_.length), 3, w);
 }
 
 }  // namespace tanor::detail

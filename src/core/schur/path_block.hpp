@@ -74,6 +74,7 @@ class PathBlock {
   const double* next_blocks(const double* blocks) const {
     return blocks != nullptr ? blocks + 3 * rows_.block(of_.first_row + of_.num_points()) : nullptr;
   }
+  Sequences rows_of_lanes() const { return of_.sequences(of_.first_row, of_.length); }
   void read_points(const double* from, std::size_t count, std::vector<Pack3<>>* to) const;
   void hand_over_factor(const paths::Border& border);
   void hand_over_right_side(const paths::Border& border);

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "schur/batch_kernels.hpp"
-
 namespace tanor::detail {
 
 PathRows::PathRows(const SchurProblem& problem, std::vector<Index>* islands) : inverse_mass(problem.inverse_mass) {
@@ -101,14 +99,12 @@ double PathRows::length_change(std::size_t row, double MovingScalar::*part) cons
 
 void PathRows::read_directions(const PathPieces& of, const double* blocks, Pack3<>* u) const {
   if (!places_.empty()) return gather_blocks(blocks, &places_[of.first_slot * num_lanes], of.length, u);
-  const auto starts = of.starts(first_block_ + of.first_row);
-  gather_sequences(blocks, starts.data(), 3, 3 * of.length, common_sign_, &u->x);
+  gather_sequences(blocks, of.sequences(first_block_ + of.first_row, of.length, common_sign_), 3, &u->x);
 }
 
 void PathRows::write_directions(const PathPieces& of, const Pack3<>* u, double* blocks) const {
   if (!places_.empty()) return scatter_blocks(u, &places_[of.first_slot * num_lanes], of.length, blocks);
-  const auto starts = of.starts(first_block_ + of.first_row);
-  scatter_sequences(&u->x, starts.data(), 3, 3 * of.length, common_sign_, blocks);
+  scatter_sequences(&u->x, of.sequences(first_block_ + of.first_row, of.length, common_sign_), 3, blocks);
 }
 
 bool PathRows::read_length_changes(const PathPieces& of, double MovingScalar::*part, Pack<>* to) const {

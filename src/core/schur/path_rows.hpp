@@ -1,11 +1,11 @@
 #pragma once
 
-#include <array>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "base/pack.hpp"
+#include "schur/lane_transfers.hpp"
 #include "schur/rod_rows.hpp"
 #include "schur/schur_solver.hpp"
 
@@ -18,10 +18,10 @@ struct PathPieces {
   std::size_t first_separator;                 ///< of eight
 
   std::size_t num_points() const { return num_lanes * length; }  ///< but for the one behind the last piece
-  /// Returns the numbers at which the lanes begin, if the first one begins at `first`.
-  std::array<Index, num_lanes> starts(std::size_t first) const {
-    std::array<Index, num_lanes> result;  // NOLINT: filled here
-    for (std::size_t lane = 0; lane < num_lanes; ++lane) result[lane] = static_cast<Index>(first + lane * length);
+  /// Returns `count` things of each lane, if the first lane's begin at `first`.
+  Sequences sequences(std::size_t first, std::size_t count, double sign = 1.0) const {
+    Sequences result{.count = count, .sign = sign};
+    for (std::size_t lane = 0; lane < num_lanes; ++lane) result.first[lane] = static_cast<Index>(first + lane * length);
     return result;
   }
 };

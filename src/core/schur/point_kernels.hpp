@@ -1,6 +1,6 @@
 #pragma once
 
-#include "schur/batch_kernels.hpp"
+#include "schur/lane_transfers.hpp"
 
 /// \file Closed form of S of points on guides that stand still, eight points at once. Arrays are [group of eight], or
 /// [row][group] for the rows of points. Arrays of plain numbers are those of consecutive points. See

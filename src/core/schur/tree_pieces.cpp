@@ -1,13 +1,32 @@
-#include "schur/tree_pieces.hpp"
-
 #include <algorithm>
 #include <numeric>
+#include <optional>
 #include <set>
 #include <utility>
 
 #include "plan/thresholds.hpp"
+#include "schur/lane_plan.hpp"
 
 namespace tanor::detail {
+
+namespace {
+
+/// An island of rods without rings, from its leaves to its root in the inner numbering.
+struct RodTree {
+  /// A rod that joins a point to the next one towards the root. A support may stand in the child's place.
+  struct Rod {
+    Index row, child, parent;
+  };
+  Index first_point = 0, end_point = 0;
+  std::vector<Rod> rods;  ///< by row
+
+  /// Returns true if the tree is one piece. Trees of several pieces stand apart, since all of these wait for one
+  /// another.
+  bool is_small() const { return rods.size() <= plan::most_rods_of_branch; }
+  std::size_t num_points() const { return static_cast<std::size_t>(end_point - first_point); }
+  /// Reads an island. Returns nothing if it has other constraints or rings.
+  static std::optional<RodTree> read(const RodRows& rods, const Numbering& numbering, Index island);
+};
 
 std::optional<RodTree> RodTree::read(const RodRows& given, const Numbering& numbering, Index island) {
   const auto number = static_cast<std::size_t>(island);
@@ -37,8 +56,7 @@ std::optional<RodTree> RodTree::read(const RodRows& given, const Numbering& numb
   return result;
 }
 
-namespace {
-
+constexpr std::size_t packs_of_rod = 4;  // see lanes::RodFactor
 constexpr std::size_t none = static_cast<std::size_t>(-1);
 
 /// A piece while trees are cut. `rods` and `parent` begin at `first` in the lists of the cut.
@@ -222,23 +240,30 @@ void fill_lanes(std::span<Piece> pieces, std::size_t first) {
 /// Sorts pieces into groups: by level, then, among so many that follow one another, by size and shape.
 class Grouping {
  public:
-  Grouping(std::size_t num_moving, Cut* cut, TreePieces* result)
+  Grouping(std::size_t num_moving, Cut* cut, LanePlan* result)
       : cut_(*cut), result_(*result), num_moving_(static_cast<Index>(num_moving)), joint_of_root_(num_moving, none) {}
 
-  void add(Grove grove, std::span<Piece> pieces) {
+  /// Makes a grove. Pieces that all are of the first level need no other ones, and are groves by themselves.
+  void add(std::span<Piece> pieces) {
     std::ranges::stable_sort(pieces, {}, &Piece::level);
+    const bool are_alone = pieces.back().level == 0;
     for (std::size_t k = 0; k < pieces.size();) {
       std::size_t end = k, num_rods = 0;
       while (end < pieces.size() && pieces[end].level == pieces[k].level && num_rods < plan::rods_of_grove)
         num_rods += pieces[end++].num_rods;
       std::ranges::stable_sort(pieces.subspan(k, end - k),
                                [this](const Piece& a, const Piece& b) { return is_larger(a, b); });
-      grove.level_start.resize(pieces[k].level + 1, result_.groups.size());
-      for (; k < end; k += num_lanes) add_group(pieces.subspan(k, std::min(num_lanes, end - k)));
+      for (; k < end; k += num_lanes) {
+        add_group(pieces.subspan(k, std::min(num_lanes, end - k)));
+        result_.groups.back().stands_alone = are_alone;
+        if (!are_alone) continue;
+        result_.end_level();
+        result_.end_grove();
+      }
       k = end;
+      if (!are_alone && (k == pieces.size() || pieces[k].level != pieces[k - 1].level)) result_.end_level();
     }
-    grove.level_start.push_back(result_.groups.size());
-    result_.groves.push_back(std::move(grove));
+    if (!are_alone) result_.end_grove();
   }
 
  private:
@@ -251,21 +276,23 @@ class Grouping {
   }
 
   void add_group(std::span<const Piece> pieces) {
-    PieceGroup group{.num_rods = pieces.front().num_rods,
-                     .first_rod = result_.num_slots(),
-                     .first_place = result_.num_places(),
-                     .first_joint = result_.joints.size(),
-                     .num_pieces = pieces.size()};
+    LaneGroup group{.num_rods = pieces.front().num_rods,
+                    .first_rod = result_.num_slots(),
+                    .first_place = result_.num_places(),
+                    .first_factor = result_.size_of_factor,
+                    .first_joint = result_.joints.size(),
+                    .num_members = pieces.size()};
     group.is_padded = pieces.back().num_rods < group.num_rods;
+    group.num_places = group.num_rods + (group.is_padded ? 2 : 1);
     group.have_same_parents = std::ranges::all_of(
         pieces, [&](const Piece& each) { return std::ranges::equal(parents(each), parents(pieces.front())); });
     result_.parent.resize(result_.parent.size() + num_lanes * group.num_rods);
     result_.row.resize(result_.parent.size());
-    result_.point.resize(result_.point.size() + num_lanes * group.num_places());
+    result_.point.resize(result_.point.size() + num_lanes * group.num_places);
+    result_.size_of_factor += group.num_rods * packs_of_rod;
     for (std::size_t lane = 0; lane < num_lanes; ++lane)
       add_piece(pieces[std::min(lane, pieces.size() - 1)], lane, &group);
     group.end_joint = result_.joints.size();
-    group.follow = group.follow && !group.is_padded && !group.has_joints();
     // Roots are joints of pieces that come later.
     for (std::size_t lane = 0; lane < pieces.size(); ++lane) {
       if (pieces[lane].above != none)
@@ -274,12 +301,12 @@ class Grouping {
     result_.groups.push_back(group);
   }
 
-  void add_piece(const Piece& piece, std::size_t lane, PieceGroup* group) {
+  void add_piece(const Piece& piece, std::size_t lane, LaneGroup* group) {
     const std::size_t pad = group->num_rods - piece.num_rods;
     Index* const point = result_.point.data() + num_lanes * group->first_place + lane;
     Index* const parent = result_.parent.data() + num_lanes * group->first_rod + lane;
     Index* const row = result_.row.data() + num_lanes * group->first_rod + lane;
-    group->tree[lane] = static_cast<Index>(piece.tree);
+    group->island[lane] = static_cast<Index>(piece.tree);
     group->has_joint_as_root[lane] = piece.above != none;
     for (std::size_t k = 0; k < pad; ++k) {
       row[num_lanes * k] = -1;
@@ -293,16 +320,13 @@ class Grouping {
       const bool is_own = own < num_moving_ && !note_joint(own, k, lane, *group);
       point[num_lanes * k] = is_own ? own : ~own;
       group->has_supports = group->has_supports || own >= num_moving_;
-      const auto steps = static_cast<Index>(k - pad);
-      group->follow = group->follow && is_own && own == point[num_lanes * pad] + steps;
       if (k == group->num_rods) break;
       row[num_lanes * k] = cut_.rods[rod].row;
       parent[num_lanes * k] = cut_.parent[rod] + static_cast<Index>(pad);
-      group->follow = group->follow && row[num_lanes * k] == row[num_lanes * pad] + steps;
     }
   }
   /// Notes that the point is a joint, if it is one.
-  bool note_joint(Index point, std::size_t place, std::size_t lane, const PieceGroup& group) {
+  bool note_joint(Index point, std::size_t place, std::size_t lane, const LaneGroup& group) {
     const std::size_t joint = joint_of_root_[static_cast<std::size_t>(point)];
     if (joint == none) return false;
     std::size_t k = group.first_joint;
@@ -313,41 +337,43 @@ class Grouping {
   }
 
   Cut& cut_;
-  TreePieces& result_;
+  LanePlan& result_;
   Index num_moving_;
   std::vector<std::size_t> joint_of_root_;  // [point]
 };
 
-}  // namespace
-
-TreePieces::TreePieces(std::vector<RodTree> given, std::size_t num_moving) : trees(std::move(given)) {
+/// Cuts trees into pieces.
+LanePlan cut_trees(std::span<const RodTree> trees, std::size_t num_moving) {
+  LanePlan result;
   Cut cut;
-  Grouping grouping(num_moving, &cut, this);
+  Grouping grouping(num_moving, &cut, &result);
   for (std::size_t tree = 0; tree < trees.size();) {
-    Grove grove;
-    grove.first_tree = tree;
-    while (tree < trees.size() && grove.num_rods < plan::rods_of_grove) grove.num_rods += trees[tree++].rods.size();
-    grove.end_tree = tree;
-    num_rods += grove.num_rods;
-    const std::size_t first = cut.pieces.size();
-    for (std::size_t k = grove.first_tree; k < tree; ++k) cut.add(trees[k], k);
+    const std::size_t first = cut.pieces.size(), most_rods = result.num_rods + plan::rods_of_grove;
+    const bool are_small = trees[tree].is_small();
+    for (; tree < trees.size() && trees[tree].is_small() == are_small && result.num_rods < most_rods; ++tree) {
+      cut.add(trees[tree], tree);
+      result.islands.push_back({trees[tree].first_point, trees[tree].end_point});
+      result.num_rods += trees[tree].rods.size();
+    }
     const std::span<Piece> pieces = std::span(cut.pieces).subspan(first);
     fill_lanes(pieces, first);
-    grouping.add(std::move(grove), pieces);
+    grouping.add(pieces);
   }
+  return result;
 }
 
-TreePieces TreePieces::take(const RodRows& rods, const Numbering& numbering, bool eagerly,
-                            std::vector<Index>* islands) {
+}  // namespace
+
+LanePlan take_trees(const RodRows& rods, const Numbering& numbering, bool eagerly, std::vector<Index>* islands) {
   std::vector<RodTree> small, trees;
   std::vector<Index> small_ones, taken;  // islands
   const auto is_full = [&](const std::vector<RodTree>& some) {
-    return eagerly || TreePieces(some, numbering.num_moving).fullness() >= plan::fullness_of_trees;
+    return eagerly || cut_trees(some, numbering.num_moving).fullness() >= plan::fullness_of_trees;
   };
   for (const Index island : *islands) {
     std::optional<RodTree> tree = RodTree::read(rods, numbering, island);
     if (!tree.has_value()) continue;
-    if (tree->rods.size() <= plan::most_rods_of_branch) {
+    if (tree->is_small()) {
       small_ones.push_back(island);
       small.push_back(*std::move(tree));
     } else if (is_full({*tree})) {
@@ -362,9 +388,9 @@ TreePieces TreePieces::take(const RodRows& rods, const Numbering& numbering, boo
     trees.insert(trees.end(), small.begin(), small.end());
   }
   std::ranges::sort(taken);
-  std::ranges::sort(trees, {}, &RodTree::first_point);
+  std::ranges::sort(trees, {}, [](const RodTree& tree) { return std::pair(!tree.is_small(), tree.first_point); });
   std::erase_if(*islands, [&](Index island) { return std::ranges::binary_search(taken, island); });
-  return {std::move(trees), numbering.num_moving};
+  return cut_trees(trees, numbering.num_moving);
 }
 
 }  // namespace tanor::detail

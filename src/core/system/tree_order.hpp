@@ -12,7 +12,7 @@ namespace tanor::detail {
 
 /// Lists the points of a tree from its leaves to its center. Each branch (a point with all that hangs on it) is in one
 /// piece, and equal branches of a point are side by side and numbered alike, so that they can be eliminated in the
-/// lanes of a vector (schur/tree_pieces.hpp).
+/// lanes of a vector (schur/tree_pieces.cpp).
 class TreeOrder {
  public:
   /// Members join two points or belong to one alone. Those with two points join all points to a tree.

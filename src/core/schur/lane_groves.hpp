@@ -1,0 +1,103 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <ranges>
+#include <span>
+#include <vector>
+
+#include "base/parallel.hpp"
+#include "plan/thresholds.hpp"
+#include "schur/lane_groups.hpp"
+
+namespace tanor::detail {
+
+/// One grove, and the threads that work on it. A thread that is alone has a workspace of its own.
+class GroveVisit {
+ public:
+  GroveVisit(LaneGroups* all, std::size_t number, const Parallel& parallel, std::size_t workspace)
+      : all_(*all),
+        number_(number),
+        parallel_(parallel),
+        levels_(all->plan().levels(number)),
+        groups_(all->plan().groups.begin() + static_cast<std::ptrdiff_t>(levels_.front()),
+                all->plan().groups.begin() + static_cast<std::ptrdiff_t>(levels_.back())),
+        workspace_(workspace) {}
+
+  bool stands_alone() const { return groups_.front().stands_alone; }
+  std::span<const LaneGroup> groups() const { return groups_; }
+  LanePlan::Extent extent() const { return all_.plan().extent(number_); }
+  std::size_t workspace() const { return workspace_; }
+
+  void bring(const PointSource* source) const {
+    if (source == nullptr) return;
+    for (const LaneGroup& group : groups_) {
+      for (std::size_t lane = 0; lane < group.num_members; ++lane) {
+        const auto [first, end] = all_.plan().islands[static_cast<std::size_t>(group.island[lane])];
+        if (!group.has_joint_as_root[lane])
+          detail::bring(parallel_, source, static_cast<std::size_t>(first), static_cast<std::size_t>(end));
+      }
+    }
+  }
+
+  /// Calls work(group) for each group from a level on, the lower levels first.
+  template <class Work>
+  void up(const Work& work, std::size_t lowest = 0) const {
+    for (std::size_t level = lowest; level + 1 < levels_.size(); ++level) take_level(level, work);
+  }
+  /// Does the same for the upper levels first.
+  template <class Work>
+  void down(const Work& work, std::size_t lowest = 0) const {
+    for (std::size_t level = levels_.size() - 1; level-- > lowest;) take_level(level, work);
+  }
+  template <class Work>
+  void take_level(std::size_t level, const Work& work) const {
+    const std::size_t first = levels_[level], count = levels_[level + 1] - first;
+    std::size_t shares = 1;
+    if (count > 1 && parallel_.threads() > 1) {
+      const LaneGroup &front = all_.plan().groups[first], &back = all_.plan().groups[first + count - 1];
+      shares = all_.num_shares(back.first_rod + back.num_rods - front.first_rod, parallel_);
+    }
+    parallel_.for_tasks(shares, [&](std::size_t share) {
+      for (std::size_t k = count * share / shares; k < count * (share + 1) / shares; ++k) {
+        LaneGroups::Group group(&all_, first + k, levels_.front(), workspace_, shares == 1 ? workspace_ : share);
+        work(group);
+      }
+    });
+  }
+
+ private:
+  LaneGroups& all_;
+  std::size_t number_;
+  const Parallel& parallel_;
+  std::span<const std::size_t> levels_;
+  std::span<const LaneGroup> groups_;
+  std::size_t workspace_;
+};
+
+/// Calls work(visit) for each grove. All threads work on a grove that is more than one thread's share, one after the
+/// other; each of the others belongs to one thread.
+template <class Work>
+void visit_groves(const Parallel& parallel, LaneGroups* all, const Work& work) {
+  const LanePlan& plan = all->plan();
+  const std::size_t total = plan.num_slots(), shares = all->num_shares(total, parallel);
+  const auto is_shared = [&](const GroveVisit& visit) { return shares > 1 && visit.extent().rods * shares > total; };
+  for (std::size_t grove = 0; shares > 1 && grove < plan.num_groves(); ++grove) {
+    if (const GroveVisit visit(all, grove, parallel, 0); is_shared(visit)) work(visit);
+  }
+  const auto first_grove = [&](std::size_t share) {
+    const auto starts = std::views::iota(std::size_t{0}, plan.num_groves());
+    return *std::ranges::lower_bound(starts, total * share / shares, {}, [&](std::size_t grove) {
+      return plan.groups[plan.levels(grove).front()].first_rod;
+    });
+  };
+  const Parallel alone(1);
+  parallel.for_tasks(shares, [&](std::size_t share) {
+    const std::size_t end = share + 1 < shares ? first_grove(share + 1) : plan.num_groves();
+    for (std::size_t grove = first_grove(share); grove < end; ++grove) {
+      if (const GroveVisit visit(all, grove, alone, share); !is_shared(visit)) work(visit);
+    }
+  });
+}
+
+}  // namespace tanor::detail

@@ -1,0 +1,313 @@
+#include "schur/lane_solver.hpp"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+namespace tanor::detail {
+
+// ---- the plan ----
+
+std::unique_ptr<LaneSolver> LaneSolver::make(const SchurProblem& problem, int threads, bool eagerly, const Take& take,
+                                             std::vector<Index>* islands) {
+  if (islands->empty()) return nullptr;
+  const std::vector<Index> before = *islands;
+  const RodRows rods(problem.constraints, problem.numbering.num_rows());
+  LanePlan plan = take(rods, problem.numbering, eagerly, islands);
+  if (plan.groups.empty()) return nullptr;
+  std::unique_ptr<LaneSolver> result(new LaneSolver(problem, rods, std::move(plan), threads));
+  result->serve(problem, before, *islands);
+  return result;
+}
+
+LaneSolver::LaneSolver(const SchurProblem& problem, const RodRows& rods, LanePlan plan, int threads)
+    : groups_(std::move(plan), rods, problem.inverse_mass, problem.numbering.num_moving, threads),
+      of_island_(groups_.plan().islands.size()) {}
+
+std::unique_ptr<LaneSolver> LaneSolver::make_batches(const SchurProblem& problem, int threads, bool eagerly,
+                                                     std::vector<Index>* islands) {
+  std::unique_ptr<LaneSolver> result = make(problem, threads, eagerly, take_equal_islands, islands);
+  if (result == nullptr) return nullptr;
+  const LanePlan& plan = result->groups_.plan();
+  FactorSummary factor{.parts = plan.islands.size()};
+  for (const LaneGroup& group : plan.groups) {
+    const IslandSchedule& schedule = group.structure->schedule;
+    const std::size_t entries = group.num_members * static_cast<std::size_t>(schedule.num_slots);
+    factor.factor_nonzeros += entries;
+    factor.pattern_nonzeros += entries - group.num_members * schedule.num_fill_slots;
+    factor.flops += static_cast<double>(group.num_members) * schedule.flops();
+  }
+  result->summary_ = {.solvers = {LinearSolver::Batches},
+                      .reason = std::to_string(factor.parts) + " islands of rods have " +
+                                std::to_string(plan.structures.size()) +
+                                (plan.structures.size() == 1 ? " structure" : " structures"),
+                      .factor = factor};
+  return result;
+}
+
+std::unique_ptr<LaneSolver> LaneSolver::make_trees(const SchurProblem& problem, int threads, bool eagerly,
+                                                   std::vector<Index>* islands) {
+  std::unique_ptr<LaneSolver> result = make(problem, threads, eagerly, take_trees, islands);
+  if (result == nullptr) return nullptr;
+  constexpr double flops_a_rod = 50.0;
+  const LanePlan& plan = result->groups_.plan();
+  const std::size_t count = plan.islands.size();
+  result->summary_ = {.solvers = {LinearSolver::Trees},
+                      .reason = (count == 1 ? "one tree" : std::to_string(count) + " trees") + " of rods, which use " +
+                                std::to_string(static_cast<int>(100.0 * plan.fullness())) + " % of the lanes",
+                      .factor = {.parts = count,
+                                 .pattern_nonzeros = 4 * plan.num_rods,
+                                 .factor_nonzeros = 4 * plan.num_rods,
+                                 .flops = flops_a_rod * static_cast<double>(plan.num_rods)}};
+  return result;
+}
+
+// ---- grove by grove ----
+
+/// Calls work(visit) for all groves, with findings that are cleared before.
+template <class Work>
+void LaneSolver::visit(const Parallel& parallel, const Work& work) {
+  for (LaneGroups::Workspace& each : groups_.workspaces()) {
+    each.found = {};
+    each.projection = {};
+  }
+  visit_groves(parallel, &groups_, work);
+}
+
+void LaneSolver::note_findings(const GroveVisit& visit) {
+  LaneGroups::Workspace& work = groups_.workspaces()[visit.workspace()];
+  const std::span<const LaneGroup> groups = visit.groups();
+  for (std::size_t k = 0; k < groups.size(); ++k) {
+    for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+      Elimination& own = of_island_[static_cast<std::size_t>(groups[k].island[lane])];
+      own.largest_right_side = larger(own.largest_right_side, work.right_side.data()[k][lane]);
+      own.residual = larger(own.residual, work.residual.data()[k][lane]);
+    }
+  }
+  for (const LaneGroup& group : groups) {
+    Pack<> right_side{}, residual{};
+    for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+      Elimination& own = of_island_[static_cast<std::size_t>(group.island[lane])];
+      if (group.has_joint_as_root[lane]) continue;
+      right_side[lane] = own.largest_right_side;
+      residual[lane] = own.residual;
+      own = {};
+    }
+    work.found.include(right_side, residual);
+  }
+}
+
+Elimination LaneSolver::found() {
+  Elimination result;
+  for (const LaneGroups::Workspace& work : groups_.workspaces()) {
+    for (std::size_t lane = 0; lane < num_lanes; ++lane)
+      result.reciprocal_condition = std::min(result.reciprocal_condition, 1.0 / work.found.largest_inverse[lane]);
+    result.include({1.0, work.found.right_side.read(), work.found.residual.read(), work.found.own_residual.read()});
+  }
+  return result;
+}
+
+Projection LaneSolver::reached() {
+  Projection result;
+  for (const LaneGroups::Workspace& work : groups_.workspaces()) {
+    result.violation = larger(result.violation, work.projection.violation);
+    result.iterations = std::max(result.iterations, work.projection.iterations);
+  }
+  return result;
+}
+
+// ---- the calls ----
+
+Elimination LaneSolver::solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks,
+                              double*, double* lambda, double* w) {
+  groups_.take_lengths();
+  visit(parallel, [&](const GroveVisit& grove) {
+    grove.bring(motion.source);
+    grove.up([&](Group& group) {
+      const lanes::Motion own = group.read_motion(motion);
+      group.call_for_points(motion.r);
+      group.call_for_points(motion.v);
+      if (grove.stands_alone()) {
+        group.solve(own, motion.uniform, use, w);
+        group.call_for_points(w);
+        group.write_rows(group.arrays().rods.z, lambda);
+      } else if (use == FactorUse::Renew) {
+        group.evaluate_and_eliminate(own);
+      } else {
+        group.evaluate(own);
+        group.substitute_up();
+      }
+      if (use == FactorUse::Keep) return;
+      group.write_directions(blocks);
+      group.call_for_blocks(blocks);
+    });
+    if (grove.stands_alone()) return;
+    grove.down([&](Group& group) {
+      group.substitute_down();
+      group.accelerate(motion.uniform, w);
+      group.write_rows(group.arrays().rods.z, lambda);
+    });
+    grove.up([](Group& group) {
+      if (group.plan().has_joints()) group.find_residual();
+    });
+    note_findings(grove);
+  });
+  return found();
+}
+
+/// Factorizes S of the directions that take(group) finds.
+template <class TakeDirections>
+Elimination LaneSolver::eliminate(const Parallel& parallel, const PointSource* source, const TakeDirections& take) {
+  visit(parallel, [&](const GroveVisit& grove) {
+    grove.bring(source);
+    grove.up([&](Group& group) {
+      take(group);
+      group.eliminate();
+    });
+  });
+  return found();
+}
+
+Elimination LaneSolver::factorize(const Parallel& parallel, const double* blocks) {
+  return eliminate(parallel, nullptr, [&](Group& group) { group.read_directions(blocks, true); });
+}
+
+Elimination LaneSolver::linearise(const Parallel& parallel, const double* r, const PointSource* source,
+                                  double* blocks) {
+  return eliminate(parallel, source, [&](Group& group) {
+    group.find_directions(r, group.arrays().rods.u);
+    group.write_directions(blocks);
+  });
+}
+
+void LaneSolver::solve_negative(const Parallel& parallel, const double* b, double* x) {
+  visit(parallel, [&](const GroveVisit& grove) {
+    grove.up([&](Group& group) {
+      group.read_rows(b, group.arrays().rods.b);
+      group.substitute_up();
+    });
+    grove.down([&](Group& group) {
+      if (group.arrays().shape.are_pieces()) group.substitute_down();
+      group.write_rows(group.arrays().rods.z, x);
+    });
+  });
+}
+
+namespace {
+
+bool are_zero(const Pack<>* rows, std::size_t count) {
+  const auto* const numbers = reinterpret_cast<const double*>(rows);
+  return std::all_of(numbers, numbers + num_lanes * count, [](double x) { return x == 0.0; });
+}
+
+}  // namespace
+
+void LaneSolver::correct(const Parallel& parallel, const double* blocks, double* rows, double* points) {
+  visit(parallel, [&](const GroveVisit& grove) {
+    bool is_needed = true;
+    grove.up([&](Group& group) {
+      group.read_rows(rows, group.arrays().rods.b);
+      // Islands whose series are in lanes have rows of 0, see MultiplierSeries.
+      if (grove.stands_alone()) is_needed = !are_zero(group.arrays().rods.b, group.plan().num_rods);
+      if (!is_needed) return;
+      group.read_directions(blocks);
+      group.substitute_up();
+    });
+    if (!is_needed) return;
+    grove.down([&](Group& group) {
+      group.read_points(points, group.own().points);
+      group.substitute_down(group.own().points);
+      group.write_rows(group.arrays().rods.z, rows);
+      group.write_points(group.own().points, points);
+    });
+  });
+}
+
+void LaneSolver::add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) {
+  visit(parallel, [&](const GroveVisit& grove) {
+    grove.down([&](Group& group) {
+      group.read_directions(blocks);
+      group.read_rows(rows, group.arrays().rods.z);
+      group.read_points(points, group.own().points);
+      group.substitute_down(group.own().points, nullptr, true);
+      group.write_points(group.own().points, points);
+    });
+  });
+}
+
+// ---- projections ----
+
+/// Calls evaluate(group), which finds the violation at the group's points, and moves these by M^-1 K S^-1 (-violation).
+/// `was_moved` says that joints do not have their points yet.
+template <class Evaluate>
+void LaneSolver::project(const GroveVisit& grove, double target, bool was_moved, const Evaluate& evaluate,
+                         double* points, double* sum) {
+  LaneGroups::Workspace& work = groups_.workspaces()[grove.workspace()];
+  const Projection reached = iterate_along_chord(
+      target,
+      [&] {
+        grove.up([&](Group& group) {
+          if (was_moved) group.take_joints(group.own().points);
+          evaluate(group);
+          group.substitute_up();
+        });
+        Largest violation;
+        for (std::size_t k = 0; k < grove.groups().size(); ++k) violation.see(work.right_side.data()[k]);
+        return violation.read();
+      },
+      [&] {
+        was_moved = true;
+        grove.down([&](Group& group) {
+          group.substitute_down(group.own().points);
+          if (sum != nullptr) group.add_multipliers();
+        });
+      });
+  grove.up([&](Group& group) {
+    group.write_points(group.own().points, points);
+    if (sum != nullptr) group.write_rows(group.own().sum, sum);
+  });
+  work.projection.violation = larger(work.projection.violation, reached.violation);
+  work.projection.iterations = std::max(work.projection.iterations, reached.iterations);
+}
+
+Projection LaneSolver::project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
+                                         const PointSource* source, double* sum) {
+  groups_.take_lengths();
+  visit(parallel, [&](const GroveVisit& grove) {
+    grove.bring(source);
+    grove.down([&](Group& group) {
+      group.read_points(r, group.own().points);
+      group.read_directions(blocks);
+      group.call_for_points(r);
+      group.call_for_blocks(blocks);
+      if (sum == nullptr) return;
+      group.read_rows(sum, group.own().sum);
+      std::copy_n(group.own().sum, group.plan().num_rods, group.arrays().rods.z);
+      group.substitute_down(group.own().points, nullptr, true);
+    });
+    project(
+        grove, target, sum != nullptr, [](Group& group) { group.evaluate_values(); }, r, sum);
+  });
+  return reached();
+}
+
+Projection LaneSolver::project_velocities(const Parallel& parallel, const double* blocks, double target,
+                                          const double* r, double* v, double* sum) {
+  groups_.take_lengths();
+  visit(parallel, [&](const GroveVisit& grove) {
+    grove.up([&](Group& group) {
+      group.read_points(v, group.own().points);
+      group.find_directions(r, group.own().directions);
+      group.read_directions(blocks);
+      group.call_for_points(r);
+      group.call_for_points(v);
+      group.call_for_blocks(blocks);
+      if (sum != nullptr) group.read_rows(sum, group.own().sum);
+    });
+    project(
+        grove, target, false, [](Group& group) { group.evaluate_rates(); }, v, sum);
+  });
+  return reached();
+}
+
+}  // namespace tanor::detail

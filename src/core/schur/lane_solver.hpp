@@ -1,0 +1,63 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "schur/island_solver.hpp"
+#include "schur/lane_groups.hpp"
+#include "schur/lane_groves.hpp"
+
+namespace tanor::detail {
+
+/// Solves islands of rods in groups of eight equal fronts, side by side in the lanes of a vector. The system alone
+/// decides which of them share a vector.
+///
+/// Batches are islands of which many have one topology. Their elimination is written down once for a topology. Trees
+/// are cut into pieces; S has no fill and is eliminated from the leaves to the root point by point (the
+/// articulated-body method of R. Featherstone 1983, with mobilities in place of inertias, so that supports may stand at
+/// any leaf). Multipliers come back the other way.
+class LaneSolver final : public IslandSolver {
+ public:
+  /// Takes islands out of `islands`, see take_equal_islands and take_trees. Returns null if there are none.
+  static std::unique_ptr<LaneSolver> make_batches(const SchurProblem& problem, int threads, bool eagerly,
+                                                  std::vector<Index>* islands);
+  static std::unique_ptr<LaneSolver> make_trees(const SchurProblem& problem, int threads, bool eagerly,
+                                                std::vector<Index>* islands);
+
+  Elimination solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks, double* b,
+                    double* lambda, double* w) override;
+  Elimination factorize(const Parallel& parallel, const double* blocks) override;
+  Elimination linearise(const Parallel& parallel, const double* r, const PointSource* source, double* blocks) override;
+  void solve_negative(const Parallel& parallel, const double* b, double* x) override;
+  void correct(const Parallel& parallel, const double* blocks, double* rows, double* points) override;
+  Projection project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
+                               const PointSource* source, double* sum) override;
+  Projection project_velocities(const Parallel& parallel, const double* blocks, double target, const double* r,
+                                double* v, double* sum) override;
+  void add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) override;
+  void read_offsets(std::span<const Vec3> offsets) override { groups_.read_offsets(offsets); }
+
+ private:
+  using Group = LaneGroups::Group;
+  using Take = LanePlan (*)(const RodRows& rods, const Numbering& numbering, bool eagerly, std::vector<Index>* islands);
+  static std::unique_ptr<LaneSolver> make(const SchurProblem& problem, int threads, bool eagerly, const Take& take,
+                                          std::vector<Index>* islands);
+  LaneSolver(const SchurProblem& problem, const RodRows& rods, LanePlan plan, int threads);
+
+  template <class Work>
+  void visit(const Parallel& parallel, const Work& work);
+  template <class TakeDirections>
+  Elimination eliminate(const Parallel& parallel, const PointSource* source, const TakeDirections& take);
+  void note_findings(const GroveVisit& visit);
+  Elimination found();
+  template <class Evaluate>
+  void project(const GroveVisit& visit, double target, bool was_moved, const Evaluate& evaluate, double* points,
+               double* sum);
+  Projection reached();
+
+  LaneGroups groups_;
+  std::vector<Elimination> of_island_;  // [island] largest |b| and residual
+};
+
+}  // namespace tanor::detail
