@@ -150,7 +150,10 @@ template <std::size_t of_register, class Place, class Sign>
       });
 }
 
-template <class Place, class Sign>
+/// Says whether numbers are written over those in memory or added to them.
+enum class Writing { Over, Added };
+
+template <Writing writing, class Place, class Sign>
 [[gnu::always_inline]] inline void scatter_placed(const Pack<>* from, const Index* first, std::size_t width,
                                                   std::size_t count, const Place& place, const Sign& sign, double* to) {
   for (std::size_t lane = 0; lane < num_lanes; lane += 4) {
@@ -159,25 +162,30 @@ template <class Place, class Sign>
     const auto take = [&](std::size_t k) __attribute__((always_inline))->Four {
       return sign(k) * four_at(lanes + place(k) * num_lanes);
     };
-    if (count < 4) {
-      for (std::size_t k = 0; k < count; ++k) {
-        const Four value = take(k);
-        at.a[k] = value[0];
-        at.b[k] = value[1];
-        at.c[k] = value[2];
-        at.d[k] = value[3];
-      }
-      continue;
+    const auto write_one = [&](double* number, double value) __attribute__((always_inline)) {
+      *number = writing == Writing::Added ? *number + value : value;
+    };
+    const auto write_four = [&](double* numbers, const Four& values) __attribute__((always_inline)) {
+      four_to(numbers) = writing == Writing::Added ? four_at(numbers) + values : values;
+    };
+    const auto write_tile = [&](std::size_t k) __attribute__((always_inline)) {
+      Four a = take(k), b = take(k + 1), c = take(k + 2), d = take(k + 3);
+      transpose(&a, &b, &c, &d);
+      write_four(at.a + k, a);
+      write_four(at.b + k, b);
+      write_four(at.c + k, c);
+      write_four(at.d + k, d);
+    };
+    // Nothing is added twice, so that the last tile may not overlap the one before it.
+    const std::size_t in_tiles = writing == Writing::Added ? count / 4 * 4 : count < 4 ? 0 : count;
+    if (in_tiles > 0) for_each_tile(in_tiles, write_tile);
+    for (std::size_t k = in_tiles; k < count; ++k) {
+      const Four value = take(k);
+      write_one(at.a + k, value[0]);
+      write_one(at.b + k, value[1]);
+      write_one(at.c + k, value[2]);
+      write_one(at.d + k, value[3]);
     }
-    for_each_tile(
-        count, [&](std::size_t k) __attribute__((always_inline)) {
-          Four a = take(k), b = take(k + 1), c = take(k + 2), d = take(k + 3);
-          transpose(&a, &b, &c, &d);
-          four_to(at.a + k) = a;
-          four_to(at.b + k) = b;
-          four_to(at.c + k) = c;
-          four_to(at.d + k) = d;
-        });
   }
 }
 
@@ -208,14 +216,22 @@ void scatter_sequences(const Pack<>* from, const Sequences& given, std::size_t w
   const Index* const first = given.first.data();
   if (const SequencePlaces* const places = given.places) {
     return dispatch([=, place = places->place.data(), sign = places->sign.data(), count = places->place.size()] {
-      scatter_placed(
+      scatter_placed<Writing::Over>(
           from, first, width, count, [=](std::size_t k) { return static_cast<std::size_t>(place[k]); },
           [=](std::size_t k) { return sign[k]; }, to);
     });
   }
   dispatch([=, count = width * given.count, sign = given.sign] {
-    scatter_placed(
+    scatter_placed<Writing::Over>(
         from, first, width, count, same_place, [=](std::size_t) { return sign; }, to);
+  });
+}
+
+void add_sequences(const Pack<>* from, const Sequences& given, std::size_t width, double* to) {
+  const Index* const first = given.first.data();
+  dispatch([=, count = width * given.count] {
+    scatter_placed<Writing::Added>(
+        from, first, width, count, same_place, [](std::size_t) { return 1.0; }, to);
   });
 }
 

@@ -42,6 +42,8 @@ struct Sequences {
 };
 void gather_sequences(const double* from, const Sequences& given, std::size_t width, Pack<>* to);
 void scatter_sequences(const Pack<>* from, const Sequences& given, std::size_t width, double* to);
+/// Adds such sequences, which all have the sign +1 and stand in their own order, to those in memory.
+void add_sequences(const Pack<>* from, const Sequences& given, std::size_t width, double* to);
 /// Prefetches such sequences while something else is computed. The function is inlined, since gcc drops the call of a
 /// function that does nothing else if it sees the body.
 [[gnu::always_inline]] inline void call_for(const double* array, const Sequences& wanted, std::size_t width) {

@@ -143,11 +143,8 @@ void PathBlock::write_multipliers(double* rows) const {
   scatter_sequences(work_.x.data(), rows_of_lanes(), 1, rows);
 }
 
-void PathBlock::add_multipliers(double* sum) {
-  Pack<>* const before = work_.lengths.data();
-  gather_sequences(sum, rows_of_lanes(), 1, before);
-  for (std::size_t i = 0; i < of_.length; ++i) before[i] += work_.x.data()[i];
-  scatter_sequences(before, rows_of_lanes(), 1, sum);
+void PathBlock::add_multipliers(double* sum) const {
+  add_sequences(work_.x.data(), rows_of_lanes(), 1, sum);
 }
 
 void PathBlock::accelerate(const double* blocks, const double* w) {
@@ -166,9 +163,10 @@ void PathBlock::accelerate(const double* blocks, const double* w) {
 
 void PathBlock::write_accelerations(const Vec3* w0, double* w) {
   Pack3<>* const dw = work_.v.data();
-  if (w0 == nullptr) read_points(w, of_.length, &work_.w);
-  paths::move(of_.length, w0, work_.w.data(), dw);
-  scatter_sequences(&dw->x, of_.sequences(of_.first_point, of_.length), 3, w);
+  const Sequences places = of_.sequences(of_.first_point, of_.length);
+  if (w0 == nullptr) return add_sequences(&dw->x, places, 3, w);
+  paths::move(of_.length, *w0, dw);
+  scatter_sequences(&dw->x, places, 3, w);
 }
 
 }  // namespace tanor::detail

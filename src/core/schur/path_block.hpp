@@ -64,7 +64,7 @@ class PathBlock {
   void substitute_backward();
   void read_multipliers(const double* rows);
   void write_multipliers(double* rows) const;
-  void add_multipliers(double* sum);
+  void add_multipliers(double* sum) const;
   /// Computes dw = M^-1 K x of all points but the last. The next pieces will need their part of `blocks` and `w`.
   void accelerate(const double* blocks, const double* w);
   /// Writes w := w0 + dw, or adds dw to w if `w0` is null.

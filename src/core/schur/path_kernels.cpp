@@ -212,13 +212,11 @@ void accelerate(const Pieces& pieces, const Pack<>* x, const Pack3<>& force_befo
   });
 }
 
-void move(std::size_t length, const Vec3* uniform, const Pack3<>* w0, Pack3<>* dw) {
+void move(std::size_t length, Vec3 w0, Pack3<>* dw) {
   for_each_part([=]<class Lanes>(const Lanes& part) __attribute__((always_inline)) {
     using Lane = typename Lanes::Lane;
-    typename Lanes::Vector free{};
-    if (uniform != nullptr) free = {Lane{} + uniform->x, Lane{} + uniform->y, Lane{} + uniform->z};
-    for (std::size_t i = 0; i < length; ++i)
-      part.write((uniform != nullptr ? free : part.of(w0[i])) + part.of(dw[i]), &dw[i]);
+    const typename Lanes::Vector free{Lane{} + w0.x, Lane{} + w0.y, Lane{} + w0.z};
+    for (std::size_t i = 0; i < length; ++i) part.write(free + part.of(dw[i]), &dw[i]);
   });
 }
 

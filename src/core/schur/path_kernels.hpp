@@ -80,7 +80,7 @@ void substitute_backward(const Pieces& pieces, const Border& border, Pack<>* spi
 void accelerate(const Pieces& pieces, const Pack<>* x, const Pack3<>& force_before, const Upcoming& upcoming,
                 Pack3<>* dw, Found* found);
 
-/// Computes w := w0 + dw in dw's place [length]. If `uniform` is not null, it is w0 of all points.
-void move(std::size_t length, const Vec3* uniform, const Pack3<>* w0, Pack3<>* dw);
+/// Computes dw += w0 [length].
+void move(std::size_t length, Vec3 w0, Pack3<>* dw);
 
 }  // namespace tanor::detail::paths
