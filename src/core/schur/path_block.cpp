@@ -21,7 +21,7 @@ const Separator& PathFactor::before(const PathRows::Cut& cut, std::size_t separa
 
 PathWorkspace::PathWorkspace(std::size_t most_rods) {
   for (auto* array : {&r, &v, &w, &offset, &u}) array->resize(most_rods + 1);
-  for (Packs* array : {&changes, &lengths, &spikes, &x}) array->resize(most_rods + 1);
+  for (Packs* array : {&changes, &spikes, &x}) array->resize(most_rods + 1);
 }
 
 PathBlock::PathBlock(const PathRows& rows, PathFactor* factor, const PathRows::Cut& cut, const PathPieces& of,
@@ -74,8 +74,7 @@ void PathBlock::read_right_side(const double* b) {
 
 void PathBlock::evaluate_values(const double* r) {
   const paths::Motion motion = read_motion({r, nullptr, nullptr}, nullptr);
-  gather_sequences(rows_.length.data(), rows_of_lanes(), 1, work_.lengths.data());
-  paths::evaluate_values(arrays_, motion, work_.lengths.data(), &work_.found);
+  paths::evaluate_values(arrays_, motion, rows_.lengths.data() + of_.first_slot, &work_.found);
 }
 
 void PathBlock::evaluate_rates(const double* r, const double* v) {
@@ -147,14 +146,14 @@ void PathBlock::add_multipliers(double* sum) const {
   add_sequences(work_.x.data(), rows_of_lanes(), 1, sum);
 }
 
-void PathBlock::accelerate(const double* blocks, const double* w) {
+void PathBlock::accelerate(const double* blocks, const double* w, bool wants_residual) {
   Pack3<> force_before;
   for (std::size_t lane = 0; lane < num_lanes; ++lane)
     set_lane(&force_before, lane, (lane > 0 ? separators_[lane - 1] : before_).force());
   Pack3<>* const dw = work_.v.data();
   paths::Upcoming upcoming;
   if (is_followed_) upcoming = {{next_blocks(blocks), w + 3 * last_point()}};
-  paths::accelerate(arrays_, work_.x.data(), force_before, upcoming, dw, &work_.found);
+  paths::accelerate(arrays_, work_.x.data(), force_before, upcoming, dw, wants_residual ? &work_.found : nullptr);
   for (std::size_t lane = 0; lane < num_lanes; ++lane) {
     separators_[lane].first_dw = lane_of(dw[0], lane);
     separators_[lane].last_dw = lane_of(dw[of_.length - 1], lane);

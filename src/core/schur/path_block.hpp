@@ -27,7 +27,7 @@ struct PathFactor {
 /// The arrays of a thread for one block of pieces, [length + 1] or [length].
 struct PathWorkspace {
   std::vector<Pack3<>> r, v, w, offset, u;
-  Packs changes, lengths, spikes, x;
+  Packs changes, spikes, x;
   paths::Found found;
   std::size_t next_point = 0;  ///< the first point of the path that was not brought
 
@@ -65,8 +65,9 @@ class PathBlock {
   void read_multipliers(const double* rows);
   void write_multipliers(double* rows) const;
   void add_multipliers(double* sum) const;
-  /// Computes dw = M^-1 K x of all points but the last. The next pieces will need their part of `blocks` and `w`.
-  void accelerate(const double* blocks, const double* w);
+  /// Computes dw = M^-1 K x of all points but the last, and the residual if it is wanted. The next pieces will need
+  /// their part of `blocks` and `w`.
+  void accelerate(const double* blocks, const double* w, bool wants_residual);
   /// Writes w := w0 + dw, or adds dw to w if `w0` is null.
   void write_accelerations(const Vec3* w0, double* w);
 

@@ -203,12 +203,12 @@ void accelerate(const Pieces& pieces, const Pack<>* x, const Pack3<>& force_befo
       const auto own = part.of(pieces.inverse_mass[i]) * (before - force);
       part.write(own, &dw[i]);
       upcoming.fetch(i);
-      if (i > 0) seen.see(magnitude(dot(u_before, own - dw_before) + part.of(pieces.b[i - 1])));
+      if (found != nullptr && i > 0) seen.see(magnitude(dot(u_before, own - dw_before) + part.of(pieces.b[i - 1])));
       before = force;
       u_before = u;
       dw_before = own;
     }
-    seen.write(part, &found->residual);
+    if (found != nullptr) seen.write(part, &found->residual);
   });
 }
 

@@ -76,7 +76,7 @@ void substitute_forward(const Pieces& pieces, Border* border);
 /// those in `taken_y`.
 void substitute_backward(const Pieces& pieces, const Border& border, Pack<>* spikes, Pack<>* x);
 /// Computes dw [length] = M^-1 K x of each point but the last, with the force of the rods before, and the largest
-/// |K'dw + b| of all rods but the separators.
+/// |K'dw + b| of all rods but the separators unless `found` is null.
 void accelerate(const Pieces& pieces, const Pack<>* x, const Pack3<>& force_before, const Upcoming& upcoming,
                 Pack3<>* dw, Found* found);
 

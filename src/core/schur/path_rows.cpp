@@ -18,7 +18,9 @@ PathRows::PathRows(const SchurProblem& problem, std::vector<Index>* islands) : i
   });
   if (paths.empty()) return;
   read_offsets(rods.offset);
-  length = std::move(rods.constant_length);
+  length.resize(sign.size());
+  lengths.resize(num_slots);
+  for (std::size_t row = 0; row < length.size(); ++row) set_length(row, rods.constant_length[row]);
   moving_lengths = std::move(rods.lengths);
   find_signs(rods);
 }
@@ -79,8 +81,17 @@ void PathRows::read_offsets(std::span<const Vec3> offsets) {
   for (std::size_t row = 0; row < offset.size(); ++row) offset[row] = sign[row] * offset[row];
 }
 
+void PathRows::set_length(std::size_t row, double value) {
+  length[row] = value;
+  const auto after = std::ranges::upper_bound(pieces, row, {}, &PathPieces::first_row);
+  if (after == pieces.begin()) return;
+  const PathPieces& of = *std::prev(after);
+  const std::size_t place = row - of.first_row;
+  if (place < of.num_points()) lengths.data()[of.first_slot + place % of.length][place / of.length] = value;
+}
+
 void PathRows::take_lengths() {
-  for (const auto& [row, moving] : moving_lengths) length[row] = moving->value;
+  for (const auto& [row, moving] : moving_lengths) set_length(row, moving->value);
 }
 
 // ---- one rod ----

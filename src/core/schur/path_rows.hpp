@@ -48,6 +48,7 @@ struct PathRows {
 
   std::vector<signed char> sign;                                            ///< [row] sign of its block
   std::vector<double> length;                                               ///< [row]
+  Packs lengths;                                                            ///< [slot] those of pieces
   std::vector<Vec3> offset;                                                 ///< [row] empty if there are none
   std::vector<std::pair<std::size_t, const MovingScalar*>> moving_lengths;  ///< lengths that depend on time, by row
 
@@ -75,6 +76,7 @@ struct PathRows {
 
  private:
   void cut(const RodPath& path);
+  void set_length(std::size_t row, double value);
   void find_signs(const RodRows& rods);
 
   std::size_t first_block_ = 0;

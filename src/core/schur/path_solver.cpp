@@ -159,7 +159,7 @@ class PathSolver::Visit {
     (void)for_pieces([&](PathBlock& block) {
       block.read_directions(blocks);
       take(block);
-      block.accelerate(blocks, points);
+      block.accelerate(blocks, points, false);
       block.write_accelerations(nullptr, points);
     });
     (void)accelerate(nullptr, points);
@@ -304,7 +304,7 @@ Elimination PathSolver::solve(const Parallel& parallel, const FreeMotion& motion
     const paths::Found down = visit.for_pieces([&](PathBlock& block) {
       block.read_directions(blocks);
       block.substitute_backward();
-      block.accelerate(blocks, w);
+      block.accelerate(blocks, w, true);
       block.write_multipliers(lambda);
       block.write_accelerations(motion.uniform, w);
     });
