@@ -1,6 +1,7 @@
 #include "schur/lane_solver.hpp"
 
 #include <algorithm>
+#include <array>
 #include <string>
 #include <utility>
 
@@ -74,9 +75,33 @@ void LaneSolver::visit(const Parallel& parallel, const Work& work) {
   visit_groves(parallel, &groups_, work);
 }
 
+namespace {
+
+/// Returns the larger numbers of both; a NaN wins.
+Pack<> larger_of(const Pack<>& a, const Pack<>& b) {
+  return (b > a) | (b != b) ? b : a;
+}
+
+}  // namespace
+
+/// Includes what was found in the groups of trees, island by island.
 void LaneSolver::note_findings(const GroveVisit& visit) {
   LaneGroups::Workspace& work = groups_.workspaces()[visit.workspace()];
   const std::span<const LaneGroup> groups = visit.groups();
+  std::array<Index, num_lanes> only;  // NOLINT: filled here
+  only.fill(groups.front().island.front());
+  if (std::ranges::all_of(groups, [&](const LaneGroup& group) { return group.island == only; })) {
+    Pack<> right_sides{}, residuals{}, right_side{}, residual{};
+    for (std::size_t k = 0; k < groups.size(); ++k) {
+      right_sides = larger_of(right_sides, work.right_side.data()[k]);
+      residuals = larger_of(residuals, work.residual.data()[k]);
+    }
+    for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+      right_side[0] = larger(right_side[0], right_sides[lane]);
+      residual[0] = larger(residual[0], residuals[lane]);
+    }
+    return work.found.include(right_side, residual);
+  }
   for (std::size_t k = 0; k < groups.size(); ++k) {
     for (std::size_t lane = 0; lane < num_lanes; ++lane) {
       Elimination& own = of_island_[static_cast<std::size_t>(groups[k].island[lane])];
