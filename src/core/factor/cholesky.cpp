@@ -252,21 +252,12 @@ void Cholesky::Implementation::solve_by_cholmod(double* given) {
 
 /// Returns the column of the smallest number on the diagonal of CHOLMOD's L.
 std::size_t Cholesky::Implementation::find_weakest_column() const {
-  std::vector<double> diagonal(factor->n);
-  if (factor->is_super == 0) {
-    const Columns columns = simplicial();
-    for (std::size_t j = 0; j < columns.n; ++j) diagonal[j] = columns.values[columns.start[j]];
-  } else {
-    const auto *first = static_cast<const int*>(factor->super), *rows = static_cast<const int*>(factor->pi),
-               *numbers = static_cast<const int*>(factor->px);
-    for (std::size_t s = 0; s < factor->nsuper; ++s) {
-      const int stride = rows[s + 1] - rows[s];
-      for (int j = first[s]; j < first[s + 1]; ++j)
-        diagonal[static_cast<std::size_t>(j)] =
-            static_cast<const double*>(factor->x)[numbers[s] + (j - first[s]) * (stride + 1)];
-    }
+  const Columns columns = simplicial();
+  std::size_t weakest = 0;
+  for (std::size_t j = 1; j < columns.n; ++j) {
+    if (columns.values[columns.start[j]] < columns.values[columns.start[weakest]]) weakest = j;
   }
-  return static_cast<std::size_t>(std::ranges::min_element(diagonal) - diagonal.begin());
+  return weakest;
 }
 
 Cholesky::Cholesky(TrianglePattern pattern, bool supernodal, bool by_cholmod)
@@ -275,15 +266,15 @@ Cholesky::Cholesky(TrianglePattern pattern, bool supernodal, bool by_cholmod)
   self.pattern = std::move(pattern);
   self.values.resize(self.pattern.rows.size());
   self.is_solved_by_cholmod = by_cholmod;
-  if (supernodal && !by_cholmod) {
+  if (supernodal) {
     self.fronts.emplace(self.pattern);
     return;
   }
   cholmod_common& c = self.common.c;
-  c.supernodal = supernodal ? CHOLMOD_SUPERNODAL : CHOLMOD_SIMPLICIAL;
+  c.supernodal = CHOLMOD_SIMPLICIAL;
   c.method[0].ordering = CHOLMOD_NATURAL;
   c.postorder = 0;
-  self.matrix = view(self.pattern, self.values.data(), supernodal);
+  self.matrix = view(self.pattern, self.values.data(), false);
   self.factor = cholmod_analyze(&self.matrix, &c);
   self.common.check();
 }

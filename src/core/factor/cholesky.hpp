@@ -48,7 +48,7 @@ SymbolicAnalysis analyze(const TrianglePattern& lower, Ordering wanted, const Fi
 class Cholesky {
  public:
   /// A simplicial factor takes the upper triangle, which CHOLMOD reads without a transpose; a supernodal one the lower.
-  /// If `by_cholmod` is true, CHOLMOD makes supernodal factors, too, and solves with all of them.
+  /// If `by_cholmod` is true, CHOLMOD solves with a simplicial one, too.
   Cholesky(TrianglePattern pattern, bool supernodal, bool by_cholmod = false);
   Cholesky(Cholesky&&) noexcept;
   Cholesky& operator=(Cholesky&&) noexcept;

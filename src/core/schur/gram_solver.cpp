@@ -87,6 +87,8 @@ void GramSolver::add_part(std::span<const Product> products, Index first_row, In
   const auto num_rows = static_cast<std::size_t>(end_row - first_row);
   const GatherPlan unordered(products, num_rows, {}, Triangle::Lower);
   SymbolicAnalysis analysis = analyze({unordered.column_start(), unordered.rows()}, wanted, find_points);
+  // CHOLMOD's supernodal module would bind a library that links it to the GPL.
+  if (is_by_cholmod_) analysis.supernodal = false;
 
   std::vector<int> place(analysis.permutation.size());
   for (std::size_t k = 0; k < place.size(); ++k)
