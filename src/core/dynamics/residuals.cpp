@@ -25,7 +25,7 @@ Residuals::Residuals(const Workspace& work, const std::vector<double>& blocks)
   terms_.reserve(model_.num_rows());
   if (work.scales.are_one()) return;
   // A step that is the first one to need these does not allocate.
-  beyond_.places.reserve(work.scales.size());
+  for (std::vector<double>* scales : {&accelerations_, &beyond_.places}) scales->reserve(work.scales.size());
   for (std::vector<double>* rows : {&norms_, &beyond_.lengths}) rows->reserve(model_.num_rows());
   if (all_are_rods_) return;
   beyond_.at_rest.reserve(3 * model_.num_points());
