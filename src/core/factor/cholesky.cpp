@@ -184,7 +184,7 @@ struct Cholesky::Implementation {
   cholmod_factor* factor = nullptr;
   std::vector<double> unit_lower, inverse_pivots;  // L D^-1 beside L's entries, D^-2; empty if CHOLMOD solves
   bool is_solved_by_cholmod = false;
-  cholmod_dense *x = nullptr, *y = nullptr, *e = nullptr;  // of CHOLMOD's solves
+  cholmod_dense *solution = nullptr, *rooms[2] = {nullptr, nullptr};  // of CHOLMOD's solves
 
   /// CHOLMOD's arrays of a simplicial L. Column j has the entries [start[j], start[j] + count[j]), its diagonal first.
   struct Columns {
@@ -203,7 +203,7 @@ struct Cholesky::Implementation {
 
   ~Implementation() {
     cholmod_free_factor(&factor, &common.c);
-    for (cholmod_dense** dense : {&x, &y, &e}) cholmod_free_dense(dense, &common.c);
+    for (cholmod_dense** dense : {&solution, &rooms[0], &rooms[1]}) cholmod_free_dense(dense, &common.c);
   }
 };
 
@@ -245,9 +245,9 @@ void Cholesky::Implementation::solve_by_cholmod(double* given) {
   b.x = given;
   b.xtype = CHOLMOD_REAL;
   b.dtype = CHOLMOD_DOUBLE;
-  cholmod_solve2(CHOLMOD_A, factor, &b, nullptr, &x, nullptr, &y, &e, &common.c);
+  cholmod_solve2(CHOLMOD_A, factor, &b, nullptr, &solution, nullptr, &rooms[0], &rooms[1], &common.c);
   common.check();
-  std::copy_n(static_cast<const double*>(x->x), b.nrow, given);
+  std::copy_n(static_cast<const double*>(solution->x), b.nrow, given);
 }
 
 /// Returns the column of the smallest number on the diagonal of CHOLMOD's L.
