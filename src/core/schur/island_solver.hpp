@@ -33,7 +33,6 @@ class IslandSolver : public SchurSolver {
   /// Serves the islands of `before` that are no longer in `left`.
   void serve(const SchurProblem& problem, std::span<const Index> before, std::span<const Index> left);
   const IslandGroup& group() const { return *group_; }
-  double* scratch_rows() { return rows_.data(); }  // [d]
   /// Brings all points of its islands at once. Does nothing if `source` is null, since the points are there then.
   void bring_points(const Parallel& parallel, const PointSource* source) const {
     if (source == nullptr) return;

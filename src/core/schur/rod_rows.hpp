@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "evaluate/constraints.hpp"
-#include "plan/thresholds.hpp"
 #include "system/numbering.hpp"
 
 namespace tanor::detail {
@@ -54,22 +53,6 @@ struct RodRows {
   }
 };
 
-/// Groups islands so that each thread takes some: few groups, none of them too small. Returns the first island of each
-/// group, then `count`. `rows_of(k)` returns how many rows island k has.
-template <class RowsOf>
-std::vector<std::size_t> group_islands(std::size_t count, std::size_t num_rows, const RowsOf& rows_of) {
-  const std::size_t least_rows = std::max(plan::rows_worth_a_thread, num_rows / plan::most_groups_of_islands);
-  std::vector<std::size_t> start{0};
-  std::size_t rows = 0;
-  for (std::size_t k = 0; k < count; ++k) {
-    rows += rows_of(k);
-    if (rows < least_rows && k + 1 < count) continue;
-    start.push_back(k + 1);
-    rows = 0;
-  }
-  return start;
-}
-
 /// An island of rods that follow one another, point after point and row after row in the inner numbering. Of its rows
 /// [first, end), row a joins the points a + shift and a + shift + 1, except that a support may stand at either end.
 struct RodPath {
@@ -84,8 +67,6 @@ struct RodPath {
 
   std::size_t closing_row() const { return end; }
   std::size_t num_rows() const { return end - first + (is_ring ? 1 : 0); }
-  /// Returns the row that is eliminated last. The left half is [first, middle), the right one [middle + 1, end).
-  std::size_t middle() const { return first + (end - first) / 2; }
   bool begins_at_support(std::size_t row) const { return row == first && left_support >= 0; }
   bool ends_at_support(std::size_t row) const { return row + 1 == end && right_support >= 0; }
   std::size_t left_point(std::size_t row) const {
