@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "plan/thresholds.hpp"
+
 namespace tanor::detail {
 
 PathRows::PathRows(const SchurProblem& problem, std::vector<Index>* islands) : inverse_mass(problem.inverse_mass) {
