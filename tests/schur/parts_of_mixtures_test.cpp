@@ -10,7 +10,6 @@
 #include "beside.hpp"
 #include "linearised.hpp"
 #include "schur/lane_solver.hpp"
-#include "schur/path_solver.hpp"
 #include "schur/point_solver.hpp"
 #include "schur/sparse_solver.hpp"
 
@@ -91,7 +90,7 @@ class PartsOfMixtures : public testing::TestWithParam<std::string> {
     };
     take("points", [&] { return PointSolver::make(problem, &left_); });
     take("batches", [&] { return LaneSolver::make_batches(problem, 1, false, &left_); });
-    take("paths", [&] { return PathSolver::make(problem, 1, &left_); });
+    take("paths", [&] { return LaneSolver::make_paths(problem, 1, &left_); });
     take("trees", [&] { return LaneSolver::make_trees(problem, 1, true, &left_); });
     if (part == nullptr) {
       *own = left_;

@@ -10,7 +10,7 @@
 #include <random>
 
 #include "measures.hpp"
-#include "schur/path_solver.hpp"
+#include "schur/lane_solver.hpp"
 #include "system/numbering.hpp"
 
 namespace tanor {
@@ -57,7 +57,7 @@ struct Numbers {
   std::vector<Incidence> incidences;
   std::vector<double> inverse_mass, r, v, w0;
   ReactionGather gather;
-  std::unique_ptr<PathSolver> solver;
+  std::unique_ptr<LaneSolver> solver;
 
   Numbers(const System& system, std::mt19937* random)
       : numbering(number(system)),
@@ -74,7 +74,7 @@ struct Numbers {
     for (double& w : w0) w = any(*random);
     std::vector<Index> islands(numbering.num_islands());
     std::iota(islands.begin(), islands.end(), 0);
-    solver = PathSolver::make({constraints, gather, incidences, numbering, inverse_mass, {}}, 3, &islands);
+    solver = LaneSolver::make_paths({constraints, gather, incidences, numbering, inverse_mass, {}}, 3, &islands);
     EXPECT_TRUE(islands.empty());
   }
 };

@@ -7,7 +7,6 @@
 
 #include "plan/thresholds.hpp"
 #include "schur/lane_solver.hpp"
-#include "schur/path_solver.hpp"
 #include "schur/point_solver.hpp"
 #include "schur/sparse_solver.hpp"
 
@@ -34,7 +33,7 @@ std::vector<std::unique_ptr<SchurSolver>> serve_special_islands(const SchurProbl
   const bool eagerly = wanted.linear_solver != LinearSolver::Auto;
   add(LinearSolver::ClosedForm, [&] { return PointSolver::make(problem, islands); });
   add(LinearSolver::Batches, [&] { return LaneSolver::make_batches(problem, wanted.threads, eagerly, islands); });
-  add(LinearSolver::Paths, [&] { return PathSolver::make(problem, wanted.threads, islands); });
+  add(LinearSolver::Paths, [&] { return LaneSolver::make_paths(problem, wanted.threads, islands); });
   add(LinearSolver::Trees, [&] { return LaneSolver::make_trees(problem, wanted.threads, eagerly, islands); });
   return solvers;
 }

@@ -103,7 +103,7 @@ class GroupSeries::Rods {
  private:
   void read_tolerances() {
     for (std::size_t slot = 0; slot < num_lanes * group_.plan().num_places; ++slot)
-      Terms::read_atol(expansion_.needed, std::max<Index>(group_.own().point_list[slot], -1), slot % num_lanes,
+      Terms::read_atol(expansion_.needed, std::max<Index>(group_.point_list()[slot], -1), slot % num_lanes,
                        &arrays_.weights[slot / num_lanes]);
   }
 
@@ -119,6 +119,7 @@ class GroupSeries::Rods {
     [[gnu::always_inline]] Series::Coefficient& coefficient(std::size_t k, std::size_t a) const {
       return series[a * stride + k];
     }
+    [[gnu::always_inline]] static Part<num_lanes> all() { return Part<num_lanes>(0); }
     /// Calls body(rod, ends) for each rod.
     template <class Body>
     void for_each_rod(const Body& body) const {
@@ -132,13 +133,13 @@ class GroupSeries::Rods {
     /// Takes a_0 as the directions.
     void take_directions(const Pack3<>* offsets) const {
       for_each_rod([ *this, offsets ](std::size_t a, const auto& ends) __attribute__((always_inline)) {
-        const Pack3<> apart = lanes::difference(ends, a, points);
+        const Pack3<> apart = lanes::difference(all(), ends, a, points);
         (offsets != nullptr ? apart + offsets[a] : apart).write(&in.rods.u[a]);
       });
     }
     void take_coefficient(std::size_t k) const {
       for_each_rod([ *this, k ](std::size_t a, const auto& ends) __attribute__((always_inline)) {
-        lanes::difference(ends, a, points).write(&coefficient(k, a).a);
+        lanes::difference(all(), ends, a, points).write(&coefficient(k, a).a);
       });
     }
     /// Computes mu_0 = lambda_0/|a_0|.
@@ -179,12 +180,12 @@ class GroupSeries::Rods {
           for (std::size_t a = 0; a < in.shape.num_rods; ++a) {
             if (!solve.is_first()) {
               take_multiplier(before, a);
-              lanes::difference(ends, a, points).write(&coefficient(solve.order() + 1, a).a);
+              lanes::difference(all(), ends, a, points).write(&coefficient(solve.order() + 1, a).a);
             }
             const Series::Known found = Series::multiply(series + a * stride, solve.k, &next[a]);
             if (half_squares != nullptr) half_squares[a] = found.half_square;
             in.rods.b[a] = found.half_square;
-            lanes::pull(ends, a, found.force, s);
+            lanes::pull(all(), ends, a, found.force, s);
           }
           const Pack<> factor_of_r = Pack<>{} + 1.0 / solve.scale();
           for (std::size_t p = 0; p < in.shape.num_places; ++p) {

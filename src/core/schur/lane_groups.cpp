@@ -1,6 +1,5 @@
 #include "schur/lane_groups.hpp"
 
-#include <cstring>
 #include <numeric>
 
 #include "plan/thresholds.hpp"
@@ -85,18 +84,21 @@ void LaneGroups::read_masses(std::span<const double> inverse_mass) {
 
 void LaneGroups::find_places() {
   for (const LaneGroup& group : plan_.groups) {
-    Places& found = places_.emplace_back();
+    GroupTransfers::Places& found = places_.emplace_back();
     const Index* const point = plan_.point.data() + group.first_place * num_lanes;
+    const auto number = [&](std::size_t k) { return point[k] < 0 ? ~point[k] : point[k]; };
     const auto follows = [&](std::size_t place) {
       for (std::size_t lane = 0; lane < num_lanes; ++lane) {
-        const Index own = point[place * num_lanes + lane];
-        if (own < 0 || own != point[lane] + static_cast<Index>(place)) return false;
+        if (number(place * num_lanes + lane) != number(lane) + static_cast<Index>(place)) return false;
       }
       return true;
     };
-    std::copy_n(point, num_lanes, found.points.first.begin());
+    for (std::size_t lane = 0; lane < num_lanes; ++lane) found.points.first[lane] = number(lane);
     while (found.points.count < group.num_places && follows(found.points.count)) ++found.points.count;
-    if (group.is_padded) continue;
+    const Index* const end = point + num_lanes * found.points.count;
+    const auto is_own = [](Index own) { return own >= 0; };
+    found.own_points = static_cast<std::size_t>(std::find_if_not(point, end, is_own) - point) / num_lanes;
+    if (group.is_padded || group.num_rods == 1) continue;
     found.rows = find_sequences(plan_.row.data() + group.first_rod * num_lanes, group.num_rods, 1);
     found.blocks = find_sequences(block_.data() + group.first_rod * num_lanes, group.num_rods, 3);
   }
@@ -156,261 +158,38 @@ void LaneGroups::take_lengths() {
 
 std::size_t LaneGroups::num_shares(std::size_t num_slots, const Parallel& parallel) const {
   const std::size_t most = std::min(workspaces_.size(), static_cast<std::size_t>(parallel.threads()));
-  return std::clamp<std::size_t>(num_slots * num_lanes / plan::rows_of_batches_worth_a_thread, 1, most);
+  return std::clamp<std::size_t>(num_slots * num_lanes / plan::rows_of_lanes_worth_a_thread, 1, most);
 }
 
 void LaneGroups::prepare_workspaces(int threads) {
-  const bool are_pieces = !plan_.parent.empty();
+  const bool are_of_trees = !plan_.parent.empty();
   factor_.resize(plan_.size_of_factor);
-  if (are_pieces) {
+  if (are_of_trees) {
     u_.resize(plan_.num_slots());
     joints_.resize(plan_.groups.size());
   }
+  separators_.resize(plan_.num_separators());
   std::size_t of_group = 0;
-  LanePlan::Extent most{};
   for (const LaneGroup& group : plan_.groups) of_group = std::max(of_group, group.num_places);
-  for (std::size_t grove = 0; grove < plan_.num_groves(); ++grove) {
-    const LanePlan::Extent own = plan_.extent(grove);
-    most = {std::max(most.groups, own.groups), std::max(most.rods, own.rods), std::max(most.places, own.places)};
-  }
   workspaces_.resize(static_cast<std::size_t>(Parallel(threads).threads()));
   for (Workspace& work : workspaces_) {
+    // Threads share what is more than one thread's, in the arrays of the first one.
+    LanePlan::Extent most{};
+    for (std::size_t grove = 0; grove < plan_.num_groves(); ++grove) {
+      const LanePlan::Extent own = plan_.extent(grove);
+      if (&work != workspaces_.data() && 2 * own.rods > plan_.num_slots()) continue;
+      most = {std::max(most.groups, own.groups), std::max(most.rods, own.rods), std::max(most.places, own.places)};
+    }
     for (auto* points : {&work.r, &work.v, &work.w, &work.s, &work.dw}) points->resize(of_group);
-    if (are_pieces) work.mobility.resize(of_group);
-    work.u.resize(are_pieces ? 0 : most.rods);
+    if (are_of_trees) work.mobility.resize(of_group);
+    work.b.resize(most.rods);
+    if (!plan_.paths.empty()) most.rods = most.places = of_group;
+    work.u.resize(are_of_trees ? 0 : most.rods);
     work.directions.resize(most.rods);
     work.points.resize(most.places);
-    for (Packs* rods : {&work.b, &work.z, &work.sum}) rods->resize(most.rods);
+    for (Packs* rods : {&work.z, &work.sum}) rods->resize(most.rods);
     for (Packs* groups : {&work.right_side, &work.residual}) groups->resize(most.groups);
   }
-}
-
-// ---- a group ----
-
-LaneGroups::Group::Group(LaneGroups* all, std::size_t group, std::size_t first_group, std::size_t of_grove,
-                         std::size_t of_thread)
-    : all_(*all),
-      number_(group),
-      group_(all->plan_.groups[group]),
-      places_(all->places_[group]),
-      work_(all->workspaces_[of_thread]),
-      grove_(all->workspaces_[of_grove]) {
-  const LaneGroup& first = all->plan_.groups[first_group];
-  const std::size_t rod = group_.first_rod - first.first_rod, place = group_.first_place - first.first_place;
-  const bool is_piece = group_.structure == nullptr;
-  own_ = {grove_.points.data() + place,
-          grove_.directions.data() + rod,
-          grove_.sum.data() + rod,
-          grove_.right_side.data() + (group - first_group),
-          grove_.residual.data() + (group - first_group),
-          all->plan_.point.data() + num_lanes * group_.first_place,
-          all->plan_.row.data() + num_lanes * group_.first_rod,
-          all->block_.data() + num_lanes * group_.first_rod};
-  in_ = {
-      .shape = {group_.num_rods, group_.num_places, group_.structure,
-                is_piece ? all->plan_.parent.data() + num_lanes * group_.first_rod : nullptr, group_.have_same_parents},
-      .points = {all->inverse_mass_.data() + group_.first_place, work_.mobility.data(),
-                 is_piece ? work_.s.data() : nullptr},
-      .rods = {is_piece ? all->u_.data() + group_.first_rod : grove_.u.data() + rod,
-               all->factor_.data() + group_.first_factor, grove_.b.data() + rod, grove_.z.data() + rod,
-               is_piece ? all->inverse_masses_.data() + group_.first_rod : nullptr},
-      .dw = work_.dw.data()};
-}
-
-namespace {
-
-/// Returns the derivatives of a group's lengths; null if no length moves.
-const Pack<>* group_of(const Packs& all, const LaneGroup& group) {
-  return all.size() > 0 ? all.data() + group.first_rod : nullptr;
-}
-
-}  // namespace
-
-// ---- what pieces hand to one another ----
-
-void LaneGroups::Group::take_mobilities() {
-  if (!in_.shape.are_pieces()) return;
-  lanes::free_points(in_.shape, in_.points);
-  if (group_.has_joints()) lanes::take_mobilities(joints(), all_.joints_.data(), in_.points.mobility);
-}
-
-void LaneGroups::Group::answer_at_joints(const Pack3<>* force) {
-  if (group_.has_joints()) lanes::answer_at_joints(joints(), all_.joints_.data(), force, in_.points.s);
-}
-
-void LaneGroups::Group::hand_over_roots(const Pack3<>* points) {
-  if (!group_.stands_alone) points[group_.num_rods].write(&own_joint().dw);
-}
-
-void LaneGroups::Group::take_joints(Pack3<>* points) {
-  if (!group_.has_joints()) return;
-  lanes::take_joints(joints(), all_.joints_.data(), points);
-  hand_over_roots(points);  // one that is a joint itself has several pieces, one after the other
-}
-
-// ---- up ----
-
-lanes::Motion LaneGroups::Group::read_motion(const FreeMotion& motion) {
-  read_points(motion.r, work_.r.data());
-  read_points(motion.v, work_.v.data());
-  const bool is_uniform = motion.uniform != nullptr && !group_.has_supports;
-  if (!is_uniform) read_points(motion.w0, work_.w.data());
-  for (std::size_t k = 0; !is_uniform && motion.uniform != nullptr && k < group_.num_places * num_lanes; ++k) {
-    const Index point = own_.point_list[k] < 0 ? ~own_.point_list[k] : own_.point_list[k];
-    if (point < all_.num_moving_) set_lane(&work_.w[k / num_lanes], k % num_lanes, *motion.uniform);
-  }
-  if (next() != nullptr) call_for(in_.points.inverse_mass + group_.num_places, group_.num_places);
-  return {.r = work_.r.data(),
-          .v = work_.v.data(),
-          .w0 = is_uniform ? nullptr : work_.w.data(),
-          .offset = offsets(),
-          .length_second = group_of(all_.lengths_.second, group_)};
-}
-
-void LaneGroups::Group::evaluate(const lanes::Motion& motion) {
-  lanes::evaluate(in_.shape, motion, in_.rods, own_.right_side);
-}
-
-void LaneGroups::Group::eliminate() {
-  take_mobilities();
-  lanes::eliminate(in_.shape, in_.points, in_.rods, &work_.found);
-  if (!group_.stands_alone) own_joint().mobility = in_.points.mobility[group_.num_rods];
-}
-
-void LaneGroups::Group::evaluate_and_eliminate(const lanes::Motion& motion) {
-  take_mobilities();
-  answer_at_joints(nullptr);
-  lanes::evaluate_and_eliminate(in_.shape, motion, in_.points, in_.rods, own_.right_side, &work_.found);
-  own_joint().mobility = in_.points.mobility[group_.num_rods];
-  hand_over_answers();
-}
-
-void LaneGroups::Group::solve(const lanes::Motion& motion, const Vec3* uniform, FactorUse use, double* w) {
-  const bool is_in_one_pass = use == FactorUse::Renew && in_.shape.are_pieces();
-  if (is_in_one_pass) {
-    evaluate_and_eliminate(motion);
-  } else {
-    evaluate(motion);
-    // It is made as elsewhere, so that its bits do not tell what was solved before.
-    if (use == FactorUse::Renew) eliminate();
-    if (in_.shape.are_pieces()) std::memset(in_.points.s, 0, group_.num_places * sizeof(Pack3<>));
-  }
-  lanes::finish(in_.shape, in_.points, in_.rods, is_in_one_pass, in_.dw, motion.w0,
-                uniform != nullptr ? *uniform : Vec3{}, work_.w.data(), own_.right_side, &work_.found);
-  write_points(work_.w.data(), w);
-  if (next() != nullptr) {
-    const Pack<>* const factor = all_.factor_.data() + all_.plan_.groups[number_ + 1].first_factor;
-    call_for(factor, static_cast<std::size_t>(factor - in_.rods.factor));  // the next one is mostly as large
-  }
-}
-
-void LaneGroups::Group::substitute_up() {
-  if (in_.shape.are_pieces()) std::memset(in_.points.s, 0, group_.num_places * sizeof(Pack3<>));
-  answer_at_joints(nullptr);
-  lanes::substitute_up(in_.shape, in_.points, in_.rods);
-  hand_over_answers();
-}
-
-// ---- down ----
-
-void LaneGroups::Group::substitute_down(Pack3<>* points, const Pack3<>* known, bool lambda_is_known) {
-  Pack3<> force = group_.stands_alone ? Pack3<>{} : own_joint().dw;
-  for (std::size_t lane = 0; lane < num_lanes && !group_.stands_alone; ++lane) {
-    const std::size_t own = std::min(lane, group_.num_members - 1);
-    set_lane(&force, lane, group_.has_joint_as_root[lane] ? Vec3{force.x[own], force.y[own], force.z[own]} : Vec3{});
-  }
-  lanes::substitute_down(in_.shape, in_.points.inverse_mass, in_.rods, lambda_is_known,
-                         group_.stands_alone ? nullptr : &force, in_.dw, points);
-  if (group_.has_joints()) lanes::pull_joints(joints(), in_.dw, known, all_.joints_.data());
-  if (points != nullptr) hand_over_roots(points);
-}
-
-void LaneGroups::Group::accelerate(const Vec3* uniform, double* w) {
-  if (uniform == nullptr) read_points(w, work_.w.data());
-  lanes::accelerate(in_.shape, in_.points.inverse_mass, in_.dw, uniform != nullptr ? nullptr : work_.w.data(),
-                    uniform != nullptr ? *uniform : Vec3{}, work_.w.data());
-  hand_over_roots(in_.dw);
-  if (group_.has_joints()) {
-    std::copy_n(in_.dw, group_.num_places, own_.points);
-  } else {
-    lanes::find_residual(in_.shape, in_.rods, in_.dw, own_.residual);
-  }
-  write_points(work_.w.data(), w);
-}
-
-void LaneGroups::Group::find_residual() {
-  take_joints(own_.points);
-  lanes::find_residual(in_.shape, in_.rods, own_.points, own_.residual);
-}
-
-// ---- projections ----
-
-void LaneGroups::Group::evaluate_values() {
-  lanes::evaluate_values(in_.shape, own_.points, offsets(), all_.lengths_.value.data() + group_.first_rod, in_.rods.b,
-                         own_.right_side);
-}
-
-void LaneGroups::Group::evaluate_rates() {
-  lanes::evaluate_rates(in_.shape, own_.directions, own_.points, group_of(all_.lengths_.first, group_), in_.rods.b,
-                        own_.right_side);
-}
-
-void LaneGroups::Group::add_multipliers() {
-  for (std::size_t k = 0; k < group_.num_rods; ++k) own_.sum[k] += in_.rods.z[k];
-}
-
-// ---- in and out ----
-
-void LaneGroups::Group::call_for_points(const double* points) const {
-  if (next() != nullptr) call_for(points, next()->points, 3);
-}
-void LaneGroups::Group::call_for_blocks(const double* blocks) const {
-  if (next() != nullptr) call_for(blocks, next()->blocks, 3);
-}
-
-const Pack3<>* LaneGroups::Group::offsets() const {
-  return all_.are_shifted_ || group_.is_padded ? all_.offset_.data() + group_.first_rod : nullptr;
-}
-
-void LaneGroups::Group::find_directions(const double* r, Pack3<>* u) {
-  read_points(r, work_.r.data());
-  lanes::find_directions(in_.shape, work_.r.data(), offsets(), u);
-}
-
-void LaneGroups::Group::read_directions(const double* blocks, bool are_new) {
-  if (in_.shape.are_pieces() && !are_new) return;  // kept since the factor was made
-  if (places_.blocks.count > 0) return gather_sequences(blocks, places_.blocks, 3, &in_.rods.u->x);
-  gather_blocks(blocks, own_.block_list, group_.num_rods, in_.rods.u);
-}
-
-void LaneGroups::Group::write_directions(double* blocks) const {
-  if (places_.blocks.count > 0) return scatter_sequences(&in_.rods.u->x, places_.blocks, 3, blocks);
-  scatter_blocks(in_.rods.u, own_.block_list, group_.num_rods, blocks);
-}
-
-void LaneGroups::Group::read_points(const double* from, Pack3<>* to) const {
-  const std::size_t count = places_.points.count;
-  if (count > 0) gather_sequences(from, places_.points, 3, &to->x);
-  if (count < group_.num_places)
-    gather_points(from, own_.point_list + count * num_lanes, group_.num_places - count, to + count);
-}
-
-void LaneGroups::Group::write_points(const Pack3<>* from, double* to) const {
-  const std::size_t count = places_.points.count;
-  if (count > 0) scatter_sequences(&from->x, places_.points, 3, to);
-  if (count < group_.num_places)
-    scatter_points(from + count, own_.point_list + count * num_lanes, group_.num_places - count, to);
-}
-
-void LaneGroups::Group::read_rows(const double* from, Pack<>* to) const {
-  if (places_.rows.count > 0) return gather_sequences(from, places_.rows, 1, to);
-  gather_rows(from, own_.row_list, group_.num_rods, to, group_.is_padded);
-}
-
-void LaneGroups::Group::write_rows(const Pack<>* from, double* to) const {
-  if (next() != nullptr) call_for(to, next()->rows, 1);
-  if (places_.rows.count > 0) return scatter_sequences(from, places_.rows, 1, to);
-  scatter_rows(from, own_.row_list, group_.num_rods, to, group_.is_padded);
 }
 
 }  // namespace tanor::detail

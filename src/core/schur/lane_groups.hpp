@@ -9,14 +9,16 @@
 
 #include "base/pack.hpp"
 #include "base/parallel.hpp"
+#include "schur/group_transfers.hpp"
 #include "schur/lane_kernels.hpp"
 #include "schur/lane_plan.hpp"
-#include "schur/lane_transfers.hpp"
+#include "schur/path_separators.hpp"
 #include "schur/schur_solver.hpp"
 
 namespace tanor::detail {
 
-/// Groups of islands, or of pieces of trees, in lanes: their rods with the factor, and what pieces hand to one another.
+/// Groups of islands, or of pieces of trees and paths, in lanes: their rods with the factor, and what pieces hand to
+/// one another.
 class LaneGroups {
  public:
   /// Reads the rods. `inverse_mass` is [inner point].
@@ -30,6 +32,12 @@ class LaneGroups {
   /// Returns how many threads are worth their while on so many rods in lanes.
   std::size_t num_shares(std::size_t num_slots, const Parallel& parallel) const;
 
+  /// Returns those of a path.
+  std::span<Separator> separators(std::size_t path) {
+    const auto [first, end, is_ring] = plan_.paths[path];
+    return std::span(separators_).subspan(first, end - first);
+  }
+
   class Group;
 
   /// The arrays of a thread.
@@ -37,7 +45,8 @@ class LaneGroups {
     // of one group, [place]
     std::vector<Pack3<>> r, v, w, s, dw;
     std::vector<lanes::Mobility> mobility;
-    // of a grove, [rod], [place] and [group]
+    lanes::Border border;
+    // of a grove, [rod], [place] and [group]; of paths, all but b are of one group
     std::vector<Pack3<>> u, directions, points;
     Packs b, z, sum, right_side, residual;
     // found in all groves
@@ -51,11 +60,6 @@ class LaneGroups {
   struct Lengths {
     Packs value, first, second;
   };
-  /// Things of a group that follow one another in memory in each lane.
-  struct Places {
-    Sequences points, rows, blocks;
-  };
-
   void read_rods(const RodRows& given);
   void read_masses(std::span<const double> inverse_mass);
   void find_places();
@@ -67,28 +71,29 @@ class LaneGroups {
   LanePlan plan_;
   Index num_moving_;
   std::vector<Index> block_;                                                 // [rod][lane]; ~block if it is turned
-  std::vector<Places> places_;                                               // [group]
+  std::vector<GroupTransfers::Places> places_;                               // [group]
   std::deque<SequencePlaces> orders_;                                        // of blocks, which `places_` refers to
   Packs inverse_mass_;                                                       // [place]
-  Packs inverse_masses_;                                                     // [rod] of pieces: both ends, summed
+  Packs inverse_masses_;                                                     // [rod] of trees: both ends, summed
   std::vector<Pack3<>> offset_;                                              // [rod]; empty if there are none
   bool are_shifted_ = false;                                                 // true if there are offsets of rods
   Lengths lengths_;                                                          // of rods
   std::vector<std::pair<std::size_t, const MovingScalar*>> moving_lengths_;  // by rod and lane
-  std::vector<Pack3<>> u_;                                                   // [rod] of pieces
+  std::vector<Pack3<>> u_;                                                   // [rod] of trees
   Packs factor_;
-  std::vector<lanes::Joint> joints_;   // [group] of pieces
+  std::vector<lanes::Joint> joints_;   // [group] of pieces of trees
+  std::vector<Separator> separators_;  // of pieces of paths
   std::vector<Workspace> workspaces_;  // [thread]
 };
 
 /// One group in the lanes of the workspaces of a thread and of its grove.
-class LaneGroups::Group {
+class LaneGroups::Group : public GroupTransfers {
  public:
   Group(LaneGroups* all, std::size_t group, std::size_t first_group, std::size_t of_grove, std::size_t of_thread);
 
   // ---- up ----
-  /// Reads r, v and w0 of the points.
-  lanes::Motion read_motion(const FreeMotion& motion);
+  /// Reads r, v and w0 of the points. The next group will write its part of `blocks`.
+  lanes::Motion read_motion(const FreeMotion& motion, const double* blocks);
   void evaluate(const lanes::Motion& motion);
   void eliminate();
   void evaluate_and_eliminate(const lanes::Motion& motion);
@@ -101,37 +106,35 @@ class LaneGroups::Group {
   /// Finds lambda, unless it is known, and the forces of the rods, which joints hand down with the `known` ones [place]
   /// unless these are null, and computes points += dw [place] unless these are null.
   void substitute_down(Pack3<>* points = nullptr, const Pack3<>* known = nullptr, bool lambda_is_known = false);
-  /// Computes w := w0 + dw, and the residual unless there are joints. w0 is in w unless it is `uniform`.
-  void accelerate(const Vec3* uniform, double* w);
+  /// Finds lambda and computes w := w0 + dw, and the residual unless there are joints. w0 is in w unless it is
+  /// `uniform`.
+  void substitute_down(const double* blocks, const Vec3* uniform, double* w);
   /// Finds the residual once all pieces below joints are through.
   void find_residual();
+
+  /// Reads u of separators, and their multipliers unless `rows` are null.
+  void read_separators(const double* blocks, const double* rows = nullptr);
 
   // ---- projections ----
   /// Evaluates the violation of `points`, positions or velocities.
   void evaluate_values();
   void evaluate_rates();
   void add_multipliers();
+  /// Evaluates the violation of the points of a path, which do not stay in lanes, and moves them there.
+  void evaluate_values(const double* r);
+  void evaluate_rates(const double* r, const double* v);
+  void move(const double* blocks, bool lambda_is_known, double* points);
 
   // ---- what pieces hand to one another ----
   /// Sets s of joints to the answer of what hangs there, with that to the `force` [place] on them unless it is null.
   void answer_at_joints(const Pack3<>* force);
-  void hand_over_answers() {
-    if (!group_.stands_alone) in_.points.s[group_.num_rods].write(&own_joint().s);
-  }
+  void hand_over_answers();
   /// Takes the numbers of the roots there at joints.
   void take_joints(Pack3<>* points);
 
   // ---- in and out ----
-  /// Prefetches what the next group will read or write, while something else is computed.
-  void call_for_points(const double* points) const;
-  void call_for_blocks(const double* blocks) const;
   void find_directions(const double* r, Pack3<>* u);
   void read_directions(const double* blocks, bool are_new = false);
-  void write_directions(double* blocks) const;
-  void read_points(const double* from, Pack3<>* to) const;
-  void write_points(const Pack3<>* from, double* to) const;
-  void read_rows(const double* from, Pack<>* to) const;
-  void write_rows(const Pack<>* from, double* to) const;
 
   // ---- the arrays ----
   const LaneGroup& plan() const { return group_; }
@@ -142,11 +145,10 @@ class LaneGroups::Group {
     Pack3<>* dw;
   };
   const Arrays& arrays() const { return in_; }
-  /// The group's part of the arrays of its grove, and of the plan.
+  /// The group's part of the arrays of its grove.
   struct Own {
-    Pack3<>*points, *directions;                      ///< positions or velocities that are projected; u there
-    Pack<>*sum, *right_side, *residual;               ///< sums of multipliers [rod]; what was found
-    const Index *point_list, *row_list, *block_list;  ///< as in LanePlan
+    Pack3<>*points, *directions;         ///< positions or velocities that are projected; u there
+    Pack<>*sum, *right_side, *residual;  ///< sums of multipliers [rod]; what was found
   };
   const Own& own() const { return own_; }
   Pack3<>* scratch() { return work_.s.data(); }  ///< [place]
@@ -159,14 +161,19 @@ class LaneGroups::Group {
   std::span<const JointPlace> joints() const {
     return std::span(all_.plan_.joints).subspan(group_.first_joint, group_.end_joint - group_.first_joint);
   }
+  bool is_path() const { return in_.shape.is_of_path(); }
+  /// Calls visit(separator, lane) for the last rods of pieces of a path.
+  template <class Visit>
+  void for_separators(const Visit& visit) const;
   void take_mobilities();
+  void take_separators();
+  lanes::Upcoming upcoming(std::array<const double*, 3> arrays) const;
+  void hand_over_factor();
   void hand_over_roots(const Pack3<>* points);
-  const Places* next() const { return number_ + 1 < all_.places_.size() ? &all_.places_[number_ + 1] : nullptr; }
 
   LaneGroups& all_;
   std::size_t number_;
   const LaneGroup& group_;
-  const Places& places_;
   Workspace &work_, &grove_;
   Own own_;
   Arrays in_;

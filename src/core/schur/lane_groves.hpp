@@ -25,19 +25,48 @@ class GroveVisit {
         workspace_(workspace) {}
 
   bool stands_alone() const { return groups_.front().stands_alone; }
+  bool is_of_paths() const { return !all_.plan().paths.empty(); }
   std::span<const LaneGroup> groups() const { return groups_; }
   LanePlan::Extent extent() const { return all_.plan().extent(number_); }
   std::size_t workspace() const { return workspace_; }
 
+  /// Brings all points, but those of a path that one thread goes along, each group of which brings its own.
   void bring(const PointSource* source) const {
-    if (source == nullptr) return;
+    if (source == nullptr || goes_along_path()) return;
     for (const LaneGroup& group : groups_) {
       for (std::size_t lane = 0; lane < group.num_members; ++lane) {
         const auto [first, end] = all_.plan().islands[static_cast<std::size_t>(group.island[lane])];
-        if (!group.has_joint_as_root[lane])
-          detail::bring(parallel_, source, static_cast<std::size_t>(first), static_cast<std::size_t>(end));
+        if (!group.has_joint_as_root[lane]) bring(source, first, end);
       }
     }
+  }
+  void bring_for(const PointSource* source, const LaneGroup& group) const {
+    if (source == nullptr || !goes_along_path()) return;
+    const auto [first, end] = all_.plan().islands[static_cast<std::size_t>(group.island[0])];
+    const Index begin = &group == groups_.data() ? first : next_point_;
+    const Index last = all_.plan().point[(group.first_place + group.num_places) * num_lanes - 1];
+    next_point_ = group.num_rods > 1 ? (last < 0 ? ~last : last) + 1 : end;
+    bring(source, begin, next_point_);
+  }
+
+  // ---- the separators of a path; nothing is done where there is none ----
+  void factorize_separators() const {
+    Pack<>& largest = all_.workspaces()[workspace_].found.largest_inverse;
+    for_each_path([&](std::size_t path) {
+      largest[0] =
+          larger(largest[0], detail::factorize_separators(all_.separators(path), all_.plan().paths[path].is_ring));
+    });
+  }
+  void solve_separators() const {
+    for_each_path(
+        [&](std::size_t path) { detail::solve_separators(all_.separators(path), all_.plan().paths[path].is_ring); });
+  }
+  /// Calls visit(path) for each path.
+  template <class Visit>
+  void for_each_path(const Visit& visit) const {
+    if (!is_of_paths()) return;
+    const std::vector<std::size_t>& start = all_.plan().path_start;
+    for (std::size_t path = start[number_]; path < start[number_ + 1]; ++path) visit(path);
   }
 
   /// Calls work(group) for each group from a level on, the lower levels first.
@@ -67,12 +96,21 @@ class GroveVisit {
   }
 
  private:
+  bool goes_along_path() const {
+    const std::vector<std::size_t>& start = all_.plan().path_start;
+    return is_of_paths() && start[number_ + 1] - start[number_] == 1 && parallel_.threads() == 1;
+  }
+  void bring(const PointSource* source, Index begin, Index end) const {
+    detail::bring(parallel_, source, static_cast<std::size_t>(begin), static_cast<std::size_t>(end));
+  }
+
   LaneGroups& all_;
   std::size_t number_;
   const Parallel& parallel_;
   std::span<const std::size_t> levels_;
   std::span<const LaneGroup> groups_;
   std::size_t workspace_;
+  mutable Index next_point_ = 0;  // of a path, which was not brought
 };
 
 /// Calls work(visit) for each grove. All threads work on a grove that is more than one thread's share, one after the

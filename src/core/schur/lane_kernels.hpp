@@ -7,27 +7,33 @@
 
 #include <tanor/system.hpp>
 
-#include "base/instruction_sets.hpp"
+#include "base/lane_parts.hpp"
 #include "base/pack.hpp"
 #include "base/vec3.hpp"
 #include "schur/lane_plan.hpp"
 
-/// \file Arithmetic of rods in groups of eight equal islands, or of eight pieces of trees, side by side in the lanes of
-/// a vector. See instruction_sets.hpp.
+/// \file Arithmetic of rods in groups of eight equal islands, or of eight pieces of trees or paths, side by side in the
+/// lanes of a vector. See instruction_sets.hpp.
 ///
-/// Two programs eliminate S. That of equal islands is written down in a schedule. Pieces of trees (tree_pieces.cpp) are
-/// eliminated from the leaves to the roots: a point whose branches are eliminated answers a force F of the rods that
-/// are left by dw = s + W F. Its mobility W is 1/m less what its branches hold.
+/// Three programs eliminate S. That of equal islands is written down in a schedule. Pieces of trees (tree_pieces.cpp)
+/// are eliminated from the leaves to the roots: a point whose branches are eliminated answers a force F of the rods
+/// that are left by dw = s + W F. Its mobility W is 1/m less what its branches hold. Pieces of paths (path_pieces.cpp)
+/// are eliminated from the first rod on; the last one is a separator (path_separators.hpp).
 namespace tanor::detail::lanes {
+
+enum class Program { Islands, Trees, Paths };
 
 /// How the rods of a group join its places.
 struct Shape {
   std::size_t num_rods, num_places;
-  const IslandStructure* structure;  ///< of equal islands; null for pieces of trees
-  const Index* parent;               ///< [rod][lane] of pieces, whose rod k joins the child at place k to its parent
+  const IslandStructure* structure;  ///< of equal islands, else null
+  const Index*
+      parent;  ///< [rod][lane] of pieces of trees, whose rod k joins the child at place k to its parent, else null
   bool have_same_parents;
 
-  bool are_pieces() const { return structure == nullptr; }
+  bool is_of_tree() const { return parent != nullptr; }
+  /// Rod k of a piece of a path joins the places k and k + 1.
+  bool is_of_path() const { return structure == nullptr && parent == nullptr; }
 };
 
 /// Symmetric 3 x 3 matrices.
@@ -40,10 +46,34 @@ struct RodFactor {
   Pack3<> h;
   Pack<> inverse_pivot;
 };
+/// The factor of a rod of a path, S = L D L': L of the next row, and 1/D; and y = -L^-1 b. Separators have none.
+struct PathFactor {
+  Pack<> l, inverse_pivot, y;
+};
+/// The last rods of pieces of a path: what separators get of an elimination and of a right side, and what they hand
+/// down.
+struct Border {
+  Pack<> diagonal, pivot, spread, taken;  ///< see Separator
+  Pack<> taken_y, y;
+  Pack<> coupling, x_before, x;  ///< with the separator before, lambda of that one, and its own
+  Pack3<> force_before;          ///< on the first point
+};
 /// The roots of a group of pieces, which may be joints of others: W, s, and the force from above, which becomes dw.
 struct Joint {
   Mobility mobility;
   Pack3<> s, dw;
+};
+/// Arrays of points or blocks that the next pieces of a path need, eight a rod of the lanes. They are prefetched little
+/// by little, since a burst of misses would stop everything.
+struct Upcoming {
+  const double* arrays[3] = {nullptr, nullptr, nullptr};
+
+  [[gnu::always_inline]] void fetch(std::size_t k) const {
+    for (const double* const array : arrays) {
+      for (std::size_t line = 0; array != nullptr && line < 3; ++line)
+        __builtin_prefetch(array + num_lanes * (3 * k + line), 0, 2);
+    }
+  }
 };
 /// Positions and motion of the points.
 struct Motion {
@@ -51,21 +81,24 @@ struct Motion {
   const Pack3<>* w0;            ///< null if all points have the same
   const Pack3<>* offset;        ///< [rod] in the direction of u; null if there are none
   const Pack<>* length_second;  ///< [rod] l''; null if 0
+  Upcoming upcoming;            ///< of pieces of paths
 };
 /// The points of a group.
 struct Points {
   const Pack<>* inverse_mass;
-  Mobility* mobility;  ///< of pieces
-  Pack3<>* s;          ///< what eliminated branches and other forces make; null if 0, but for pieces
+  Mobility* mobility;  ///< of trees
+  Pack3<>* s;          ///< what eliminated branches and other forces make; null if 0, but for trees
 };
 /// The rods of a group.
 struct Rods {
   Pack3<>* u;
-  Pack<>* factor;                ///< as in IslandSchedule [slot], or RodFactor [rod]
-  Pack<>*b, *z;                  ///< b = phi + K'w0, and b + K's of pieces, then lambda
-  const Pack<>* inverse_masses;  ///< 1/m of both ends, summed, of pieces
+  Pack<>* factor;                ///< as in IslandSchedule [slot], RodFactor or PathFactor [rod]
+  Pack<>*b, *z;                  ///< b = phi + K'w0, and b + K's of trees, then lambda
+  const Pack<>* inverse_masses;  ///< 1/m of both ends, summed, of trees
+  Border* border;                ///< of paths
 
   RodFactor& rod_factor(std::size_t k) const { return reinterpret_cast<RodFactor*>(factor)[k]; }
+  PathFactor& path_factor(std::size_t k) const { return reinterpret_cast<PathFactor*>(factor)[k]; }
 };
 
 /// The largest numbers that were found in each lane.
@@ -73,11 +106,27 @@ struct Findings {
   Pack<> largest_inverse = Pack<>{} + 1.0;  ///< S_aa over the pivots; infinite if one of these is not positive
   Largest right_side, residual, own_residual;
 
-  /// Includes the largest |b| and residual of one island in each lane.
-  [[gnu::always_inline]] void include(const Pack<>& largest_b, const Pack<>& largest_left) {
-    right_side.see(largest_b);
-    residual.see(largest_left);
-    own_residual.see(largest_left / (largest_b + std::numeric_limits<double>::min()));
+  /// Includes the largest |b| and residual of one island in each lane of a part.
+  template <class Lanes, class Lane>
+  [[gnu::always_inline]] void include(const Lanes& part, const Lane& largest_b, const Lane& largest_left) {
+    const auto see = [&part](const Lane& size, Largest* to) __attribute__((always_inline)) {
+      Seen<Lanes::width> seen;
+      seen.see(size);
+      seen.write(part, to);
+    };
+    see(largest_b, &right_side);
+    see(largest_left, &residual);
+    see(largest_left / (largest_b + std::numeric_limits<double>::min()), &own_residual);
+  }
+  /// Includes those of one island.
+  void include(double largest_b, double largest_left) {
+    const auto see = [](double size, Largest* to) {
+      to->value[0] = std::max(to->value[0], size);
+      to->zero[0] += 0.0 * size;
+    };
+    see(largest_b, &right_side);
+    see(largest_left, &residual);
+    see(largest_left / (largest_b + std::numeric_limits<double>::min()), &own_residual);
   }
 };
 
@@ -89,18 +138,25 @@ void find_directions(const Shape& shape, const Pack3<>* r, const Pack3<>* offset
 void evaluate(const Shape& shape, const Motion& motion, const Rods& rods, Pack<>* right_side);
 /// Factorizes S. The pivot of a rod of a tree is d = u'(W_c + W_p) u, and W_p -= h h'/d.
 void eliminate(const Shape& shape, const Points& points, const Rods& rods, Findings* found);
-/// Solves S lambda = -(b + K's), of pieces the way up to the roots: z, and s_p -= z h/d.
+/// Solves S lambda = -(b + K's), of trees the way up to the roots: z, and s_p -= z h/d; of paths y = -L^-1 b.
 void substitute_up(const Shape& shape, const Points& points, const Rods& rods);
 /// Does all three for pieces, in one pass, so that one rod's evaluation runs while another one's pivot is waited for.
 void evaluate_and_eliminate(const Shape& shape, const Motion& motion, const Points& points, const Rods& rods,
                             Pack<>* right_side, Findings* found);
-/// Ends a solve of whole islands with the factor that there is: lambda, unless `is_substituted` up to the roots, then
-/// F = K lambda, and the rest as `accelerate`. Includes the residual and the right side in what was found.
+/// Ends a solve of whole islands with the factor that there is: lambda, unless `is_substituted` up to the roots, then F
+/// = K lambda, and the rest as `accelerate`. Includes the residual and the right side of islands in what was found.
 void finish(const Shape& shape, const Points& points, const Rods& rods, bool is_substituted, Pack3<>* F,
             const Pack3<>* w0, Vec3 uniform, Pack3<>* w, const Pack<>* right_side, Findings* found);
+/// Ends that of pieces of paths. If `w` is null, dw is computed alone. Finds the residual but for that of separators.
+/// `upcoming` are arrays for the next pieces.
+void finish_pieces(const Shape& shape, const Points& points, const Rods& rods, const Upcoming& upcoming, Pack3<>* dw,
+                   Vec3 uniform, Pack3<>* w, Pack<>* residual);
+/// Computes dw = M^-1 K lambda of pieces of paths, and lambda unless it is known.
+void accelerate_pieces(const Shape& shape, const Points& points, const Rods& rods, bool lambda_is_known,
+                       const Upcoming& upcoming, Pack3<>* dw);
 /// Computes the forces F = K lambda, and points += F/m unless these are null. On the way down pieces,
-/// lambda = -z/d - (h/d).F_p takes z's place, unless it is known. If there is a force on the roots from outside, it is
-/// added to F.
+/// lambda = -z/d - (h/d).F_p, or L'^-1 D^-1 y, takes z's place, unless it is known. If there is a force on the roots
+/// from outside, it is added to F.
 void substitute_down(const Shape& shape, const Pack<>* inverse_mass, const Rods& rods, bool lambda_is_known,
                      const Pack3<>* on_roots, Pack3<>* F, Pack3<>* points);
 /// Computes dw = F/m in F's place and w := w0 + dw. If w0 is null, it is `uniform` for all points.
@@ -114,6 +170,8 @@ void evaluate_values(const Shape& shape, const Pack3<>* r, const Pack3<>* offset
 /// Evaluates K'v + xi_t in b's place with K of u, and the largest one. `length_first` is l' [rod]; null if 0.
 void evaluate_rates(const Shape& shape, const Pack3<>* u, const Pack3<>* v, const Pack<>* length_first, Pack<>* b,
                     Pack<>* largest);
+/// Does the same with K at r.
+void evaluate_rates(const Shape& shape, const Motion& motion, const Pack<>* length_first, Pack<>* b, Pack<>* largest);
 
 /// Take W, or dw, of joints at their places.
 void take_mobilities(std::span<const JointPlace> places, const Joint* joints, Mobility* mobility);
@@ -123,49 +181,59 @@ void answer_at_joints(std::span<const JointPlace> places, const Joint* joints, c
 /// Hands F of joints down, with the `known` forces [place] unless they are null.
 void pull_joints(std::span<const JointPlace> places, const Pack3<>* F, const Pack3<>* known, Joint* joints);
 
-// ---- the ends of rods ----
+// ---- the ends of rods: each kernel is run for some lanes after the others, see lane_parts.hpp ----
 
 /// Numbers in arrays of cells of packs, in one place of all lanes:
+template <class Lanes>
 struct SamePlace {
+  static constexpr std::size_t width = Lanes::width;
+  using Lane = typename Lanes::Lane;
+  Lanes part;
   std::size_t place;
-  [[gnu::always_inline]] explicit SamePlace(std::size_t given) : place(given) {}
-  [[gnu::always_inline]] explicit SamePlace(const Index* places) : place(static_cast<std::size_t>(places[0])) {}
+
+  [[gnu::always_inline]] SamePlace(const Lanes& own, std::size_t given) : part(own), place(given) {}
+  [[gnu::always_inline]] SamePlace(const Lanes& own, const Index* places)
+      : part(own), place(static_cast<std::size_t>(places[0])) {}
   template <class Cell>
-  [[gnu::always_inline]] Pack<> get(const Cell* cells, std::size_t k) const {
-    return reinterpret_cast<const Pack<>*>(cells + place)[k];
+  [[gnu::always_inline]] Lane get(const Cell* cells, std::size_t k) const {
+    return part.of(reinterpret_cast<const Pack<>*>(cells + place)[k]);
   }
   template <class Cell>
-  [[gnu::always_inline]] void set(Cell* cells, std::size_t k, const Pack<>& value) const {
-    reinterpret_cast<Pack<>*>(cells + place)[k] = value;
+  [[gnu::always_inline]] void set(Cell* cells, std::size_t k, const Lane& value) const {
+    part.of(reinterpret_cast<Pack<>*>(cells + place)[k]) = value;
   }
 };
 /// In a place of each lane's own:
+template <class Lanes>
 struct OwnPlaces {
-  std::size_t place[num_lanes];
-  [[gnu::always_inline]] explicit OwnPlaces(const Index* places) {
-    for (std::size_t lane = 0; lane < num_lanes; ++lane) place[lane] = static_cast<std::size_t>(places[lane]);
+  static constexpr std::size_t width = Lanes::width;
+  using Lane = typename Lanes::Lane;
+  std::size_t first, place[width];
+
+  [[gnu::always_inline]] OwnPlaces(const Lanes& part, const Index* places) : first(part.first()) {
+    for (std::size_t lane = 0; lane < Lanes::width; ++lane)
+      place[lane] = static_cast<std::size_t>(places[first + lane]);
   }
   template <class Cell>
-  [[gnu::always_inline]] Pack<> get(const Cell* cells, std::size_t k) const {
-    const double* const from = reinterpret_cast<const double*>(cells) + num_lanes * k;
-    const auto at = [&](std::size_t lane) __attribute__((always_inline)) {
+  [[gnu::always_inline]] Lane get(const Cell* cells, std::size_t k) const {
+    const double* const from = reinterpret_cast<const double*>(cells) + num_lanes * k + first;
+    return Lanes::put_together([&](std::size_t lane) __attribute__((always_inline)) {
       return from[place[lane] * (sizeof(Cell) / sizeof(double)) + lane];
-    };
-    return Pack<>{at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7)};
+    });
   }
   template <class Cell>
-  [[gnu::always_inline]] void set(Cell* cells, std::size_t k, const Pack<>& value) const {
-    double* const to = reinterpret_cast<double*>(cells) + num_lanes * k;
-    for (std::size_t lane = 0; lane < num_lanes; ++lane)
+  [[gnu::always_inline]] void set(Cell* cells, std::size_t k, const Lane& value) const {
+    double* const to = reinterpret_cast<double*>(cells) + num_lanes * k + first;
+    for (std::size_t lane = 0; lane < Lanes::width; ++lane)
       to[place[lane] * (sizeof(Cell) / sizeof(double)) + lane] = value[lane];
   }
 };
 template <class Place>
-[[gnu::always_inline]] inline Pack3<> get(const Place& place, const Pack3<>* points) {
-  return {place.get(points, 0), place.get(points, 1), place.get(points, 2)};
+[[gnu::always_inline]] inline auto get(const Place& place, const Pack3<>* points) {
+  return Pack3<Place::width>{place.get(points, 0), place.get(points, 1), place.get(points, 2)};
 }
-template <class Place>
-[[gnu::always_inline]] inline void set(const Place& place, Pack3<>* points, const Pack3<>& value) {
+template <class Place, class Vector>
+[[gnu::always_inline]] inline void set(const Place& place, Pack3<>* points, const Vector& value) {
   place.set(points, 0, value.x);
   place.set(points, 1, value.y);
   place.set(points, 2, value.z);
@@ -173,36 +241,65 @@ template <class Place>
 
 /// The ends of rods; u points from the first to the second. Those of equal islands are the same in all lanes:
 struct EqualEnds {
-  static constexpr bool are_of_pieces = false;
+  static constexpr Program program = Program::Islands;
   const std::array<int, 2>* ends;
-  [[gnu::always_inline]] SamePlace first(std::size_t k) const { return SamePlace(&ends[k][0]); }
-  [[gnu::always_inline]] SamePlace second(std::size_t k) const { return SamePlace(&ends[k][1]); }
+  template <class Lanes>
+  [[gnu::always_inline]] auto first(const Lanes& part, std::size_t k) const {
+    return SamePlace<Lanes>(part, &ends[k][0]);
+  }
+  template <class Lanes>
+  [[gnu::always_inline]] auto second(const Lanes& part, std::size_t k) const {
+    return SamePlace<Lanes>(part, &ends[k][1]);
+  }
 };
-/// The rods of pieces go from child to parent. Parents are the same in all lanes, or each lane has its own:
-template <class Parent>
-struct PieceEnds {
-  static constexpr bool are_of_pieces = true;
+/// The rods of pieces of trees go from child to parent. Parents are the same in all lanes, or each lane has its own:
+template <template <class> class Parent>
+struct TreeEnds {
+  static constexpr Program program = Program::Trees;
   const Index* parents;
-  [[gnu::always_inline]] SamePlace first(std::size_t k) const { return SamePlace(k); }
-  [[gnu::always_inline]] Parent second(std::size_t k) const { return Parent(parents + num_lanes * k); }
+  template <class Lanes>
+  [[gnu::always_inline]] auto first(const Lanes& part, std::size_t k) const {
+    return SamePlace<Lanes>(part, k);
+  }
+  template <class Lanes>
+  [[gnu::always_inline]] auto second(const Lanes& part, std::size_t k) const {
+    return Parent<Lanes>(part, parents + num_lanes * k);
+  }
+};
+/// Those of pieces of paths follow one another:
+struct PathEnds {
+  static constexpr Program program = Program::Paths;
+  template <class Lanes>
+  [[gnu::always_inline]] auto first(const Lanes& part, std::size_t k) const {
+    return SamePlace<Lanes>(part, k);
+  }
+  template <class Lanes>
+  [[gnu::always_inline]] auto second(const Lanes& part, std::size_t k) const {
+    return SamePlace<Lanes>(part, k + 1);
+  }
 };
 /// Returns the numbers at the second end less those at the first one.
-template <class Ends>
-[[gnu::always_inline]] inline Pack3<> difference(const Ends& ends, std::size_t k, const Pack3<>* points) {
-  return get(ends.second(k), points) - get(ends.first(k), points);
+template <class Lanes, class Ends>
+[[gnu::always_inline]] inline auto difference(const Lanes& part, const Ends& ends, std::size_t k,
+                                              const Pack3<>* points) {
+  return get(ends.second(part, k), points) - get(ends.first(part, k), points);
 }
 /// Adds a force to the second end, and takes it from the first one.
-template <class Ends>
-[[gnu::always_inline]] inline void pull(const Ends& ends, std::size_t k, const Pack3<>& force, Pack3<>* F) {
-  set(ends.first(k), F, get(ends.first(k), F) - force);
-  set(ends.second(k), F, get(ends.second(k), F) + force);
+template <class Lanes, class Ends, class Vector>
+[[gnu::always_inline]] inline void pull(const Lanes& part, const Ends& ends, std::size_t k, const Vector& force,
+                                        Pack3<>* F) {
+  const auto first = ends.first(part, k);
+  set(first, F, get(first, F) - force);
+  const auto second = ends.second(part, k);
+  set(second, F, get(second, F) + force);
 }
 
 /// Calls body(ends) with the kind of ends that the shape has.
 template <class Body>
 [[gnu::always_inline]] inline void with_ends(const Shape& shape, const Body& body) {
-  if (!shape.are_pieces()) return body(EqualEnds{shape.structure->topology.rods.data()});
-  shape.have_same_parents ? body(PieceEnds<SamePlace>{shape.parent}) : body(PieceEnds<OwnPlaces>{shape.parent});
+  if (shape.structure != nullptr) return body(EqualEnds{shape.structure->topology.rods.data()});
+  if (shape.is_of_path()) return body(PathEnds());
+  shape.have_same_parents ? body(TreeEnds<SamePlace>{shape.parent}) : body(TreeEnds<OwnPlaces>{shape.parent});
 }
 
 }  // namespace tanor::detail::lanes

@@ -13,21 +13,26 @@
 
 namespace tanor::detail {
 
-/// Eight members side by side in the lanes: equal islands of rods, or pieces of trees. Where members are too few, the
-/// last one fills several lanes.
+/// Eight members side by side in the lanes: equal islands of rods, or pieces of trees or of a path. Where members are
+/// too few, the last one fills several lanes.
 ///
 /// A piece of a tree is a point, its root, with rods below it, the lower ones first. Pieces share points only where the
 /// root of one, eliminated before, stands among the points of another one: at a joint. Rod k joins the point at place k
 /// to that at its parent's place; the roots are at place `num_rods`. A shorter piece begins with rods of nobody: their
 /// lanes have row -1, and they hang on one place more, behind the roots.
+///
+/// Pieces of a path follow one another. Rod k joins the points at the places k and k + 1, and the last rod is a
+/// separator. The last point is the next piece's to write, but for the end of the path. Lanes without a piece have a
+/// rod of nobody, row -1.
 struct LaneGroup {
   std::size_t num_rods = 0, num_places = 0;
   std::size_t first_rod = 0, first_place = 0, first_factor = 0;  ///< starts in the arrays of lanes
   std::size_t first_joint = 0, end_joint = 0;                    ///< of JointPlace
   std::size_t num_members = 0;
   const IslandStructure* structure = nullptr;       ///< of equal islands; null for pieces
+  std::array<std::size_t, num_lanes> separator{};   ///< [lane] of pieces of paths
   std::array<Index, num_lanes> island{};            ///< [lane] that of the member
-  std::array<bool, num_lanes> has_joint_as_root{};  ///< [lane] false at the root of a tree
+  std::array<bool, num_lanes> has_joint_as_root{};  ///< [lane] false at the root of a tree and the end of a path
   bool have_same_parents = true, is_padded = false, has_supports = false;
   bool stands_alone = true;  ///< is a grove by itself
 
@@ -42,7 +47,8 @@ struct JointPlace {
 };
 
 /// Islands of rods in lanes. What is solved at once, while it is in the cache, is a grove: a group that needs no other
-/// one, or all pieces of trees that follow one another. The groups of a level wait for those of lower levels.
+/// one, all pieces of trees that follow one another, or those of a path. The groups of a level wait for those of lower
+/// levels.
 struct LanePlan {
   struct Island {
     Index first_point, end_point;
@@ -55,8 +61,16 @@ struct LanePlan {
   std::vector<Index> row;                                   ///< [rod][lane]
   std::vector<Index> point;  ///< [place][lane]; ~point where the motion of the point is not the member's to write
   std::vector<JointPlace> joints;
+  /// A path or ring has the separators [first, end). That of each piece of it is the piece's last rod.
+  struct Path {
+    std::size_t first_separator, end_separator;
+    bool is_ring;
+  };
+  std::vector<Path> paths;                 ///< [island], if these are paths
+  std::vector<std::size_t> path_start{0};  ///< [grove] the first one
   std::size_t num_rods = 0, size_of_factor = 0;
 
+  std::size_t num_separators() const { return paths.empty() ? 0 : paths.back().end_separator; }
   std::size_t num_slots() const { return row.size() / num_lanes; }
   std::size_t num_places() const { return point.size() / num_lanes; }
   std::size_t num_groves() const { return grove_start.size() - 1; }
@@ -84,6 +98,9 @@ struct LanePlan {
 /// `plan::most_rods_of_batch` rods if their topology has little fill and fills half of its lanes or more (long paths:
 /// nearly all). If `eagerly` is true, it takes all islands of rods.
 LanePlan take_equal_islands(const RodRows& rods, const Numbering& numbering, bool eagerly, std::vector<Index>* islands);
+
+/// Takes the islands that are paths or rings of rods out of `islands`, and cuts them into pieces.
+LanePlan take_paths(const RodRows& rods, const Numbering& numbering, bool eagerly, std::vector<Index>* islands);
 
 /// Takes trees of rods out of `islands`: all if `eagerly` is true, else those that leave few lanes empty, of several
 /// pieces each by itself, of one piece all together. The answer and the bits of a tree do not depend on the order of

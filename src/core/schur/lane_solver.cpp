@@ -63,6 +63,30 @@ std::unique_ptr<LaneSolver> LaneSolver::make_trees(const SchurProblem& problem, 
   return result;
 }
 
+std::unique_ptr<LaneSolver> LaneSolver::make_paths(const SchurProblem& problem, int threads,
+                                                   std::vector<Index>* islands) {
+  std::unique_ptr<LaneSolver> result = make(problem, threads, false, take_paths, islands);
+  if (result == nullptr) return nullptr;
+  constexpr double flops_a_rod = 9.0;
+  const LanePlan& plan = result->groups_.plan();
+  const auto num_rings = static_cast<std::size_t>(std::ranges::count_if(plan.paths, &LanePlan::Path::is_ring)),
+             num_open = plan.paths.size() - num_rings;
+  std::size_t of_rings = 0;  // separators, which have a product with the closing rod
+  for (const LanePlan::Path& path : plan.paths)
+    of_rings += path.is_ring ? path.end_separator - path.first_separator : 0;
+  const auto count = [](std::size_t number, const std::string& what) {
+    return number == 1 ? "one " + what + " of rods" : std::to_string(number) + " " + what + "s of rods";
+  };
+  result->summary_ = {.solvers = {LinearSolver::Paths},
+                      .reason = (num_open > 0 ? count(num_open, "path") : "") + (num_open * num_rings > 0 ? ", " : "") +
+                                (num_rings > 0 ? count(num_rings, "ring") : ""),
+                      .factor = {.parts = plan.paths.size(),
+                                 .pattern_nonzeros = 2 * plan.num_rods - num_open,
+                                 .factor_nonzeros = 2 * plan.num_rods - plan.paths.size() + of_rings,
+                                 .flops = flops_a_rod * static_cast<double>(plan.num_rods)}};
+  return result;
+}
+
 // ---- grove by grove ----
 
 /// Calls work(visit) for all groves, with findings that are cleared before.
@@ -75,32 +99,23 @@ void LaneSolver::visit(const Parallel& parallel, const Work& work) {
   visit_groves(parallel, &groups_, work);
 }
 
-namespace {
-
-/// Returns the larger numbers of both; a NaN wins.
-Pack<> larger_of(const Pack<>& a, const Pack<>& b) {
-  return (b > a) | (b != b) ? b : a;
-}
-
-}  // namespace
-
-/// Includes what was found in the groups of trees, island by island.
+/// Includes what was found in the groups of pieces, island by island.
 void LaneSolver::note_findings(const GroveVisit& visit) {
   LaneGroups::Workspace& work = groups_.workspaces()[visit.workspace()];
   const std::span<const LaneGroup> groups = visit.groups();
+  const LanePlan& plan = groups_.plan();
   std::array<Index, num_lanes> only;  // NOLINT: filled here
   only.fill(groups.front().island.front());
   if (std::ranges::all_of(groups, [&](const LaneGroup& group) { return group.island == only; })) {
-    Pack<> right_sides{}, residuals{}, right_side{}, residual{};
+    Largest right_side, residual;
     for (std::size_t k = 0; k < groups.size(); ++k) {
-      right_sides = larger_of(right_sides, work.right_side.data()[k]);
-      residuals = larger_of(residuals, work.residual.data()[k]);
+      right_side.see(work.right_side.data()[k]);
+      residual.see(work.residual.data()[k]);
     }
-    for (std::size_t lane = 0; lane < num_lanes; ++lane) {
-      right_side[0] = larger(right_side[0], right_sides[lane]);
-      residual[0] = larger(residual[0], residuals[lane]);
-    }
-    return work.found.include(right_side, residual);
+    visit.for_each_path([&](std::size_t path) {
+      residual.see(Pack<>{residual_of_separators(groups_.separators(path), plan.paths[path].is_ring)});
+    });
+    return work.found.include(right_side.read(), residual.read());
   }
   for (std::size_t k = 0; k < groups.size(); ++k) {
     for (std::size_t lane = 0; lane < num_lanes; ++lane) {
@@ -109,16 +124,17 @@ void LaneSolver::note_findings(const GroveVisit& visit) {
       own.residual = larger(own.residual, work.residual.data()[k][lane]);
     }
   }
+  visit.for_each_path([&](std::size_t path) {
+    double& own = of_island_[path].residual;
+    own = larger(own, residual_of_separators(groups_.separators(path), plan.paths[path].is_ring));
+  });
   for (const LaneGroup& group : groups) {
-    Pack<> right_side{}, residual{};
     for (std::size_t lane = 0; lane < num_lanes; ++lane) {
-      Elimination& own = of_island_[static_cast<std::size_t>(group.island[lane])];
       if (group.has_joint_as_root[lane]) continue;
-      right_side[lane] = own.largest_right_side;
-      residual[lane] = own.residual;
+      Elimination& own = of_island_[static_cast<std::size_t>(group.island[lane])];
+      work.found.include(own.largest_right_side, own.residual);
       own = {};
     }
-    work.found.include(right_side, residual);
   }
 }
 
@@ -149,9 +165,12 @@ Elimination LaneSolver::solve(const Parallel& parallel, const FreeMotion& motion
   visit(parallel, [&](const GroveVisit& grove) {
     grove.bring(motion.source);
     grove.up([&](Group& group) {
-      const lanes::Motion own = group.read_motion(motion);
-      group.call_for_points(motion.r);
-      group.call_for_points(motion.v);
+      grove.bring_for(motion.source, group.plan());
+      const lanes::Motion own = group.read_motion(motion, blocks);
+      if (!grove.is_of_paths()) {
+        group.call_for_points(motion.r);
+        group.call_for_points(motion.v);
+      }
       if (grove.stands_alone()) {
         group.solve(own, motion.uniform, use, w);
         group.call_for_points(w);
@@ -160,16 +179,18 @@ Elimination LaneSolver::solve(const Parallel& parallel, const FreeMotion& motion
         group.evaluate_and_eliminate(own);
       } else {
         group.evaluate(own);
+        group.read_separators(blocks);
         group.substitute_up();
       }
       if (use == FactorUse::Keep) return;
-      group.write_directions(blocks);
-      group.call_for_blocks(blocks);
+      group.write_blocks(group.arrays().rods.u, blocks);
+      if (!grove.is_of_paths()) group.call_for_blocks(blocks);
     });
     if (grove.stands_alone()) return;
+    if (use == FactorUse::Renew) grove.factorize_separators();
+    grove.solve_separators();
     grove.down([&](Group& group) {
-      group.substitute_down();
-      group.accelerate(motion.uniform, w);
+      group.substitute_down(blocks, motion.uniform, w);
       group.write_rows(group.arrays().rods.z, lambda);
     });
     grove.up([](Group& group) {
@@ -186,9 +207,11 @@ Elimination LaneSolver::eliminate(const Parallel& parallel, const PointSource* s
   visit(parallel, [&](const GroveVisit& grove) {
     grove.bring(source);
     grove.up([&](Group& group) {
+      grove.bring_for(source, group.plan());
       take(group);
       group.eliminate();
     });
+    grove.factorize_separators();
   });
   return found();
 }
@@ -201,7 +224,7 @@ Elimination LaneSolver::linearise(const Parallel& parallel, const double* r, con
                                   double* blocks) {
   return eliminate(parallel, source, [&](Group& group) {
     group.find_directions(r, group.arrays().rods.u);
-    group.write_directions(blocks);
+    group.write_blocks(group.arrays().rods.u, blocks);
   });
 }
 
@@ -211,8 +234,9 @@ void LaneSolver::solve_negative(const Parallel& parallel, const double* b, doubl
       group.read_rows(b, group.arrays().rods.b);
       group.substitute_up();
     });
+    grove.solve_separators();
     grove.down([&](Group& group) {
-      if (group.arrays().shape.are_pieces()) group.substitute_down();
+      if (group.arrays().shape.structure == nullptr) group.substitute_down();
       group.write_rows(group.arrays().rods.z, x);
     });
   });
@@ -235,44 +259,51 @@ void LaneSolver::correct(const Parallel& parallel, const double* blocks, double*
       // Islands whose series are in lanes have rows of 0, see MultiplierSeries.
       if (grove.stands_alone()) is_needed = !are_zero(group.arrays().rods.b, group.plan().num_rods);
       if (!is_needed) return;
-      group.read_directions(blocks);
+      if (!grove.is_of_paths()) group.read_directions(blocks);
+      group.read_separators(blocks);
       group.substitute_up();
     });
     if (!is_needed) return;
+    grove.solve_separators();
     grove.down([&](Group& group) {
-      group.read_points(points, group.own().points);
-      group.substitute_down(group.own().points);
+      if (grove.is_of_paths()) {
+        group.move(blocks, false, points);
+      } else {
+        group.read_points(points, group.own().points);
+        group.substitute_down(group.own().points);
+        group.write_points(group.own().points, points);
+      }
       group.write_rows(group.arrays().rods.z, rows);
-      group.write_points(group.own().points, points);
     });
   });
 }
 
 void LaneSolver::add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) {
-  visit(parallel, [&](const GroveVisit& grove) {
-    grove.down([&](Group& group) {
-      group.read_directions(blocks);
-      group.read_rows(rows, group.arrays().rods.z);
-      group.read_points(points, group.own().points);
-      group.substitute_down(group.own().points, nullptr, true);
-      group.write_points(group.own().points, points);
-    });
+  visit(parallel, [&](const GroveVisit& grove) { add_reactions(grove, blocks, rows, points); });
+}
+
+void LaneSolver::add_reactions(const GroveVisit& grove, const double* blocks, const double* rows, double* points) {
+  if (grove.is_of_paths()) grove.up([&](Group& group) { group.read_separators(blocks, rows); });
+  grove.down([&](Group& group) {
+    group.read_rows(rows, group.arrays().rods.z);
+    if (grove.is_of_paths()) return group.move(blocks, true, points);
+    group.read_directions(blocks);
+    group.read_points(points, group.own().points);
+    group.substitute_down(group.own().points, nullptr, true);
+    group.write_points(group.own().points, points);
   });
 }
 
 // ---- projections ----
 
-/// Calls evaluate(group), which finds the violation at the group's points, and moves these by M^-1 K S^-1 (-violation).
-/// `was_moved` says that joints do not have their points yet.
-template <class Evaluate>
-void LaneSolver::project(const GroveVisit& grove, double target, bool was_moved, const Evaluate& evaluate,
-                         double* points, double* sum) {
+/// Calls evaluate(group), which finds the violation, and move(group), which moves points by M^-1 K S^-1 (-violation).
+template <class Evaluate, class Move>
+void LaneSolver::project(const GroveVisit& grove, double target, const Evaluate& evaluate, const Move& move) {
   LaneGroups::Workspace& work = groups_.workspaces()[grove.workspace()];
   const Projection reached = iterate_along_chord(
       target,
       [&] {
         grove.up([&](Group& group) {
-          if (was_moved) group.take_joints(group.own().points);
           evaluate(group);
           group.substitute_up();
         });
@@ -281,18 +312,43 @@ void LaneSolver::project(const GroveVisit& grove, double target, bool was_moved,
         return violation.read();
       },
       [&] {
-        was_moved = true;
-        grove.down([&](Group& group) {
-          group.substitute_down(group.own().points);
-          if (sum != nullptr) group.add_multipliers();
-        });
+        grove.solve_separators();
+        grove.down(move);
       });
+  work.projection.violation = larger(work.projection.violation, reached.violation);
+  work.projection.iterations = std::max(work.projection.iterations, reached.iterations);
+}
+
+namespace {
+
+/// Returns what moves points of paths, which do not stay in lanes.
+auto move_paths(const double* blocks, double* points, double* sum) {
+  return [=](LaneGroups::Group& group) {
+    group.move(blocks, false, points);
+    if (sum != nullptr) group.add_rows(group.arrays().rods.z, sum);
+  };
+}
+
+}  // namespace
+
+/// Does so with points that stay in lanes. `was_moved` says that joints do not have theirs yet.
+template <class Evaluate>
+void LaneSolver::project_in_lanes(const GroveVisit& grove, double target, bool was_moved, const Evaluate& evaluate,
+                                  double* points, double* sum) {
+  const auto move = [&](Group& group) {
+    was_moved = true;
+    group.substitute_down(group.own().points);
+    if (sum != nullptr) group.add_multipliers();
+  };
+  const auto take_and_evaluate = [&](Group& group) {
+    if (was_moved) group.take_joints(group.own().points);
+    evaluate(group);
+  };
+  project(grove, target, take_and_evaluate, move);
   grove.up([&](Group& group) {
     group.write_points(group.own().points, points);
     if (sum != nullptr) group.write_rows(group.own().sum, sum);
   });
-  work.projection.violation = larger(work.projection.violation, reached.violation);
-  work.projection.iterations = std::max(work.projection.iterations, reached.iterations);
 }
 
 Projection LaneSolver::project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
@@ -300,6 +356,7 @@ Projection LaneSolver::project_positions(const Parallel& parallel, const double*
   groups_.take_lengths();
   visit(parallel, [&](const GroveVisit& grove) {
     grove.bring(source);
+    if (grove.is_of_paths()) return project_positions_of_paths(grove, blocks, target, r, source, sum);
     grove.down([&](Group& group) {
       group.read_points(r, group.own().points);
       group.read_directions(blocks);
@@ -310,10 +367,21 @@ Projection LaneSolver::project_positions(const Parallel& parallel, const double*
       std::copy_n(group.own().sum, group.plan().num_rods, group.arrays().rods.z);
       group.substitute_down(group.own().points, nullptr, true);
     });
-    project(
+    project_in_lanes(
         grove, target, sum != nullptr, [](Group& group) { group.evaluate_values(); }, r, sum);
   });
   return reached();
+}
+
+void LaneSolver::project_positions_of_paths(const GroveVisit& grove, const double* blocks, double target, double* r,
+                                            const PointSource* source, double* sum) {
+  grove.up([&](Group& group) {
+    grove.bring_for(source, group.plan());
+    group.read_separators(blocks);
+  });
+  if (sum != nullptr) add_reactions(grove, blocks, sum, r);
+  project(
+      grove, target, [&](Group& group) { group.evaluate_values(r); }, move_paths(blocks, r, sum));
 }
 
 Projection LaneSolver::project_velocities(const Parallel& parallel, const double* blocks, double target,
@@ -321,6 +389,7 @@ Projection LaneSolver::project_velocities(const Parallel& parallel, const double
   groups_.take_lengths();
   visit(parallel, [&](const GroveVisit& grove) {
     grove.up([&](Group& group) {
+      if (grove.is_of_paths()) return group.read_separators(blocks);
       group.read_points(v, group.own().points);
       group.find_directions(r, group.own().directions);
       group.read_directions(blocks);
@@ -329,7 +398,11 @@ Projection LaneSolver::project_velocities(const Parallel& parallel, const double
       group.call_for_blocks(blocks);
       if (sum != nullptr) group.read_rows(sum, group.own().sum);
     });
-    project(
+    if (grove.is_of_paths()) {
+      return project(
+          grove, target, [&](Group& group) { group.evaluate_rates(r, v); }, move_paths(blocks, v, sum));
+    }
+    project_in_lanes(
         grove, target, false, [](Group& group) { group.evaluate_rates(); }, v, sum);
   });
   return reached();

@@ -19,9 +19,10 @@ namespace tanor::detail {
 /// any leaf). Multipliers come back the other way.
 class LaneSolver final : public IslandSolver {
  public:
-  /// Takes islands out of `islands`, see take_equal_islands and take_trees. Returns null if there are none.
+  /// Takes islands out of `islands`, see take_equal_islands, take_paths and take_trees. Returns null if there are none.
   static std::unique_ptr<LaneSolver> make_batches(const SchurProblem& problem, int threads, bool eagerly,
                                                   std::vector<Index>* islands);
+  static std::unique_ptr<LaneSolver> make_paths(const SchurProblem& problem, int threads, std::vector<Index>* islands);
   static std::unique_ptr<LaneSolver> make_trees(const SchurProblem& problem, int threads, bool eagerly,
                                                 std::vector<Index>* islands);
 
@@ -50,10 +51,15 @@ class LaneSolver final : public IslandSolver {
   template <class TakeDirections>
   Elimination eliminate(const Parallel& parallel, const PointSource* source, const TakeDirections& take);
   void note_findings(const GroveVisit& visit);
+  void add_reactions(const GroveVisit& visit, const double* blocks, const double* rows, double* points);
   Elimination found();
+  template <class Evaluate, class Move>
+  void project(const GroveVisit& visit, double target, const Evaluate& evaluate, const Move& move);
   template <class Evaluate>
-  void project(const GroveVisit& visit, double target, bool was_moved, const Evaluate& evaluate, double* points,
-               double* sum);
+  void project_in_lanes(const GroveVisit& visit, double target, bool was_moved, const Evaluate& evaluate,
+                        double* points, double* sum);
+  void project_positions_of_paths(const GroveVisit& visit, const double* blocks, double target, double* r,
+                                  const PointSource* source, double* sum);
   Projection reached();
 
   LaneGroups groups_;

@@ -10,7 +10,7 @@ namespace {
 /// A separator without a successor, or the one that closes a ring, is followed by a piece that takes nothing.
 const Separator nothing;
 
-const Separator& behind(std::span<const Separator> all, std::size_t q, bool is_ring) {
+const Separator& behind_of(std::span<const Separator> all, std::size_t q, bool is_ring) {
   if (q + 1 < all.size()) return all[q + 1];
   return is_ring ? all.front() : nothing;
 }
@@ -34,7 +34,7 @@ double factorize_separators(std::span<Separator> separators, bool is_ring) {
   const std::size_t count = separators.size() - (is_ring ? 1 : 0);
   for (std::size_t q = 0; q < count; ++q) {
     Separator& own = separators[q];
-    const Separator& next = behind(separators, q, is_ring);
+    const Separator& next = behind_of(separators, q, is_ring);
     const double with_before = own.coupling * own.spread;
     own.l = q > 0 ? with_before * separators[q - 1].inverse_pivot : 0.0;
     const double pivot = own.pivot - next.coupling * next.coupling * next.taken;
@@ -60,7 +60,7 @@ void solve_separators(std::span<Separator> separators, bool is_ring) {
   const std::size_t count = separators.size() - (is_ring ? 1 : 0);
   for (std::size_t q = 0; q < count; ++q) {
     Separator& own = separators[q];
-    const Separator& next = behind(separators, q, is_ring);
+    const Separator& next = behind_of(separators, q, is_ring);
     own.x = y = own.y - next.coupling * next.taken_y - own.l * y;
     of_closing_row += own.spike * own.inverse_pivot * y;
   }
@@ -76,6 +76,17 @@ void solve_separators(std::span<Separator> separators, bool is_ring) {
     own.x = x = (own.x - own.spike * closing) * own.inverse_pivot - l * x;
     l = own.l;
   }
+}
+
+double residual_of_separators(std::span<const Separator> separators, bool is_ring) {
+  double result = 0.0;
+  for (std::size_t q = 0; q < separators.size(); ++q) {
+    const Separator& own = separators[q];
+    const bool is_end = q + 1 == separators.size() && !is_ring;
+    const Vec3 behind = is_end ? own.inverse_mass_behind * own.force() : behind_of(separators, q, is_ring).first_dw;
+    result = larger(result, std::abs(dot(own.u, behind - own.last_dw) + own.b));
+  }
+  return result;
 }
 
 }  // namespace tanor::detail

@@ -7,14 +7,15 @@
 
 namespace tanor::detail {
 
-/// A rod that is eliminated after the pieces of its path: the last one of a piece, or a rod alone, whose piece has no
-/// other rod. The separators of a path are a path themselves.
+/// A rod that is eliminated after the pieces of its path: the last one of a piece. The separators of a path are a path
+/// themselves.
 ///
 /// A piece is eliminated as if its first rod had the product 1 with the separator before it, so that it needs to know
 /// nothing of that one. The true product is `coupling`.
 struct Separator {
   Vec3 first, u;                       ///< directions of the first rod of the piece, and of this one
   double inverse_mass_before = 0.0;    ///< of the point between the separator before and that first rod
+  double inverse_mass_behind = 0.0;    ///< of the point behind this one
   double diagonal = 0.0, pivot = 0.0;  ///< S_aa, and what the piece leaves of it
   double spread = 1.0;                 ///< what the elimination of the piece makes of the product 1
   double taken = 0.0, taken_y = 0.0;   ///< what the piece takes from the separator before, for that product
@@ -34,5 +35,7 @@ struct Separator {
 double factorize_separators(std::span<Separator> separators, bool is_ring);
 /// Computes x from y, for S x = -b.
 void solve_separators(std::span<Separator> separators, bool is_ring);
+/// Returns the largest |K'dw + b|.
+double residual_of_separators(std::span<const Separator> separators, bool is_ring);
 
 }  // namespace tanor::detail

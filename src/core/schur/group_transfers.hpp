@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstddef>
+
+#include "schur/lane_plan.hpp"
+#include "schur/lane_transfers.hpp"
+
+namespace tanor::detail {
+
+/// The numbers of a group in the arrays of the system. Lists [place or rod][lane] are as in LanePlan; numbers that
+/// follow one another in memory in each lane are moved as sequences.
+class GroupTransfers {
+ public:
+  struct Places {
+    Sequences points, rows, blocks;
+    std::size_t own_points = 0;  ///< so many of the first places are written in all lanes
+  };
+
+  /// Keeps references. `next` are the places of the next group, which are prefetched; null if there is none.
+  GroupTransfers(const LaneGroup& group, const Places& places, const Places* next, const Index* points,
+                 const Index* rows, const Index* blocks)
+      : group_(group), places_(places), next_(next), points_(points), rows_(rows), blocks_(blocks) {}
+
+  const Index* point_list() const { return points_; }  ///< ~point if it is not to be written
+  void read_points(const double* from, Pack3<>* to) const;
+  void write_points(const Pack3<>* from, double* to) const;
+  void add_points(const Pack3<>* from, double* to) const;
+  void read_rows(const double* from, Pack<>* to) const;
+  void write_rows(const Pack<>* from, double* to) const;
+  void add_rows(const Pack<>* from, double* to) const;
+  void read_blocks(const double* from, Pack3<>* to) const;
+  void write_blocks(const Pack3<>* from, double* to) const;
+  /// Returns the block of a rod, or that of a row, in one lane.
+  Vec3 block(const double* blocks, std::size_t rod, std::size_t lane) const;
+  double row(const double* rows, std::size_t rod, std::size_t lane) const {
+    return rows[rows_[rod * num_lanes + lane]];
+  }
+
+  /// Prefetches what the next group will read or write, while something else is computed.
+  void call_for_points(const double* points) const {
+    if (next_ != nullptr) call_for(points, next_->points, 3);
+  }
+  void call_for_blocks(const double* blocks) const {
+    if (next_ != nullptr) call_for(blocks, next_->blocks, 3);
+  }
+  const Places* next() const { return next_; }
+
+ private:
+  Sequences sequences_of_own() const;
+
+  const LaneGroup& group_;
+  const Places& places_;
+  const Places* next_;
+  const Index *points_, *rows_, *blocks_;
+};
+
+}  // namespace tanor::detail

@@ -1,0 +1,209 @@
+#pragma once
+
+#include <cmath>
+
+#include "schur/lane_kernels.hpp"
+
+/// \file The three programs that eliminate S, see lane_kernels.hpp, for some lanes.
+namespace tanor::detail::lanes {
+
+/// Includes a diagonal over its pivot in the largest one. A pivot that is 0, negative or NaN makes it
+/// infinite.
+template <class Lane>
+[[gnu::always_inline]] inline void include(const Lane& ratio, Lane* largest) {
+  const Lane checked = ratio > 0.0 ? ratio : Lane{} + HUGE_VAL;
+  *largest = checked > *largest ? checked : *largest;
+}
+
+// ---- pieces of trees ----
+
+/// The mobility of some lanes.
+template <std::size_t width>
+struct MobilityOf {
+  Pack<width> xx, xy, xz, yy, yz, zz;
+
+  [[gnu::always_inline]] Pack3<width> operator*(const Pack3<width>& F) const {
+    return {xx * F.x + xy * F.y + xz * F.z, xy * F.x + yy * F.y + yz * F.z, xz * F.x + yz * F.y + zz * F.z};
+  }
+};
+template <class Place>
+[[gnu::always_inline]] inline MobilityOf<Place::width> get(const Place& place, const Mobility* mobility) {
+  return {place.get(mobility, 0), place.get(mobility, 1), place.get(mobility, 2),
+          place.get(mobility, 3), place.get(mobility, 4), place.get(mobility, 5)};
+}
+
+template <class Lanes, class Ends>
+[[gnu::always_inline]] inline void eliminate_rod(const Lanes& part, const Ends& ends, std::size_t k,
+                                                 const Points& points, const Rods& rods,
+                                                 typename Lanes::Lane* largest) {
+  const auto u = part.of(rods.u[k]);
+  const auto parent = ends.second(part, k);
+  const auto W = get(parent, points.mobility);
+  const auto h = W * u;
+  const auto pivot = dot(u, h) + dot(u, get(ends.first(part, k), points.mobility) * u), inverse = 1.0 / pivot;
+  include(dot(u, u) * part.of(rods.inverse_masses[k]) * inverse, largest);
+  const auto scaled = inverse * h;
+  parent.set(points.mobility, 0, W.xx - scaled.x * h.x);
+  parent.set(points.mobility, 1, W.xy - scaled.x * h.y);
+  parent.set(points.mobility, 2, W.xz - scaled.x * h.z);
+  parent.set(points.mobility, 3, W.yy - scaled.y * h.y);
+  parent.set(points.mobility, 4, W.yz - scaled.y * h.z);
+  parent.set(points.mobility, 5, W.zz - scaled.z * h.z);
+  part.write(scaled, &rods.rod_factor(k).h);
+  part.of(rods.rod_factor(k).inverse_pivot) = inverse;
+}
+
+template <class Lanes, class Ends>
+[[gnu::always_inline]] inline void substitute_rod(const Lanes& part, const Ends& ends, std::size_t k,
+                                                  const Points& points, const Rods& rods) {
+  const auto parent = ends.second(part, k);
+  const auto of_parent = get(parent, points.s);
+  const auto z = part.of(rods.b[k]) + dot(part.of(rods.u[k]), of_parent - part.of(points.s[k]));
+  part.of(rods.z[k]) = z;
+  set(parent, points.s, of_parent - z * part.of(rods.rod_factor(k).h));
+}
+
+// ---- pieces of paths ----
+
+/// Eliminates the rods of a piece but for the separator, with take(k, &u), which returns b of rod k. If `has_b` is
+/// false, there is no right side.
+template <bool has_b, class Lanes, class Take>
+[[gnu::always_inline]] inline void eliminate_piece(const Lanes& part, const Shape& shape, const Points& points,
+                                                   const Rods& rods, const Take& take, typename Lanes::Lane* largest) {
+  using Lane = typename Lanes::Lane;
+  typename Lanes::Vector u, before{};
+  Lane mass = part.of(points.inverse_mass[0]), inverse_before{}, y{}, spread = Lane{} + 1.0, taken{}, taken_y{};
+  Border& border = *rods.border;
+  const std::size_t last = shape.num_rods - 1;
+  for (std::size_t k = 0;; ++k) {
+    const Lane b = take(k, &u), mass_behind = part.of(points.inverse_mass[k + 1]);
+    // S_aa = u.u (1/m + 1/m') with u as it was rounded, and S_ab = -u_a.u_b/m of the point between.
+    const Lane diagonal = dot(u, u) * (mass + mass_behind), coupling = -mass * dot(before, u);
+    const Lane l = coupling * inverse_before, pivot = diagonal - l * coupling;
+    if (k > 0) {
+      part.of(rods.path_factor(k - 1).l) = l;
+      spread = -l * spread;
+    }
+    if constexpr (has_b) y = -b - l * y;
+    if (k == last) {
+      part.of(border.diagonal) = diagonal;
+      part.of(border.pivot) = pivot;
+      break;
+    }
+    const Lane inverse = 1.0 / pivot, spike = spread * inverse;
+    include(diagonal * inverse, largest);
+    taken += spread * spike;
+    if constexpr (has_b) {
+      part.of(rods.path_factor(k).y) = y;
+      taken_y += spike * y;
+    }
+    part.of(rods.path_factor(k).inverse_pivot) = inverse_before = inverse;
+    before = u;
+    mass = mass_behind;
+  }
+  part.of(border.spread) = spread;
+  part.of(border.taken) = taken;
+  part.of(border.taken_y) = taken_y;
+  part.of(border.y) = y;
+}
+
+template <class Lanes>
+[[gnu::always_inline]] inline void substitute_piece_up(const Lanes& part, const Shape& shape, const Rods& rods) {
+  using Lane = typename Lanes::Lane;
+  Lane y = -part.of(rods.b[0]), spread = Lane{} + 1.0, taken_y{};
+  for (std::size_t k = 0; k + 1 < shape.num_rods; ++k) {
+    part.of(rods.path_factor(k).y) = y;
+    taken_y += spread * part.of(rods.path_factor(k).inverse_pivot) * y;
+    const Lane l = part.of(rods.path_factor(k).l);
+    spread = -l * spread;
+    y = -part.of(rods.b[k + 1]) - l * y;
+  }
+  part.of(rods.border->y) = y;
+  part.of(rods.border->taken_y) = taken_y;
+}
+
+/// Computes lambda: D^-1 (y - spike) with the spike of the separator before, then L'^-1 of that.
+template <class Lanes>
+[[gnu::always_inline]] inline void substitute_piece_down(const Lanes& part, const Shape& shape, const Rods& rods) {
+  using Lane = typename Lanes::Lane;
+  const Border& border = *rods.border;
+  Lane spike = part.of(border.coupling) * part.of(border.x_before), lambda = part.of(border.x);
+  for (std::size_t k = 0; k + 1 < shape.num_rods; ++k) {
+    part.of(rods.z[k]) = part.of(rods.path_factor(k).y) - spike;
+    spike = -part.of(rods.path_factor(k).l) * spike;
+  }
+  part.of(rods.z[shape.num_rods - 1]) = lambda;
+  for (std::size_t k = shape.num_rods - 1; k-- > 0;) {
+    const PathFactor& factor = rods.path_factor(k);
+    lambda = part.of(rods.z[k]) * part.of(factor.inverse_pivot) - part.of(factor.l) * lambda;
+    part.of(rods.z[k]) = lambda;
+  }
+}
+
+// ---- equal islands ----
+
+/// Factorizes S = L D L'. The factor [slot] holds L below the diagonal and 1/D on it.
+template <class Lanes>
+[[gnu::always_inline]] inline void eliminate_columns(const Lanes& part, const IslandStructure& structure,
+                                                     const Pack<>* inverse_mass, const Rods& rods,
+                                                     typename Lanes::Lane* largest) {
+  using Lane = typename Lanes::Lane;
+  const auto& [topology, schedule] = structure;
+  const auto u = [&](int k) __attribute__((always_inline)) {
+    return part.of(rods.u[k]);
+  };
+  const auto mass = [&](int point) __attribute__((always_inline)) {
+    return part.of(inverse_mass[point]);
+  };
+  const auto factor = [&](int slot) __attribute__((always_inline))->Lane& {
+    return part.of(rods.factor[slot]);
+  };
+  for (int slot = 0; slot < schedule.num_slots; ++slot) factor(slot) = Lane{};
+  for (const auto& [slot, a, b, point, sign] : schedule.products) factor(slot) += sign * mass(point) * dot(u(a), u(b));
+  for (const auto& [row, first, end, first_target] : schedule.columns) {
+    const auto [i, j] = topology.rods[static_cast<std::size_t>(row)];
+    // The diagonal is g.g (1/m_i + 1/m_j) with g as it was rounded; its slot holds what earlier columns have
+    // subtracted.
+    const Lane diagonal = dot(u(row), u(row)) * (mass(i) + mass(j));
+    const Lane pivot = diagonal + factor(first), inverse = 1.0 / pivot;
+    include(diagonal * inverse, largest);
+    factor(first) = inverse;
+    const int* target = schedule.targets.data() + first_target;
+    for (int f = first + 1; f < end; ++f) {
+      const Lane l = factor(f) * inverse;
+      for (int e = f; e < end; ++e) factor(*target++) -= l * factor(e);
+      factor(f) = l;
+    }
+  }
+}
+
+template <class Lanes>
+[[gnu::always_inline]] inline void substitute(const Lanes& part, const IslandSchedule& schedule, const EqualEnds& ends,
+                                              const Pack3<>* s, const Rods& rods) {
+  using Lane = typename Lanes::Lane;
+  const auto factor = [&](int slot) __attribute__((always_inline)) {
+    return part.of(rods.factor[slot]);
+  };
+  const auto x = [&](std::size_t a) __attribute__((always_inline))->Lane& {
+    return part.of(rods.z[a]);
+  };
+  const auto row_of = [&](int slot) __attribute__((always_inline)) {
+    return static_cast<std::size_t>(schedule.slot_row[static_cast<std::size_t>(slot)]);
+  };
+  for (std::size_t a = 0; a < schedule.columns.size(); ++a) {
+    Lane right = -part.of(rods.b[a]);
+    if (s != nullptr) right -= dot(part.of(rods.u[a]), difference(part, ends, a, s));
+    x(a) = right;
+  }
+  for (const auto& [row, first, end, targets] : schedule.columns) {
+    const Lane known = x(static_cast<std::size_t>(row));
+    for (int e = first + 1; e < end; ++e) x(row_of(e)) -= factor(e) * known;
+  }
+  for (auto column = schedule.columns.rbegin(); column != schedule.columns.rend(); ++column) {
+    Lane sum = x(static_cast<std::size_t>(column->row)) * factor(column->first);
+    for (int e = column->first + 1; e < column->end; ++e) sum -= factor(e) * x(row_of(e));
+    x(static_cast<std::size_t>(column->row)) = sum;
+  }
+}
+
+}  // namespace tanor::detail::lanes
