@@ -51,6 +51,7 @@ class PointPath {
       after = std::min(after, other.after);
     }
   } jump;
+  const std::string* passed = nullptr;  ///< the formula that a step passes over, by its name; null if none is known
 
   /// Returns the part of the path between two fractions, whose cubics are exact to rounding if they are near to
   /// each other; null if the path cannot be magnified. The next call invalidates it.

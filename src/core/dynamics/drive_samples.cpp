@@ -21,13 +21,13 @@ void DriveSamples::reserve() {
 
 /// Places the Chebyshev points (1 - cos(pi j/N))/2, then the midpoints of the pieces. The pieces have equal lengths,
 /// but are cut at the knots of tables.
-void DriveSamples::place(const DrivenStep& step, DriveLevel level, const ScalarFunction* function) {
+void DriveSamples::place(const DrivenStep& step, DriveLevel level, const ScalarFunction& function) {
   const std::size_t num_nodes = static_cast<std::size_t>(step.degree) + 1 + static_cast<std::size_t>(level);
   const double wanted =
       std::clamp(std::ceil(step.h / step.spacing), static_cast<double>(num_nodes), static_cast<double>(most_samples));
   const auto num_equal = static_cast<std::size_t>(wanted);
   knots_.clear();
-  if (function != nullptr) function->append_knots(step.t, step.t + step.h, &knots_);
+  function.append_knots(step.t, step.t + step.h, &knots_);
   if (has_equal_pieces_ && knots_.empty() && num_nodes == num_nodes_ && num_equal == num_samples_)
     return find_times(step);
 

@@ -26,8 +26,8 @@ class DriveSamples {
   /// Reserves the memory that steps will need.
   void reserve();
 
-  /// Places the instants of a step, with samples in each piece between the knots of `function`, which may be null.
-  void place(const DrivenStep& step, DriveLevel level, const ScalarFunction* function);
+  /// Places the instants of a step, with samples in each piece between the knots of the function.
+  void place(const DrivenStep& step, DriveLevel level, const ScalarFunction& function);
   /// All instants, s; those of the polynomial come first.
   const std::vector<double>& times() const { return times_; }
 

@@ -29,7 +29,7 @@ class PointDrives final : public DriveMonitor {
  public:
   explicit PointDrives(Workspace& work) : work_(work) {}
   DriveReport look_at_drives(const DrivenStep& step) override {
-    return work_.drives.look(step, {step.x, step.v, nullptr, work_.scales});
+    return work_.drives.look(step, {step.x, step.v, work_.scales});
   }
   std::string name_drive(std::size_t drive) const override { return work_.drives.name(drive); }
 

@@ -176,7 +176,6 @@ struct DriveReport {
   double velocity = 0.0;  ///< m/s: of the variation that the step does not follow even roughly
   int pieces = 1;         ///< of the step, in each of which the functions are nearly linear; at most `most_pieces`
   std::size_t drive = 0;  ///< number of the function with the largest error
-  bool is_of_time_alone = true;  ///< if false, another state needs another look
 
   static constexpr int most_pieces = 64;
 };

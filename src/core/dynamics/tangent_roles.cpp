@@ -12,15 +12,13 @@ Kinematics TangentPassages::find_points(const Kinematics& at, double* r, double*
 }
 
 DriveReport TangentDrives::look_at_drives(const DrivenStep& step) {
-  users_q_.resize(work_.coordinates.num_coordinates());
   for (std::vector<double>* array : {&r_, &v_}) array->resize(3 * work_.model().num_points());
-  work_.coordinates.scatter(step.x, users_q_.data());
   const double t_now = work_.time();
   work_.set_time(step.t);
   work_.prescribe_all(step.t, r_.data(), v_.data());
   work_.coordinates.evaluate(work_.model().parallel, step.x, step.v, r_.data(), v_.data(), nullptr, nullptr);
   work_.set_time(t_now);
-  return work_.drives.look(step, {r_.data(), v_.data(), users_q_.data(), work_.scales});
+  return work_.drives.look(step, {r_.data(), v_.data(), work_.scales});
 }
 
 // ---- events ----

@@ -42,7 +42,7 @@ class TangentDrives final : public DriveMonitor {
 
  private:
   Workspace& work_;
-  std::vector<double> users_q_, r_, v_;  // [s], [3n], [3n] scratch
+  std::vector<double> r_, v_;  // [3n] scratch
 };
 
 /// The events of the equations with multipliers that friction is taken from.

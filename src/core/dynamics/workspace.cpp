@@ -24,13 +24,16 @@ namespace {
 /// Lists the formulas of constraints in which a step may pass a narrow feature unseen.
 Workspace::Formulas list_passages(const System& system, const Numbering& numbering) {
   Workspace::Formulas result;
-  for (const Constraint& constraint : system.constraints) {
-    const auto* const group = std::get_if<UserConstraints>(&constraint);
+  for (std::size_t k = 0; k < system.constraints.size(); ++k) {
+    const auto* const group = std::get_if<UserConstraints>(&system.constraints[k]);
     if (group == nullptr) continue;
     std::vector<Index> points;
     for (const auto& tuple : group->tuples)
       for (const Index point : tuple) points.push_back(numbering.inner_point[static_cast<std::size_t>(point)]);
-    if (auto passages = make_constraint_passages(group->kernel, points)) result.push_back(std::move(passages));
+    auto passages = make_constraint_passages(group->kernel, points);
+    if (passages == nullptr) continue;
+    passages->name = constraint_name(system, k);
+    result.push_back(std::move(passages));
   }
   return result;
 }

@@ -144,6 +144,7 @@ double FormulaPassages::find(const Parallel& parallel, PointPath* path) {
             }
           },
           grain);
+  if (part < 1.0) path->passed = &name;
   return part;
 }
 

@@ -96,7 +96,9 @@ std::vector<std::unique_ptr<FormulaPassages>> Parametrisation::list_passages() c
   std::vector<std::unique_ptr<FormulaPassages>> result;
   for (const UserCoordinateFamily* const users : users_) {
     auto passages = make_coordinate_passages(users->kernel, users->points, users->first_coordinate);
-    if (passages != nullptr) result.push_back(std::move(passages));
+    if (passages == nullptr) continue;
+    passages->name = "coordinates given by formulas";
+    result.push_back(std::move(passages));
   }
   return result;
 }

@@ -59,8 +59,7 @@ void DriveControl::remember(const State& from, double length, double longest_ste
   seen_until_ = from.t + length;
   longest_seen_ = longest_step;
   length_ = length;
-  // Functions that depend on the state too are looked at no further ahead than needed.
-  next_length_ = report_.is_of_time_alone ? length * std::clamp(scale_for(report_.error, high_degree), 1.0, 4.0) : 0.0;
+  next_length_ = length * std::clamp(scale_for(report_.error, high_degree), 1.0, 4.0);
   pieces_ = report_.pieces;
 }
 

@@ -157,6 +157,7 @@ void Passages::look_along_parabola(Scheme& scheme, const State& from, double tim
 
 double Passages::look(Scheme& scheme, const State& from, const State& to, bool by_ends) {
   jump = {};
+  passed = nullptr;
   if (forces_ == nullptr) return 1.0;
   constexpr double error = 1e-2;  // forces that need a better path call `refine`
   scheme_ = &scheme;

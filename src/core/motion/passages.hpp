@@ -24,6 +24,8 @@ class Passages final : private PointPath {
   bool may_find_jumps() const { return may_jump_; }
   /// Returns where on the last step a force jumps first.
   const Jump& found_jump() const { return jump; }
+  /// Names what the last step passes unseen.
+  std::string name_passed() const { return passed != nullptr ? *passed : "a force"; }
 
  private:
   /// A part of the step.

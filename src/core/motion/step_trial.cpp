@@ -98,8 +98,8 @@ void StepTrial::look_between(StepAttempt* attempt) {
     const double part = passages_.look(*motion_.scheme, motion_.state, state);
     attempt->jump = passages_.found_jump();
     if (part < 1.0 && report_.accuracy_warning.empty()) {
-      report_.accuracy_warning =
-          "steps are too long: one passes a force between two evaluations at t = " + text(motion_.state.t);
+      report_.accuracy_warning = "steps are too long: one passes " + passages_.name_passed() +
+                                 " between two evaluations at t = " + text(motion_.state.t);
     }
   }
 }

@@ -164,11 +164,11 @@ class SharedMechanics::Drives final : public DriveMonitor {
 
   DriveReport look_at_drives(const DrivenStep& step) override {
     DriveReport own;
-    std::array<double, 4> numbers{};
+    std::array<double, 3> numbers{};
     (void)mechanics_.agreement_.together(
         [&] {
           if (own_ != nullptr) own = own_->look_at_drives(step);
-          numbers = {own.error, own.velocity, static_cast<double>(own.pieces), own.is_of_time_alone ? 0.0 : 1.0};
+          numbers = {own.error, own.velocity, static_cast<double>(own.pieces)};
           return Outcome{};
         },
         numbers);
@@ -176,7 +176,7 @@ class SharedMechanics::Drives final : public DriveMonitor {
       most_ = numbers[1];
       has_worst_ = own.velocity == most_;
     }
-    return {numbers[0], numbers[1], static_cast<int>(numbers[2]), own.drive, numbers[3] == 0.0};
+    return {numbers[0], numbers[1], static_cast<int>(numbers[2]), own.drive};
   }
   std::string name_drive(std::size_t drive) const override {
     return mechanics_.agreement_.first_text(has_worst_ && own_ != nullptr ? own_->name_drive(drive) : "");
