@@ -43,6 +43,18 @@ class RootBracket {
     (value > 0.0 ? low_ : high_) = x;
     (value > 0.0 ? value_low_ : value_high_) = value;
   }
+  /// Narrows the bracket by values f(x) until it is narrow. Returns false where a value is not finite.
+  template <class Function>
+  bool narrow_by(const Function& f) {
+    while (!is_narrow()) {
+      const double x = next();
+      if (x <= low_ || x >= high_) break;
+      const double value = f(x);
+      if (!std::isfinite(value)) return false;
+      narrow(x, value);
+    }
+    return true;
+  }
 
  private:
   double low_, high_, value_low_, value_high_, tolerance_;

@@ -269,14 +269,7 @@ double RootIsolation::find_root(std::size_t i, const Function& g) const {
   const Sample &low = samples_[i], &high = samples_[i + 1];
   const double sign = low.value > 0.0 ? 1.0 : -1.0;
   RootBracket bracket(low.s, sign * low.value, high.s, sign * high.value, accuracy_.s);
-  while (!bracket.is_narrow()) {
-    const double s = bracket.next();
-    if (s <= bracket.low() || s >= bracket.high()) break;
-    const double value = g(s);
-    if (!std::isfinite(value)) return nan;
-    bracket.narrow(s, sign * value);
-  }
-  return bracket.root();
+  return bracket.narrow_by([&](double s) { return sign * g(s); }) ? bracket.root() : nan;
 }
 
 }  // namespace tanor::detail

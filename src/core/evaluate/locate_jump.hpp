@@ -4,41 +4,17 @@
 #include <cmath>
 
 #include "base/point_path.hpp"
+#include "base/root_bracket.hpp"
 
 namespace tanor::detail {
 
-/// Returns where f falls through 0 between low and high, by regula falsi (Illinois) with bisection where that is slow.
-/// Requires f(low) > 0 >= f(high).
+/// Returns where f falls through 0 between low and high, on the far side. Requires f(low) > 0 >= f(high).
 template <class Function>
 double find_fall(double low, double high, const Function& f) {
-  constexpr int most = 100;
-  constexpr double narrow = 2e-16;
-  double at_low = f(low), at_high = f(high);
-  int same_end = 0;  // how often the low end has moved in turn, or the high one (negative)
-  for (int iteration = 0; iteration < most && high - low > narrow * std::max(1.0, std::abs(high)); ++iteration) {
-    const bool is_slow = std::abs(same_end) > 3;
-    double s = is_slow ? 0.5 * (low + high) : low + (high - low) * (at_low / (at_low - at_high));
-    if (!(s > low && s < high)) s = 0.5 * (low + high);
-    if (!(s > low && s < high)) break;
-    const double value = f(s);
-    if (value > 0.0) {
-      low = s;
-      at_low = value;
-      same_end = same_end > 0 ? same_end + 1 : 1;
-      if (same_end > 1) at_high *= 0.5;
-    } else {
-      high = s;
-      at_high = value;
-      same_end = same_end < 0 ? same_end - 1 : -1;
-      if (same_end < -1) at_low *= 0.5;
-    }
-    if (is_slow) {
-      same_end = 0;
-      at_low = f(low);
-      at_high = f(high);
-    }
-  }
-  return high;
+  constexpr double narrow = 1e-16;
+  RootBracket bracket(low, f(low), high, f(high), narrow * std::max(1.0, std::abs(high)));
+  (void)bracket.narrow_by(f);
+  return bracket.high();
 }
 
 /// Locates a jump of a force to rounding. `side(path, s)` is positive on the side where the step begins and falls

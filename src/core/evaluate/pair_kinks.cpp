@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "base/gauss_rule.hpp"
+#include "base/root_bracket.hpp"
 #include "evaluate/pair_field.hpp"
 
 /// \file Contacts of pairs that begin or end inside a step.
@@ -15,26 +16,13 @@ Vec3 PairField::force_along(const PointPath& path, const Approach& approach, dou
 
 /// Returns where the distance crosses the cutoff between a and b, of which one is inside.
 double PairField::find_crossing(const PointPath& path, const Approach& approach, double a, double b) const {
-  const auto excess = [&](double s) {
-    const Vec3 d = relative(path, approach, s).r;
-    return dot(d, d) - potential_.cutoff() * potential_.cutoff();
-  };
-  double at_a = excess(a), at_b = excess(b);
   constexpr double near = 1e-10;
-  for (int iteration = 0; iteration < 40 && std::abs(b - a) > near; ++iteration) {
-    const double s = std::clamp(a - at_a * (b - a) / (at_b - at_a), std::min(a, b), std::max(a, b));
-    const double found = excess(s);
-    if (std::abs(found) < near * potential_.cutoff() * potential_.cutoff()) return s;
-    if ((found > 0.0) == (at_b > 0.0)) {
-      at_a *= 0.5;  // the Illinois rule
-    } else {
-      a = b;
-      at_a = at_b;
-    }
-    b = s;
-    at_b = found;
-  }
-  return b;
+  const double cutoff2 = potential_.cutoff() * potential_.cutoff();
+  const double sign = squared(relative(path, approach, a).r) >= cutoff2 ? 1.0 : -1.0;
+  const auto excess = [&](double s) { return sign * (squared(relative(path, approach, s).r) - cutoff2); };
+  RootBracket bracket(a, excess(a), b, excess(b), near);
+  (void)bracket.narrow_by(excess);
+  return bracket.root();
 }
 
 /// Examines a contact that begins or ends inside the step, or of which the step goes through a large part. The pair's
