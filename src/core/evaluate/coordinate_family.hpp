@@ -84,6 +84,66 @@ class PointFamily : public CoordinateFamily {
   void add_support_reactions(double*) const final {}
 };
 
+/// Members of P points and S coordinates that lie side by side. A has a block for each coordinate and point of a
+/// member, [member][coordinate][point]. `Own` tells P and S by points_per_member() and coordinates_per_member().
+template <class Own, class Base>
+class CoordinatesOfMembers : public Base {
+ public:
+  std::vector<Index> points;  ///< [member][p] inner
+
+  std::size_t size() const override { return points.size() / P(); }
+  Index num_coordinates() const override { return static_cast<Index>(size() * S()); }
+  Index num_blocks() const override { return static_cast<Index>(points.size() * S()); }
+  Index first_coordinate_of(std::size_t k) const override { return static_cast<Index>(coordinate(k)); }
+
+  void apply(const Parallel& parallel, const double* blocks, const double* x, double* y) const override {
+    parallel.for_ranges(size(), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) {
+        for (std::size_t p = 0; p < P(); ++p) {
+          Vec3 sum{};
+          for (std::size_t j = 0; j < S(); ++j) sum = sum + x[coordinate(k) + j] * load(blocks, block(k, j, p));
+          store(y, points[k * P() + p], sum);
+        }
+      }
+    });
+  }
+
+  void apply_transposed(const Parallel& parallel, const double* blocks, const double* y, double* x) const override {
+    parallel.for_ranges(size(), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) {
+        for (std::size_t j = 0; j < S(); ++j) {
+          double sum = 0.0;
+          for (std::size_t p = 0; p < P(); ++p) sum += dot(load(blocks, block(k, j, p)), load(y, points[k * P() + p]));
+          x[coordinate(k) + j] = sum;
+        }
+      }
+    });
+  }
+
+  void append_products(const std::vector<double>& weights, std::vector<Product>* products) const override {
+    const auto index = [](std::size_t number) { return static_cast<Index>(number); };
+    for (std::size_t k = 0; k < size(); ++k) {
+      for (std::size_t i = 0; i < S(); ++i) {
+        for (std::size_t j = 0; j <= i; ++j) {
+          for (std::size_t p = 0; p < P(); ++p)
+            products->push_back({index(coordinate(k) + i), index(coordinate(k) + j), index(block(k, i, p)),
+                                 index(block(k, j, p)), weights[static_cast<std::size_t>(points[k * P() + p])]});
+        }
+      }
+    }
+  }
+
+ protected:
+  std::size_t coordinate(std::size_t k) const { return static_cast<std::size_t>(this->first_coordinate) + k * S(); }
+  std::size_t block(std::size_t k, std::size_t j = 0, std::size_t p = 0) const {
+    return static_cast<std::size_t>(this->first_block) + (k * S() + j) * P() + p;
+  }
+
+ private:
+  std::size_t P() const { return static_cast<const Own*>(this)->points_per_member(); }
+  std::size_t S() const { return static_cast<const Own*>(this)->coordinates_per_member(); }
+};
+
 /// Solves A'A x = A'b of one point in closed form. Returns the condition of A'A scaled to a unit diagonal, which is
 /// infinite if A'A is singular. `are_unit` says that three tangents are orthonormal.
 template <int S, bool are_unit>
@@ -120,13 +180,17 @@ double solve_normal_equations(const Vec3 (&A)[S], Vec3 b, double* x) {
 /// functions of charts. A member has S coordinates and S blocks. A kernel that has place_run(begin, count, q, q_dot,
 /// places) places many members at once.
 template <class Kernel>
-class PointCoordinates final : public PointFamily {
+class PointCoordinates final : public CoordinatesOfMembers<PointCoordinates<Kernel>, PointFamily> {
+  using Members = CoordinatesOfMembers<PointCoordinates<Kernel>, PointFamily>;
+
  public:
   using Group = typename Kernel::Group;
+  using Members::points, Members::size, Members::first_coordinate_of;
   static constexpr int S = Kernel::num_coordinates;
+  static constexpr std::size_t points_per_member() { return 1; }
+  static constexpr std::size_t coordinates_per_member() { return S; }
 
   Kernel kernel;
-  std::vector<Index> points;  ///< [member] inner
 
   /// Returns true if this one of several families of a kind serves the group.
   static bool takes([[maybe_unused]] const Group& group) {
@@ -141,10 +205,6 @@ class PointCoordinates final : public PointFamily {
     }
   }
 
-  std::size_t size() const override { return points.size(); }
-  Index num_coordinates() const override { return S * static_cast<Index>(size()); }
-  Index num_blocks() const override { return num_coordinates(); }
-  Index first_coordinate_of(std::size_t k) const override { return first_coordinate + S * static_cast<Index>(k); }
   bool depends_on_time() const override { return kernel.depends_on_time(); }
   void set_time(double t) override { kernel.set_time(t); }
 
@@ -156,7 +216,7 @@ class PointCoordinates final : public PointFamily {
         if (v != nullptr) store(v, points[k], place.v);
         if (psi != nullptr) store(psi, points[k], place.psi);
         if (blocks == nullptr) return;
-        for (int j = 0; j < S; ++j) store(blocks, block(k) + j, place.tangent[j]);
+        for (std::size_t j = 0; j < S; ++j) store(blocks, this->block(k, j), place.tangent[j]);
       });
     });
   }
@@ -180,37 +240,6 @@ class PointCoordinates final : public PointFamily {
       });
       return worst + lost;
     });
-  }
-
-  void apply(const Parallel& parallel, const double* blocks, const double* x, double* y) const override {
-    parallel.for_ranges(size(), [&](std::size_t begin, std::size_t end) {
-      for (std::size_t k = begin; k < end; ++k) {
-        Vec3 sum{};
-        for (int j = 0; j < S; ++j) sum = sum + x[first_coordinate_of(k) + j] * load(blocks, block(k) + j);
-        store(y, points[k], sum);
-      }
-    });
-  }
-
-  void apply_transposed(const Parallel& parallel, const double* blocks, const double* y, double* x) const override {
-    parallel.for_ranges(size(), [&](std::size_t begin, std::size_t end) {
-      for (std::size_t k = begin; k < end; ++k) {
-        const Vec3 at = load(y, points[k]);
-        for (int j = 0; j < S; ++j) x[first_coordinate_of(k) + j] = dot(load(blocks, block(k) + j), at);
-      }
-    });
-  }
-
-  void append_products(const std::vector<double>& weights, std::vector<Product>* products) const override {
-    for (std::size_t k = 0; k < size(); ++k) {
-      const double weight = weights[static_cast<std::size_t>(points[k])];
-      for (Index i = 0; i < S; ++i) {
-        for (Index j = 0; j <= i; ++j) {
-          products->push_back(
-              {first_coordinate_of(k) + i, first_coordinate_of(k) + j, block(k) + i, block(k) + j, weight});
-        }
-      }
-    }
   }
 
   void locate(const double* r, double* q) override {
@@ -257,8 +286,6 @@ class PointCoordinates final : public PointFamily {
         use(k, kernel.place(k, q + first_coordinate_of(k), q_dot + first_coordinate_of(k)));
     }
   }
-
-  Index block(std::size_t k) const { return first_block + S * static_cast<Index>(k); }
 };
 
 }  // namespace tanor::detail

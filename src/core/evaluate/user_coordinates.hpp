@@ -10,13 +10,12 @@
 namespace tanor::detail {
 
 /// A user's map from s coordinates to p points, with one kernel and one loop.
-class UserCoordinateFamily final : public CoordinateFamily {
+class UserCoordinateFamily final : public CoordinatesOfMembers<UserCoordinateFamily, CoordinateFamily> {
  public:
   using Group = UserCoordinates;
   static constexpr bool is_of_one_group = true;
 
   CoordinateKernel kernel;
-  std::vector<Index> points;                 ///< [member][p] inner
   std::vector<double> q_start, q_dot_start;  ///< [member][s]
 
   static bool takes(const UserCoordinates&) { return true; }
@@ -30,16 +29,14 @@ class UserCoordinateFamily final : public CoordinateFamily {
     q_dot_start.resize(group.q.size(), 0.0);
   }
 
-  std::size_t size() const override { return points.size() / num_points(); }
-  Index num_coordinates() const override { return static_cast<Index>(size() * s()); }
-  Index num_blocks() const override { return static_cast<Index>(size() * s() * num_points()); }
-  Index first_coordinate_of(std::size_t k) const override { return first_coordinate + static_cast<Index>(k * s()); }
+  std::size_t points_per_member() const { return static_cast<std::size_t>(kernel.num_points); }
+  std::size_t coordinates_per_member() const { return static_cast<std::size_t>(kernel.num_coordinates); }
   bool depends_on_time() const override { return kernel.depends_on_time; }
   void set_time(double t) override { t_ = t; }
 
   void evaluate(const Parallel& parallel, const double* q, const double* q_dot, double* r, double* v, double* psi,
                 double* blocks) const override {
-    const std::size_t width = 3 * num_points();
+    const std::size_t width = 3 * points_per_member();
     const auto evaluate_range = [&](std::size_t first, std::size_t last) {
       // Coordinates of members lie side by side, as the kernel wants them; points are scattered from chunks.
       constexpr std::size_t chunk = 32;
@@ -54,8 +51,8 @@ class UserCoordinateFamily final : public CoordinateFamily {
         kernel.evaluate(kernel.context.get(), {count, t_, q + own, q_dot + own, places.data(),
                                                rates_too ? rates.data() : nullptr, rates_too ? seconds.data() : nullptr,
                                                blocks != nullptr ? blocks + 3 * block(begin) : nullptr});
-        for (std::size_t i = 0; i < count * num_points(); ++i) {
-          const Index point = points[begin * num_points() + i];
+        for (std::size_t i = 0; i < count * points_per_member(); ++i) {
+          const Index point = points[begin * points_per_member() + i];
           store(r, point, load(places.data(), i));
           if (v != nullptr) store(v, point, load(rates.data(), i));
           if (psi != nullptr) store(psi, point, load(seconds.data(), i));
@@ -69,56 +66,14 @@ class UserCoordinateFamily final : public CoordinateFamily {
     }
   }
 
-  void apply(const Parallel& parallel, const double* blocks, const double* x, double* y) const override {
-    parallel.for_ranges(size(), [&](std::size_t begin, std::size_t end) {
-      for (std::size_t k = begin; k < end; ++k) {
-        for (std::size_t p = 0; p < num_points(); ++p) {
-          Vec3 sum{};
-          for (std::size_t j = 0; j < s(); ++j) {
-            sum = sum + x[static_cast<std::size_t>(first_coordinate_of(k)) + j] * load(blocks, block(k, j, p));
-          }
-          store(y, points[k * num_points() + p], sum);
-        }
-      }
-    });
-  }
-
-  void apply_transposed(const Parallel& parallel, const double* blocks, const double* y, double* x) const override {
-    parallel.for_ranges(size(), [&](std::size_t begin, std::size_t end) {
-      for (std::size_t k = begin; k < end; ++k) {
-        for (std::size_t j = 0; j < s(); ++j) {
-          double sum = 0.0;
-          for (std::size_t p = 0; p < num_points(); ++p) {
-            sum += dot(load(blocks, block(k, j, p)), load(y, points[k * num_points() + p]));
-          }
-          x[static_cast<std::size_t>(first_coordinate_of(k)) + j] = sum;
-        }
-      }
-    });
-  }
-
-  void append_products(const std::vector<double>& weights, std::vector<Product>* products) const override {
-    for (std::size_t k = 0; k < size(); ++k) {
-      for (std::size_t i = 0; i < s(); ++i) {
-        for (std::size_t j = 0; j <= i; ++j) {
-          for (std::size_t p = 0; p < num_points(); ++p) {
-            products->push_back({first_coordinate_of(k) + static_cast<Index>(i),
-                                 first_coordinate_of(k) + static_cast<Index>(j), static_cast<Index>(block(k, i, p)),
-                                 static_cast<Index>(block(k, j, p)),
-                                 weights[static_cast<std::size_t>(points[k * num_points() + p])]});
-          }
-        }
-      }
-    }
-  }
-
   /// Searches near the given q. If that leads nowhere, takes the best of searches from other places around it.
   void locate(const double* r, double* q) override {
-    const auto rows = static_cast<Eigen::Index>(3 * num_points()), columns = static_cast<Eigen::Index>(s());
+    const auto rows = static_cast<Eigen::Index>(3 * points_per_member()),
+               columns = static_cast<Eigen::Index>(coordinates_per_member());
     Eigen::VectorXd wanted(rows), own(columns), other(columns);
     for (std::size_t k = 0; k < size(); ++k) {
-      for (std::size_t p = 0; p < num_points(); ++p) {
-        store(wanted.data(), p, load(r, points[k * num_points() + p]));
+      for (std::size_t p = 0; p < points_per_member(); ++p) {
+        store(wanted.data(), p, load(r, points[k * points_per_member() + p]));
       }
       Eigen::Map<Eigen::VectorXd> given(q + first_coordinate_of(k), columns);
       own = given;
@@ -183,12 +138,6 @@ class UserCoordinateFamily final : public CoordinateFamily {
       left = miss(q->data(), true);
     }
     return left / (tangents.norm() * (1.0 + q->norm()));
-  }
-
-  std::size_t num_points() const { return static_cast<std::size_t>(kernel.num_points); }
-  std::size_t s() const { return static_cast<std::size_t>(kernel.num_coordinates); }
-  std::size_t block(std::size_t k, std::size_t j = 0, std::size_t p = 0) const {
-    return static_cast<std::size_t>(first_block) + (k * s() + j) * num_points() + p;
   }
 
   double t_ = 0.0;
