@@ -129,7 +129,7 @@ void NeighbourLists::sort_into_cells(const std::vector<Vec3>& places) {
   const std::size_t num_cells = number_of({axes_[0].count - 1, axes_[1].count - 1, axes_[2].count - 1}) + 1;
   cell_of_.resize(places.size());
   cell_places_.resize(places.size());
-  cells_.numbers.resize(places.size());
+  cells_.entries.resize(places.size());
   resize_with_room(num_cells + 1, &cells_.start);
   resize_with_room(num_cells, &next_);
   std::fill(next_.begin(), next_.end(), 0);
@@ -137,7 +137,7 @@ void NeighbourLists::sort_into_cells(const std::vector<Vec3>& places) {
     cell_of_[i] = {axes_[0].cell(places[i].x), axes_[1].cell(places[i].y), axes_[2].cell(places[i].z)};
     ++next_[number_of(cell_of_[i])];
   }
-  std::size_t sum = 0;
+  Index sum = 0;
   for (std::size_t c = 0; c < num_cells; ++c) {
     cells_.start[c] = sum;
     sum += next_[c];
@@ -145,8 +145,8 @@ void NeighbourLists::sort_into_cells(const std::vector<Vec3>& places) {
   }
   cells_.start[num_cells] = sum;
   for (std::size_t i = 0; i < places.size(); ++i) {
-    const std::size_t slot = next_[number_of(cell_of_[i])]++;
-    cells_.numbers[slot] = static_cast<Index>(i);
+    const auto slot = static_cast<std::size_t>(next_[number_of(cell_of_[i])]++);
+    cells_.entries[slot] = static_cast<Index>(i);
     cell_places_[slot] = places[i];
   }
 }
@@ -167,7 +167,7 @@ void NeighbourLists::visit_neighbours(const std::vector<Vec3>& places, std::size
     const double radius2 = radius_ * radius_;
     for (std::size_t slot = begin; slot < end; ++slot) {
       if (squared(box_.nearest_image(cell_places_[slot] - places[i])) > radius2) continue;
-      if (is_pair(i, cells_.numbers[slot])) visit(cells_.numbers[slot]);
+      if (is_pair(i, cells_.entries[slot])) visit(cells_.entries[slot]);
     }
   };
   for (int run_a = 0; run_a < count[0]; ++run_a) {
@@ -178,7 +178,8 @@ void NeighbourLists::visit_neighbours(const std::vector<Vec3>& places, std::size
           const std::size_t row = (static_cast<std::size_t>(a) * axes_[1].count + b) * axes_[2].count;
           for (int run_c = 0; run_c < count[2]; ++run_c) {
             const auto [first, last] = runs[2][run_c];
-            visit_slots(cells_.start[row + first], cells_.start[row + last]);
+            visit_slots(static_cast<std::size_t>(cells_.start[row + first]),
+                        static_cast<std::size_t>(cells_.start[row + last]));
           }
         }
       }

@@ -7,20 +7,11 @@
 
 #include <tanor/system.hpp>
 
+#include "base/groups.hpp"
 #include "base/parallel.hpp"
 #include "evaluate/periodic_box.hpp"
 
 namespace tanor::detail {
-
-/// Lists of numbers that belong to each point. Those of point i stand at start[i] … start[i + 1] - 1.
-struct IndexLists {
-  std::vector<std::size_t> start{};
-  std::vector<Index> numbers{};
-
-  std::span<const Index> operator[](std::size_t i) const {
-    return {numbers.data() + start[i], numbers.data() + start[i + 1]};
-  }
-};
 
 /// The bounding box of points, as the largest of each coordinate and of its negative, so that rooms join by maxima.
 class PointRoom {
@@ -43,7 +34,7 @@ class PointRoom {
 class NeighbourLists {
  public:
   /// Points from `num_moving` on are supports; two of them are no pair, nor are those that `excluded` [point] names.
-  NeighbourLists(double cutoff, double skin, const PeriodicBox& box, std::size_t num_moving, IndexLists excluded)
+  NeighbourLists(double cutoff, double skin, const PeriodicBox& box, std::size_t num_moving, Groups<Index> excluded)
       : cutoff_(cutoff),
         skin_(skin),
         radius_(cutoff + skin),
@@ -115,15 +106,15 @@ class NeighbourLists {
   std::size_t version_ = 0;
   PeriodicBox box_;
   std::size_t num_moving_;
-  IndexLists excluded_;
+  Groups<Index> excluded_;
   std::vector<Vec3> places_;  // [point] when the lists were made; empty before the first time
   std::vector<Chunk> chunks_;
   std::vector<std::size_t> num_neighbours_;  // [point]
   std::array<Axis, 3> axes_;
-  IndexLists cells_;                           // points in each cell, by number
+  Groups<Index> cells_;                        // points in each cell, by number
   std::vector<std::array<Index, 3>> cell_of_;  // [point]
-  std::vector<Vec3> cell_places_;              // beside cells_.numbers
-  std::vector<std::size_t> next_;              // [cell], scratch
+  std::vector<Vec3> cell_places_;              // beside cells_.entries
+  std::vector<Index> next_;                    // [cell], scratch
 };
 
 }  // namespace tanor::detail

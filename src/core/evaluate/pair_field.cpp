@@ -14,9 +14,9 @@ namespace tanor::detail {
 namespace {
 
 /// Returns, for each point, those that form no pair with it, by number.
-IndexLists make_lists(std::size_t num_points, std::vector<std::array<Index, 2>> pairs) {
-  IndexLists lists;
-  compress_pairs(num_points, std::move(pairs), &lists.start, &lists.numbers);
+Groups<Index> make_lists(std::size_t num_points, std::vector<std::array<Index, 2>> pairs) {
+  Groups<Index> lists;
+  compress_pairs(num_points, std::move(pairs), &lists.start, &lists.entries);
   return lists;
 }
 
@@ -127,7 +127,7 @@ void PairField::prepare_search(double sigma, Pairs excluded) {
   constexpr double skin_of_cutoff = 0.15;
   const double cutoff = potential_.cutoff();
   const double skin = potential_.is_lennard_jones() ? skin_of_sigma * sigma : skin_of_cutoff * cutoff;
-  const IndexLists skipped = make_lists(n, std::move(excluded));
+  const Groups<Index> skipped = make_lists(n, std::move(excluded));
   neighbours_.emplace(cutoff, skin, box_, num_moving_, skipped);
   far_.emplace(cutoff, 0.0, box_, num_moving_, skipped);
 }

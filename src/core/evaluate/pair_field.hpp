@@ -146,7 +146,7 @@ class PairField {
   std::vector<double> charges_;  // [point], of law coulomb
   PeriodicBox box_;
   std::optional<NeighbourLists> neighbours_;  // for laws with a cutoff
-  IndexLists skipped_;                        // without one: the point itself and excluded ones, by number
+  Groups<Index> skipped_;                     // without one: the point itself and excluded ones, by number
 
   bool is_known_ = false, gives_stiffness_;
   std::vector<Vec3> places_;              // [point] of the last evaluation

@@ -45,7 +45,7 @@ void Halo::make(std::span<const Vec3> own, double skin) {
     places.push_back(load(&all[4 * k], 0));
   }
   const Parallel one_thread(1);
-  NeighbourLists lists(cutoff_, skin, box_, own.size(), {std::vector<std::size_t>(places.size() + 1, 0), {}});
+  NeighbourLists lists(cutoff_, skin, box_, own.size(), Groups<Index>(places.size(), [](const auto&) {}));
   if (!places.empty()) lists.make(one_thread, places, skin);
   numbers_.clear();
   near_.clear();
