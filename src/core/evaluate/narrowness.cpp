@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <utility>
 
 #include "base/instruction_sets.hpp"
@@ -19,40 +20,8 @@ using Instruction = Expression::Instruction;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-struct OperandsRead {
-  bool a = false, b = false;
-};
-OperandsRead operands_of(Operation operation) {
-  switch (operation) {
-    case Operation::Variable:
-    case Operation::Constant:
-      return {};
-    case Operation::Add:
-    case Operation::Subtract:
-    case Operation::Multiply:
-    case Operation::Divide:
-    case Operation::Atan2:
-    case Operation::Min:
-    case Operation::Max:
-      return {true, true};
-    default:  // any other operand b is there for series alone
-      return {true, false};
-  }
-}
-
 bool is_smooth(Operation operation) {
-  switch (operation) {
-    case Operation::Variable:
-    case Operation::Constant:
-    case Operation::Scale:
-    case Operation::Shift:
-    case Operation::Add:
-    case Operation::Subtract:
-    case Operation::Multiply:
-      return true;
-    default:
-      return false;
-  }
+  return operation <= Operation::Multiply;
 }
 
 bool turns(Operation operation) {
@@ -309,9 +278,8 @@ void count_all(const std::vector<Instruction>& instructions, const char* counts,
 Narrowness::Narrowness(const Expression& expression) {
   Expression bare = expression;
   for (Instruction& instruction : bare.instructions) {
-    const OperandsRead operands = operands_of(instruction.operation);
-    if (!operands.a) instruction.a = 0;
-    if (!operands.b) instruction.b = 0;
+    if (num_operands(instruction.operation) < 1) instruction.a = 0;
+    if (num_operands(instruction.operation) < 2) instruction.b = 0;
     instruction.c = 0;
   }
   bare = join_equal_operations(bare);
@@ -340,9 +308,8 @@ Narrowness::Narrowness(const Expression& expression) {
     if (counts) ++num_to_count_;
     if (counts) counts_[i] = 1;
     if (counts && turns(instruction.operation)) turns_.push_back(i);
-    const OperandsRead operands = operands_of(instruction.operation);
-    for (const auto& [is_there, operand] : {std::pair{operands.a, instruction.a}, {operands.b, instruction.b}}) {
-      if (!is_there) continue;
+    const std::array operands{instruction.a, instruction.b};
+    for (const int operand : std::span(operands).first(static_cast<std::size_t>(num_operands(instruction.operation)))) {
       is_needed[static_cast<std::size_t>(operand)] |= is_needed[i];
       counts_[static_cast<std::size_t>(operand)] |= counts_[i];
       const bool by_argument =

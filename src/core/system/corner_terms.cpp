@@ -20,12 +20,10 @@ bool are_same_instructions(const std::vector<Instruction>& instructions, int one
   const Instruction &a = instructions[static_cast<std::size_t>(one)],
                     &b = instructions[static_cast<std::size_t>(other)];
   if (a.operation != b.operation || a.constant != b.constant) return false;
-  using enum Expression::Operation;
-  if (a.operation == Variable) return false;
-  if (a.operation == Constant) return true;
-  const bool has_two = (a.operation >= Add && a.operation <= Divide) || a.operation >= Atan2;
-  return are_same_instructions(instructions, a.a, b.a) &&
-         (!has_two || a.operation == Abs || are_same_instructions(instructions, a.b, b.b));
+  if (a.operation == Expression::Operation::Variable) return false;
+  const int count = num_operands(a.operation);
+  return (count < 1 || are_same_instructions(instructions, a.a, b.a)) &&
+         (count < 2 || are_same_instructions(instructions, a.b, b.b));
 }
 
 /// Returns a if the instruction is a square a a, or a positive multiple of one; otherwise -1.

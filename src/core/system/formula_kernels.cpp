@@ -85,6 +85,17 @@ Lanes<double> evaluate_values(const Formula& formula, const Variables& variables
       [&](int variable, Lanes<double>* a) { variables.load(static_cast<std::size_t>(variable), a); });
 }
 
+/// Writes the value of a formula, and its first two derivatives along x_dot unless `first` is null, row by row, to
+/// column i of arrays with rows that are `stride` long.
+void scatter_along(const Formula& formula, const Variables& variables, const double* x_dot, std::size_t stride,
+                   std::size_t i, double* value, double* first, double* second) {
+  if (first == nullptr) return scatter(evaluate_values(formula, variables).c[0], variables.rows, stride, i, value);
+  Lanes<Jet<2>> jets = evaluate_along(formula, variables, x_dot);
+  for (double& each : jets.c[2]) each *= 2.0;
+  for (const auto& [lanes, to] : {std::pair{jets.c[0], value}, {jets.c[1], first}, {jets.c[2], second}})
+    scatter(lanes, variables.rows, stride, i, to);
+}
+
 /// Writes the partial derivatives of a formula in its n variables, row by row, to derivatives[row * stride]. A pass
 /// takes three variables; those that do not occur cost nothing.
 void scatter_partials(const Formula& formula, const Variables& variables, std::size_t stride, std::size_t step,
@@ -107,15 +118,7 @@ void evaluate_constraint(const void* context, const ConstraintBatch& batch) {
   const auto& [formula, num_variables] = *static_cast<const std::pair<Formula, std::size_t>*>(context);
   for_each_group(batch.count, [&, &formula = formula, num_variables = num_variables](const Rows& rows) {
     const Variables variables(batch.r, batch.t, rows, num_variables);
-    if (batch.rate != nullptr) {
-      Lanes<Jet<2>> xi = evaluate_along(formula, variables, batch.v);
-      for (double& second : xi.c[2]) second *= 2.0;
-      scatter(xi.c[0], rows, 1, 0, batch.xi);
-      scatter(xi.c[1], rows, 1, 0, batch.rate);
-      scatter(xi.c[2], rows, 1, 0, batch.phi);
-    } else {
-      scatter(evaluate_values(formula, variables).c[0], rows, 1, 0, batch.xi);
-    }
+    scatter_along(formula, variables, batch.v, 1, 0, batch.xi, batch.rate, batch.phi);
     if (batch.gradient != nullptr) scatter_partials(formula, variables, num_variables, 1, batch.gradient);
   });
 }
@@ -134,15 +137,7 @@ void evaluate_coordinates(const void* context, const CoordinateBatch& batch) {
     const Variables variables(batch.q, batch.t, rows, s);
     for (std::size_t i = 0; i < size; ++i) {
       const Formula& formula = components[i];
-      if (batch.v != nullptr) {
-        Lanes<Jet<2>> r = evaluate_along(formula, variables, batch.q_dot);
-        for (double& second : r.c[2]) second *= 2.0;
-        scatter(r.c[0], rows, size, i, batch.r);
-        scatter(r.c[1], rows, size, i, batch.v);
-        scatter(r.c[2], rows, size, i, batch.psi);
-      } else {
-        scatter(evaluate_values(formula, variables).c[0], rows, size, i, batch.r);
-      }
+      scatter_along(formula, variables, batch.q_dot, size, i, batch.r, batch.v, batch.psi);
       if (batch.tangents != nullptr) {
         scatter_partials(formula, variables, s * size, size, batch.tangents + i);
       }
@@ -199,6 +194,15 @@ void evaluate_force(const void* context, const ForceBatch& batch) {
   });
 }
 
+/// Records formulas of so many variables.
+std::shared_ptr<const Expression> record(std::size_t num_variables, std::span<const Formula> formulas) {
+  return record_expression(static_cast<int>(num_variables), [&](const std::vector<Traced>& x) {
+    std::vector<Traced> results;
+    for (const Formula& formula : formulas) results.push_back(formula.evaluate(std::span(x)));
+    return results;
+  });
+}
+
 /// Parses a formula. An error gets the place of the text.
 Formula parse_at(const std::string& place, std::string_view text, std::span<const std::string> variables,
                  const Constants& constants) {
@@ -221,9 +225,7 @@ ConstraintKernel formula_constraint(std::string_view equation, int num_points, c
   variables.emplace_back("t");
   Formula formula(equation, variables, constants);
   ConstraintKernel kernel{.num_points = num_points, .evaluate = evaluate_constraint};
-  kernel.expression = record_expression(static_cast<int>(num_variables) + 1, [&](const std::vector<Traced>& x) {
-    return std::vector{formula.evaluate(std::span(x))};
-  });
+  kernel.expression = record(variables.size(), {&formula, 1});
   kernel.depends_on_time = formula.depends_on(static_cast<int>(num_variables));
   kernel.context = std::make_shared<const std::pair<Formula, std::size_t>>(std::move(formula), num_variables);
   return kernel;
@@ -248,11 +250,7 @@ CoordinateKernel formula_coordinates(std::span<const std::string> names, std::sp
     const bool has_time = formulas.components.back().depends_on(kernel.num_coordinates);
     kernel.depends_on_time = kernel.depends_on_time || has_time;
   }
-  kernel.expression = record_expression(static_cast<int>(variables.size()), [&](const std::vector<Traced>& x) {
-    std::vector<Traced> r;
-    for (const Formula& formula : formulas.components) r.push_back(formula.evaluate(std::span(x)));
-    return r;
-  });
+  kernel.expression = record(variables.size(), formulas.components);
   kernel.context = std::make_shared<const CoordinateFormulas>(std::move(formulas));
   return kernel;
 }
@@ -276,11 +274,7 @@ ForceKernel make_formula_force(std::span<const std::string> components, std::spa
     kernel.depends_on_time =
         kernel.depends_on_time || formulas.back().depends_on(static_cast<int>(variables.size()) - 1);
   }
-  kernel.expression = record_expression(static_cast<int>(variables.size()), [&](const std::vector<Traced>& x) {
-    std::vector<Traced> f;
-    for (const Formula& formula : formulas) f.push_back(formula.evaluate(std::span(x)));
-    return f;
-  });
+  kernel.expression = record(variables.size(), formulas);
   kernel.context = std::make_shared<const ForceFormulas>(std::move(formulas));
   return kernel;
 }

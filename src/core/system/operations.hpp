@@ -9,6 +9,14 @@
 
 namespace tanor::detail {
 
+/// Returns how many operands an operation reads; any other is there for series alone.
+constexpr int num_operands(Expression::Operation operation) {
+  using enum Expression::Operation;
+  if (operation == Variable || operation == Constant) return 0;
+  const bool has_two = (operation >= Add && operation <= Divide) || operation == Atan2;
+  return has_two || operation == Min || operation == Max ? 2 : 1;
+}
+
 /// Returns the result of a recorded operation on `values` of those before it. The value of a variable is there already.
 template <class T>
 T perform(const Expression::Instruction& instruction, const std::vector<T>& values) {

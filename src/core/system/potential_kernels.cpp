@@ -20,59 +20,42 @@ using namespace detail;
 
 namespace {
 
-/// Runs recorded operations, as Formula runs its program.
-struct Recorded {
-  std::shared_ptr<const Expression> expression;
-
-  template <class T, class Load>
-  T evaluate_loading(const Load& load) const;
-};
-
-template <class T, class Load>
-T Recorded::evaluate_loading(const Load& load) const {
-  thread_local std::vector<T> values;
-  values.resize(std::max(values.size(), expression->instructions.size()));
-  for (std::size_t i = 0; i < expression->variables.size(); ++i)
-    load(static_cast<int>(i), &values[static_cast<std::size_t>(expression->variables[i])]);
-  for (std::size_t i = 0; i < expression->instructions.size(); ++i) {
-    const Expression::Instruction& instruction = expression->instructions[i];
-    if (instruction.operation != Expression::Operation::Variable) values[i] = perform(instruction, values);
-  }
-  return values[static_cast<std::size_t>(expression->results[0])];
-}
-
-/// An energy by a function that evaluates itself on any scalar type, as Formula does.
-template <class Function>
+/// The context of an energy by its operations.
 struct Energy {
-  Function function;
+  std::shared_ptr<const Expression> expression;
   std::size_t size, num_constants;  // 3p, numbers of a member
 };
 
 /// Evaluates one member with numbers of type T. variable(i, x) makes number i a variable of differentiation, or a
 /// constant.
-template <class T, class Function, class Variable>
-T evaluate_member(const Energy<Function>& of, const PotentialBatch& batch, std::size_t k, const Variable& variable) {
-  return of.function.template evaluate_loading<T>([&](int number, T* x) {
-    const auto i = static_cast<std::size_t>(number);
+template <class T, class Variable>
+T evaluate_member(const Energy& of, const PotentialBatch& batch, std::size_t k, const Variable& variable) {
+  thread_local std::vector<T> values;
+  const Expression& expression = *of.expression;
+  values.resize(std::max(values.size(), expression.instructions.size()));
+  for (std::size_t i = 0; i < expression.variables.size(); ++i) {
     const bool is_time = i == of.size + of.num_constants;
-    *x = variable(i, is_time       ? batch.t
-                     : i < of.size ? batch.r[of.size * k + i]
-                                   : batch.constants[of.num_constants * k + i - of.size]);
-  });
+    values[static_cast<std::size_t>(expression.variables[i])] =
+        variable(i, is_time       ? batch.t
+                    : i < of.size ? batch.r[of.size * k + i]
+                                  : batch.constants[of.num_constants * k + i - of.size]);
+  }
+  for (std::size_t i = 0; i < expression.instructions.size(); ++i) {
+    const Expression::Instruction& instruction = expression.instructions[i];
+    if (instruction.operation != Expression::Operation::Variable) values[i] = perform(instruction, values);
+  }
+  return values[static_cast<std::size_t>(expression.results[0])];
 }
 
 /// Evaluates with the derivatives in the coordinates of points a and b.
-template <class Function>
-Curved<6> evaluate_curved(const Energy<Function>& of, const PotentialBatch& batch, std::size_t k, std::size_t a,
-                          std::size_t b) {
+Curved<6> evaluate_curved(const Energy& of, const PotentialBatch& batch, std::size_t k, std::size_t a, std::size_t b) {
   return evaluate_member<Curved<6>>(of, batch, k, [&](std::size_t i, double x) {
     const int first = i < of.size && i / 3 == a ? 0 : i < of.size && i / 3 == b ? 3 : -1;
     return first < 0 ? Curved<6>(x) : Curved<6>::variable(x, first + static_cast<int>(i % 3));
   });
 }
 
-template <class Function>
-void evaluate_hessian(const Energy<Function>& of, const PotentialBatch& batch, std::size_t k) {
+void evaluate_hessian(const Energy& of, const PotentialBatch& batch, std::size_t k) {
   double* const hessian = batch.hessian + of.size * of.size * k;
   const auto write = [&](const Curved<6>& u, std::size_t a, std::size_t first, std::size_t b, std::size_t second) {
     for (std::size_t entry = 0; entry < 9; ++entry) {
@@ -88,9 +71,8 @@ void evaluate_hessian(const Energy<Function>& of, const PotentialBatch& batch, s
   }
 }
 
-template <class Function>
 void evaluate_potential(const void* context, const PotentialBatch& batch) {
-  const auto& of = *static_cast<const Energy<Function>*>(context);
+  const auto& of = *static_cast<const Energy*>(context);
   for (std::size_t k = 0; k < batch.count; ++k) {
     batch.energy[k] = evaluate_member<double>(of, batch, k, [](std::size_t, double x) { return x; });
     for (std::size_t first = 0; first < of.size && batch.gradient != nullptr; first += 3) {
@@ -145,10 +127,6 @@ PotentialKernel formula_potential(std::string_view energy, int num_points, const
                                   std::span<const std::string> own_constants) {
   check_num_points(num_points);
   std::vector<std::string> variables = name_coordinates(num_points);
-  PotentialKernel kernel{.num_points = num_points,
-                         .num_constants = static_cast<int>(own_constants.size()),
-                         .evaluate = evaluate_potential<Formula>};
-  const std::size_t size = variables.size();
   for (const std::string& name : own_constants) {
     if (!is_variable_name(name) || name == "t" || constants.contains(name) || std::ranges::count(variables, name) > 0)
       throw InputError("/constants/" + name,
@@ -157,13 +135,11 @@ PotentialKernel formula_potential(std::string_view energy, int num_points, const
   }
   variables.emplace_back("t");
   refuse_velocities(energy, num_points, variables, constants);
-  Energy<Formula> formula{Formula(energy, variables, constants), size, own_constants.size()};
-  kernel.expression = record_expression(static_cast<int>(variables.size()), [&](const std::vector<Traced>& x) {
-    return std::vector{formula.function.evaluate(std::span(x))};
+  const Formula formula(energy, variables, constants);
+  auto recorded = record_expression(static_cast<int>(variables.size()), [&](const std::vector<Traced>& x) {
+    return std::vector{formula.evaluate(std::span(x))};
   });
-  kernel.depends_on_time = formula.function.depends_on(static_cast<int>(variables.size()) - 1);
-  kernel.context = std::make_shared<const Energy<Formula>>(std::move(formula));
-  return kernel;
+  return expression_potential(std::move(recorded), num_points, static_cast<int>(own_constants.size()));
 }
 
 PotentialKernel expression_potential(std::shared_ptr<const Expression> energy, int num_points, int num_constants) {
@@ -175,16 +151,15 @@ PotentialKernel expression_potential(std::shared_ptr<const Expression> energy, i
                              text_of_count(num_constants, "constant") + " have one result and " +
                              text(size + num_constants + 1) + " variables");
   }
-  PotentialKernel kernel{
-      .num_points = num_points, .num_constants = num_constants, .evaluate = evaluate_potential<Recorded>};
+  PotentialKernel kernel{.num_points = num_points, .num_constants = num_constants, .evaluate = evaluate_potential};
   const int time = energy->variables.back();
   kernel.depends_on_time = energy->results[0] == time ||
                            std::ranges::any_of(energy->instructions, [&](const Expression::Instruction& instruction) {
                              return instruction.a == time || instruction.b == time;
                            });
   kernel.expression = energy;
-  kernel.context = std::make_shared<const Energy<Recorded>>(
-      Energy<Recorded>{{std::move(energy)}, static_cast<std::size_t>(size), static_cast<std::size_t>(num_constants)});
+  kernel.context = std::make_shared<const Energy>(
+      Energy{std::move(energy), static_cast<std::size_t>(size), static_cast<std::size_t>(num_constants)});
   return kernel;
 }
 
