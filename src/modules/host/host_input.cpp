@@ -54,19 +54,7 @@ void fix_initial(const HostPoints& points, const Lattice* lattice, std::span<con
 /// Makes a system of the group and of the points that it has, and no others.
 System make_small(const HostPoints& points, Constraint group) {
   std::set<Index> used;
-  const auto for_each_point = [&](const auto& visit) {
-    std::visit(
-        [&]<class Kind>(Kind& kind) {
-          for (auto& member : kind.*KindOf<Kind>::members) {
-            if constexpr (has_single_points<Kind>)
-              visit(member);
-            else
-              std::ranges::for_each(member, visit);
-          }
-        },
-        group);
-  };
-  for_each_point([&](Index& point) { used.insert(point); });
+  for_each_point(&group, [&](const Index* point) { used.insert(*point); });
   const std::vector<Index> list(used.begin(), used.end());
   System system;
   system.masses.assign(list.size(), 1.0);
@@ -75,8 +63,9 @@ System make_small(const HostPoints& points, Constraint group) {
     const Vec3 r = load(points.positions.data(), points.of_host[static_cast<std::size_t>(point)]);
     system.positions.insert(system.positions.end(), {r.x, r.y, r.z});
   }
-  for_each_point(
-      [&](Index& point) { point = static_cast<Index>(std::ranges::lower_bound(list, point) - list.begin()); });
+  for_each_point(&group, [&](Index* point) {
+    *point = static_cast<Index>(std::ranges::lower_bound(list, *point) - list.begin());
+  });
   system.constraints.push_back(std::move(group));
   return system;
 }
@@ -130,17 +119,7 @@ ConstraintId add_group(Constraint group, std::vector<std::array<int, 3>> images,
   const std::size_t rows = shape_of(group).rows_per_member;
   for (std::size_t k = 1; rows * k < images.size(); ++k) images[k] = images[rows * k];
   if (!images.empty()) images.resize(images.size() / rows);
-  std::visit(
-      [&]<class Kind>(Kind& kind) {
-        const auto rename = [&](Index& point) { point = points.of_host[static_cast<std::size_t>(point)]; };
-        for (auto& member : kind.*KindOf<Kind>::members) {
-          if constexpr (has_single_points<Kind>)
-            rename(member);
-          else
-            std::ranges::for_each(member, rename);
-        }
-      },
-      group);
+  for_each_point(&group, [&](Index* point) { *point = points.of_host[static_cast<std::size_t>(*point)]; });
   std::optional<Lattice> lattice;
   if (parts->cell() != nullptr) lattice.emplace(points.cell);
   fix_initial(points, lattice ? &*lattice : nullptr, images, &group);

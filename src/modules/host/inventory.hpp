@@ -14,6 +14,21 @@
 
 namespace tanor::detail {
 
+/// Calls visit(&point) for the points of all members, in turn.
+template <class Visit>
+void for_each_point(Constraint* constraint, const Visit& visit) {
+  std::visit(
+      [&]<class Kind>(Kind& group) {
+        for (auto& member : group.*KindOf<Kind>::members) {
+          if constexpr (has_single_points<Kind>)
+            visit(&member);
+          else
+            for (Index& point : member) visit(&point);
+        }
+      },
+      *constraint);
+}
+
 /// The constraints of a host, one by one. Ids ascend in the order in which constraints came, and none is given twice.
 /// Rows are numbered in the order of ids. Points have numbers that never change (see HostPoints).
 class Inventory {
@@ -113,19 +128,6 @@ class Inventory {
         numbers.push_back(static_cast<Index>(ids[k] - group.first));
       visit(group, numbers);
     }
-  }
-  template <class Visit>
-  static void for_each_point(Constraint* constraint, const Visit& visit) {
-    std::visit(
-        [&]<class Kind>(Kind& group) {
-          for (auto& member : group.*KindOf<Kind>::members) {
-            if constexpr (has_single_points<Kind>)
-              visit(&member);
-            else
-              for (Index& point : member) visit(&point);
-          }
-        },
-        *constraint);
   }
   static Constraint pick(const Group& group, const std::vector<Index>& numbers);
   static bool drives_some(const Group& group, const std::vector<Index>& numbers);
