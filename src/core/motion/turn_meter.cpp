@@ -1,7 +1,10 @@
 #include "motion/turn_meter.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "base/instruction_sets.hpp"
 #include "base/pack.hpp"
@@ -10,70 +13,42 @@ namespace tanor::detail {
 
 namespace {
 
-/// The largest magnitude seen so far.
-template <class Lanes>
-struct Sizes {
-  Lanes lanes{};
-  double rest = 0.0;
-
-  [[gnu::always_inline]] void see(const Lanes& x) { lanes.include_magnitudes(x); }
-  [[gnu::always_inline]] void see(double x) { rest = std::max(rest, std::abs(x)); }
-  [[gnu::always_inline]] double largest() const { return lanes.largest(rest); }
-};
-
-double largest_change(const double* from, const double* to, std::size_t begin, std::size_t end) {
+/// Returns the largest |f(…)| of the numbers [begin, end) of some arrays.
+template <std::size_t count, class Function>
+double largest_magnitude(const std::array<const double*, count>& of, const Function& f, std::size_t begin,
+                         std::size_t end) {
   return dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
-    Sizes<Lanes> sizes;
-    std::size_t i = begin;
-    for (; i + num_lanes <= end; i += num_lanes) sizes.see(Lanes::at(to + i) - Lanes::at(from + i));
-    for (; i < end; ++i) sizes.see(to[i] - from[i]);
-    return sizes.largest();
-  });
-}
-
-double largest_number(const double* x, std::size_t begin, std::size_t end) {
-  return dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
-    Sizes<Lanes> sizes;
-    std::size_t i = begin;
-    for (; i + num_lanes <= end; i += num_lanes) sizes.see(Lanes::at(x + i));
-    for (; i < end; ++i) sizes.see(x[i]);
-    return sizes.largest();
-  });
-}
-
-struct StepEnds {
-  const double *x0, *v0, *x1, *v1;
-};
-/// Finds the largest |x1 - x0 - h (v0 + v1)/2| of these numbers.
-double largest_missed(const StepEnds& ends, double half_step, std::size_t begin, std::size_t end) {
-  return dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
-    Sizes<Lanes> sizes;
-    const auto see = [&](const auto& x0, const auto& v0, const auto& x1, const auto& v1)
-        __attribute__((always_inline)) {
-      sizes.see(x1 - x0 - half_step * (v0 + v1));
+    const auto evaluate = [&](const auto& load) __attribute__((always_inline)) {
+      return [&]<std::size_t... k>(std::index_sequence<k...>) __attribute__((always_inline)) {
+        return f(load(of[k])...);
+      }
+      (std::make_index_sequence<count>());
     };
-    const auto [x0, v0, x1, v1] = ends;
+    Lanes largest{};
+    double rest = 0.0;
     std::size_t i = begin;
     for (; i + num_lanes <= end; i += num_lanes)
-      see(Lanes::at(x0 + i), Lanes::at(v0 + i), Lanes::at(x1 + i), Lanes::at(v1 + i));
-    for (; i < end; ++i) see(x0[i], v0[i], x1[i], v1[i]);
-    return sizes.largest();
+      largest.include_magnitudes(evaluate([&](const double* x) { return Lanes::at(x + i); }));
+    for (; i < end; ++i) rest = std::max(rest, std::abs(evaluate([&](const double* x) { return x[i]; })));
+    return largest.largest(rest);
   });
 }
 
-/// Returns the largest of_range(begin, end) over all numbers of the mechanics' variables.
-template <class OfRange>
-double largest(Mechanics& mechanics, const OfRange& of_range) {
-  return mechanics.largest(mechanics.parallel().max_over_ranges(mechanics.size(), of_range));
+/// Returns the same over all numbers of the mechanics' variables.
+template <std::size_t count, class Function>
+double largest(Mechanics& mechanics, const std::array<const double*, count>& of, const Function& f) {
+  return mechanics.largest(mechanics.parallel().max_over_ranges(
+      mechanics.size(), [&](std::size_t begin, std::size_t end) { return largest_magnitude(of, f, begin, end); }));
+}
+double largest(Mechanics& mechanics, const std::vector<double>& x) {
+  return largest(mechanics, std::array{x.data()}, [](const auto& each) { return each; });
 }
 
 }  // namespace
 
 void TurnMeter::note(Mechanics& mechanics, const State& to) {
   before_ = fastest_;
-  fastest_ = std::max(fastest_, largest(mechanics, [&](std::size_t begin, std::size_t end) {
-                        return largest_number(to.v.data(), begin, end);
-                      }));
+  fastest_ = std::max(fastest_, largest(mechanics, to.v));
 }
 
 /// Computes the angle theta by which a step turns the motion, from two relations that hold on a circle:
@@ -85,17 +60,16 @@ double TurnMeter::angle(Mechanics& mechanics, const State& from, const State& to
   constexpr double gathering = 1.2;
   if (fastest_ > gathering * before_) return 0.0;
   const double h = to.t - from.t;
-  const double place =
-      largest(mechanics, [&](std::size_t begin, std::size_t end) { return largest_number(to.x.data(), begin, end); });
+  const double place = largest(mechanics, to.x);
   if (!(h * fastest_ > least_move * place)) return 0.0;
-  const StepEnds ends{from.x.data(), from.v.data(), to.x.data(), to.v.data()};
-  const double missed =
-      largest(mechanics, [&](std::size_t begin, std::size_t end) { return largest_missed(ends, 0.5 * h, begin, end); });
+  const double half = 0.5 * h;
+  const double missed = largest(
+      mechanics, std::array{from.x.data(), from.v.data(), to.x.data(), to.v.data()},
+      [half](const auto& x0, const auto& v0, const auto& x1, const auto& v1) { return x1 - x0 - half * (v0 + v1); });
   const double by_x = 12.0 * missed / (h * fastest_);
   if (!knows_acceleration) return std::sqrt(by_x);
-  const double changed = largest(mechanics, [&](std::size_t begin, std::size_t end) {
-    return largest_change(from.a.data(), to.a.data(), begin, end);
-  });
+  const double changed = largest(mechanics, std::array{from.a.data(), to.a.data()},
+                                 [](const auto& a0, const auto& a1) { return a1 - a0; });
   return std::sqrt(std::max(by_x, h * changed / fastest_));
 }
 
