@@ -17,6 +17,11 @@ std::string shape_of(const Wanted& wanted) {
   return wanted.columns > 0 ? "[" + rows + ", " + std::to_string(wanted.columns) + "]" : "[" + rows + "]";
 }
 
+std::vector<py::ssize_t> shape_of(std::span<const double> numbers, py::ssize_t columns) {
+  const auto size = static_cast<py::ssize_t>(numbers.size());
+  return columns > 0 ? std::vector{size / columns, columns} : std::vector{size};
+}
+
 /// Returns an array of Numbers in the wanted shape. Names are made for errors alone: hosts call with small arrays, too.
 template <class Number>
 py::array take(const py::object& object, const Wanted& wanted) {
@@ -50,6 +55,14 @@ void require_packed(const py::array& array, const Wanted& wanted) {
   if ((array.flags() & py::array::c_style) != 0) return;
   throw py::value_error(std::string(wanted.name) +
                         ": its numbers have gaps or another order than C's; wanted a packed array");
+}
+
+template <class Number>
+std::span<const Number> packed_to_read(const py::object& object, const Wanted& wanted) {
+  if (object.is_none()) return {};
+  const py::array array = take<Number>(object, wanted);
+  require_packed(array, wanted);
+  return {static_cast<const Number*>(array.data()), static_cast<std::size_t>(array.size())};
 }
 
 template <class Number>
@@ -87,10 +100,7 @@ PointArray points_to_write(const py::object& object, const Wanted& wanted, std::
 }
 
 std::span<const double> numbers_to_read(const py::object& object, const Wanted& wanted) {
-  if (object.is_none()) return {};
-  const py::array array = take<double>(object, wanted);
-  require_packed(array, wanted);
-  return {static_cast<const double*>(array.data()), static_cast<std::size_t>(array.size())};
+  return packed_to_read<double>(object, wanted);
 }
 
 std::span<double> numbers_to_write(const py::object& object, const Wanted& wanted) {
@@ -102,26 +112,17 @@ std::span<double> numbers_to_write(const py::object& object, const Wanted& wante
 }
 
 std::span<const Index> index_to_read(const py::object& object, const Wanted& wanted) {
-  if (object.is_none()) return {};
-  const py::array array = take<Index>(object, wanted);
-  require_packed(array, wanted);
-  return {static_cast<const Index*>(array.data()), static_cast<std::size_t>(array.size())};
+  return packed_to_read<Index>(object, wanted);
 }
 
 py::array view(std::span<const double> numbers, py::ssize_t columns, py::handle owner) {
-  const auto size = static_cast<py::ssize_t>(numbers.size());
-  const std::vector<py::ssize_t> shape =
-      columns > 0 ? std::vector{size / columns, columns} : std::vector<py::ssize_t>{size};
-  py::array array(py::dtype::of<double>(), shape, numbers.data(), owner);
+  py::array array(py::dtype::of<double>(), shape_of(numbers, columns), numbers.data(), owner);
   array.attr("flags").attr("writeable") = false;
   return array;
 }
 
 py::array copy(std::span<const double> numbers, py::ssize_t columns) {
-  const auto size = static_cast<py::ssize_t>(numbers.size());
-  const std::vector<py::ssize_t> shape =
-      columns > 0 ? std::vector{size / columns, columns} : std::vector<py::ssize_t>{size};
-  return {py::dtype::of<double>(), shape, numbers.data()};
+  return {py::dtype::of<double>(), shape_of(numbers, columns), numbers.data()};
 }
 
 }  // namespace tanor::python

@@ -8,7 +8,6 @@ namespace tanor::python {
 
 void bind_errors(py::module_& module);
 void bind_reports(py::module_& module);
-void bind_motion_reports(py::module_& module);
 void bind_constrainer(py::module_& module);
 void bind_dynamics(py::module_& module);
 void bind_scalar(py::module_& module);

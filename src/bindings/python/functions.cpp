@@ -81,10 +81,6 @@ py::array lend(const double* numbers, std::vector<py::ssize_t> shape) {
   return array;
 }
 
-const py::object& callable_of(const void* context) {
-  return **static_cast<const Shared*>(context);
-}
-
 /// Returns the parts of a tuple that a function returned.
 std::vector<py::object> parts_of(const py::object& result, std::size_t count, const char* wanted) {
   if (!py::isinstance<py::tuple>(result) || py::len(result) != count)
@@ -96,24 +92,22 @@ std::vector<py::object> parts_of(const py::object& result, std::size_t count, co
 }
 
 /// Evaluates a force. `p` is the number of points of a tuple, 0 if each point stands alone.
-void evaluate_force(const void* context, const ForceBatch& batch, py::ssize_t p) {
-  const py::gil_scoped_acquire acquired;
+void evaluate_force(const py::object& call, const ForceBatch& batch, py::ssize_t p) {
   const auto k = static_cast<py::ssize_t>(batch.count);
   const std::vector<py::ssize_t> shape = p > 0 ? std::vector{k, p, py::ssize_t{3}} : std::vector{k, py::ssize_t{3}};
-  const py::object f = callable_of(context)(batch.t, lend(batch.r, shape), lend(batch.v, shape));
-  copy_result(f, 3 * batch.count * static_cast<std::size_t>(std::max(p, py::ssize_t{1})),
+  copy_result(call(batch.t, lend(batch.r, shape), lend(batch.v, shape)),
+              3 * batch.count * static_cast<std::size_t>(std::max(p, py::ssize_t{1})),
               p > 0 ? "forces [k, p, 3]" : "forces [k, 3]", batch.f);
 }
 
-void evaluate_constraint(const void* context, const ConstraintBatch& batch, py::ssize_t p) {
-  const py::gil_scoped_acquire acquired;
+void evaluate_constraint(const py::object& call, const ConstraintBatch& batch, py::ssize_t p) {
   const auto k = static_cast<py::ssize_t>(batch.count);
   const std::size_t size = 3 * static_cast<std::size_t>(p) * batch.count;
   // The library also asks for values alone; the velocities are then zero.
   const std::vector<double> rest(batch.rate == nullptr ? size : 0, 0.0);
-  const py::object result = callable_of(context)(batch.t, lend(batch.r, {k, p, 3}),
-                                                 lend(batch.rate == nullptr ? rest.data() : batch.v, {k, p, 3}));
-  const auto parts = parts_of(result, 4, "(xi, gradient, rate, phi)");
+  const auto parts =
+      parts_of(call(batch.t, lend(batch.r, {k, p, 3}), lend(batch.rate == nullptr ? rest.data() : batch.v, {k, p, 3})),
+               4, "(xi, gradient, rate, phi)");
   copy_result(parts[0], batch.count, "xi [k]", batch.xi);
   if (batch.gradient != nullptr) copy_result(parts[1], size, "the gradient [k, p, 3]", batch.gradient);
   if (batch.rate == nullptr) return;
@@ -121,11 +115,10 @@ void evaluate_constraint(const void* context, const ConstraintBatch& batch, py::
   copy_result(parts[3], batch.count, "phi [k]", batch.phi);
 }
 
-void evaluate_potential(const void* context, const PotentialBatch& batch, py::ssize_t p) {
-  const py::gil_scoped_acquire acquired;
+void evaluate_potential(const py::object& call, const PotentialBatch& batch, py::ssize_t p) {
   const auto k = static_cast<py::ssize_t>(batch.count);
   const std::size_t size = 3 * static_cast<std::size_t>(p);
-  const auto parts = parts_of(callable_of(context)(lend(batch.r, {k, p, 3})), 3, "(energy, gradient, hessian)");
+  const auto parts = parts_of(call(lend(batch.r, {k, p, 3})), 3, "(energy, gradient, hessian)");
   copy_result(parts[0], batch.count, "the energy [k]", batch.energy);
   if (batch.gradient != nullptr) copy_result(parts[1], size * batch.count, "the gradient [k, p, 3]", batch.gradient);
   if (batch.hessian == nullptr) return;
@@ -133,11 +126,34 @@ void evaluate_potential(const void* context, const PotentialBatch& batch, py::ss
   copy_result(parts[2], size * size * batch.count, "the hessian [k, 3p, 3p]", batch.hessian);
 }
 
-/// A callable with the number of points that it takes.
-struct TupleFunction {
-  Shared callable;
-  py::ssize_t num_points;
-};
+void evaluate_friction(const py::object& call, const FrictionBatch& batch, py::ssize_t p) {
+  const auto k = static_cast<py::ssize_t>(batch.count);
+  const auto parts = parts_of(call(batch.t, lend(batch.r, {k, 3}), lend(batch.v, {k, 3}), lend(batch.lambda, {k, p})),
+                              2, "(tau, derivative)");
+  copy_result(parts[0], 3 * batch.count, "tau [k, 3]", batch.tau);
+  if (batch.derivative != nullptr)
+    copy_result(parts[1], 3 * batch.count * static_cast<std::size_t>(p), "the derivative [k, 3, p]", batch.derivative);
+}
+
+/// Makes the kernel of a callable, which evaluate(callable, batch, size) calls.
+template <auto evaluate, class Kernel>
+void take_callable(const Given& given, int size, Kernel* kernel) {
+  struct Function {
+    Shared callable;
+    py::ssize_t size;
+  };
+  kernel->thread_safe = false;
+  kernel->context = std::make_shared<const Function>(Function{Shared(given.value), size});
+  kernel->evaluate = [](const void* context, const auto& batch) {
+    const py::gil_scoped_acquire acquired;
+    const auto& function = *static_cast<const Function*>(context);
+    evaluate(*function.callable, batch, function.size);
+  };
+}
+
+bool is_callable(const Given& given) {
+  return PyCallable_Check(given.value.ptr()) != 0;
+}
 
 }  // namespace
 
@@ -150,7 +166,7 @@ ScalarFunction function_of_time(const Given& given) {
       return ScalarFunction::table(times, std::vector<double>(values.data(), values.data() + values.size()));
     });
   }
-  if (PyCallable_Check(given.value.ptr()) != 0) {
+  if (is_callable(given)) {
     return ScalarFunction::custom(std::function<Jet<2>(const Jet<2>&)>([f = Shared(given.value)](const Jet<2>& t) {
       const py::gil_scoped_acquire acquired;
       std::array<double, 3> numbers{};
@@ -190,15 +206,9 @@ VectorFunction vector_function_of_time(const Given& given) {
 }
 
 void read(const Given& given, int num_points, ForceKernel* kernel) {
-  if (PyCallable_Check(given.value.ptr()) != 0) {
+  if (is_callable(given)) {
     kernel->num_points = std::max(num_points, 1);
-    kernel->thread_safe = false;
-    kernel->context = std::make_shared<const TupleFunction>(TupleFunction{Shared(given.value), num_points});
-    kernel->evaluate = [](const void* context, const ForceBatch& batch) {
-      const auto& function = *static_cast<const TupleFunction*>(context);
-      evaluate_force(&function.callable, batch, function.num_points);
-    };
-    return;
+    return take_callable<evaluate_force>(given, num_points, kernel);
   }
   const Text text = text_of(given);
   constexpr const char* wanted = "three formulas (for each point of a tuple) or a callable (t, r, v)";
@@ -211,15 +221,9 @@ void read(const Given& given, int num_points, ForceKernel* kernel) {
 }
 
 void read(const Given& given, int num_points, ConstraintKernel* kernel) {
-  if (PyCallable_Check(given.value.ptr()) != 0) {
+  if (is_callable(given)) {
     kernel->num_points = num_points;
-    kernel->thread_safe = false;
-    kernel->context = std::make_shared<const TupleFunction>(TupleFunction{Shared(given.value), num_points});
-    kernel->evaluate = [](const void* context, const ConstraintBatch& batch) {
-      const auto& function = *static_cast<const TupleFunction*>(context);
-      evaluate_constraint(&function.callable, batch, function.num_points);
-    };
-    return;
+    return take_callable<evaluate_constraint>(given, num_points, kernel);
   }
   const Text text = text_of(given);
   if (!py::isinstance<py::str>(text.text)) given.fail("a formula, a Formula or a callable (t, r, v)");
@@ -228,16 +232,11 @@ void read(const Given& given, int num_points, ConstraintKernel* kernel) {
 }
 
 void read(const Given& given, int num_points, const std::vector<std::string>& own_constants, PotentialKernel* kernel) {
-  if (PyCallable_Check(given.value.ptr()) != 0) {
+  if (is_callable(given)) {
     if (!own_constants.empty()) given.fail("a text or a Definition, where there are constants");
     kernel->num_points = num_points;
-    kernel->thread_safe = kernel->depends_on_time = false;
-    kernel->context = std::make_shared<const TupleFunction>(TupleFunction{Shared(given.value), num_points});
-    kernel->evaluate = [](const void* context, const PotentialBatch& batch) {
-      const auto& function = *static_cast<const TupleFunction*>(context);
-      evaluate_potential(&function.callable, batch, function.num_points);
-    };
-    return;
+    kernel->depends_on_time = false;
+    return take_callable<evaluate_potential>(given, num_points, kernel);
   }
   if (py::hasattr(given.value, "function")) {
     auto energy = record_energy(given, num_points, own_constants);
@@ -254,26 +253,9 @@ void read(const Given& given, int num_points, const std::vector<std::string>& ow
 }
 
 void read(const Given& given, int num_multipliers, FrictionKernel* kernel) {
-  struct Law {
-    Shared callable;
-    py::ssize_t num_multipliers;
-  };
-  if (PyCallable_Check(given.value.ptr()) == 0) given.fail("a callable (t, r, v, multipliers)");
+  if (!is_callable(given)) given.fail("a callable (t, r, v, multipliers)");
   kernel->num_multipliers = num_multipliers;
-  kernel->thread_safe = false;
-  kernel->context = std::make_shared<const Law>(Law{Shared(given.value), num_multipliers});
-  kernel->evaluate = [](const void* context, const FrictionBatch& batch) {
-    const py::gil_scoped_acquire acquired;
-    const auto& law = *static_cast<const Law*>(context);
-    const auto k = static_cast<py::ssize_t>(batch.count);
-    const py::object result = (*law.callable)(batch.t, lend(batch.r, {k, 3}), lend(batch.v, {k, 3}),
-                                              lend(batch.lambda, {k, law.num_multipliers}));
-    const auto parts = parts_of(result, 2, "(tau, derivative)");
-    copy_result(parts[0], 3 * batch.count, "tau [k, 3]", batch.tau);
-    if (batch.derivative != nullptr)
-      copy_result(parts[1], 3 * batch.count * static_cast<std::size_t>(law.num_multipliers), "the derivative [k, 3, p]",
-                  batch.derivative);
-  };
+  take_callable<evaluate_friction>(given, num_multipliers, kernel);
 }
 
 void read(const Given& given, const std::vector<std::string>& names, CoordinateKernel* kernel) {

@@ -1,30 +1,19 @@
 #include "python/kinds.hpp"
 
-#include <cxxabi.h>
-
-#include <cstdlib>
-#include <memory>
 #include <string>
 #include <tuple>
-#include <typeinfo>
 #include <variant>
 
+#include "base/member_names.hpp"
 #include "python/carried.hpp"
 #include "python/functions.hpp"
 #include "python/header_docs.hpp"
 #include "python/scene_file.hpp"
 
 namespace tanor::python {
-namespace {
+using namespace detail;
 
-/// Returns the struct's own name, such as "Rods".
-template <class Struct>
-std::string name_of_struct() {
-  const std::unique_ptr<char, void (*)(void*)> name(
-      abi::__cxa_demangle(typeid(Struct).name(), nullptr, nullptr, nullptr), std::free);
-  const std::string full = name.get();
-  return full.substr(full.rfind(':') + 1);
-}
+namespace {
 
 /// Members of a struct that the fields of its kind do not list, since scene files spell them in a way of their own.
 template <class Group>
@@ -113,54 +102,41 @@ struct Description<Support> {
                                      FieldOf("displacement", &Support::displacement, {.unit = "m"}),
                                      FieldOf("name", &Support::name)};
 };
+/// Returns members as fields of their own names.
+template <auto... members>
+constexpr std::tuple own_fields{FieldOf(member_key<members>.data(), members)...};
+
 template <>
 struct Description<SolverOptions> {
-  static constexpr std::tuple fields{
-      FieldOf("form", &SolverOptions::form),         FieldOf("linear_solver", &SolverOptions::linear_solver),
-      FieldOf("ordering", &SolverOptions::ordering), FieldOf("threads", &SolverOptions::threads),
-      FieldOf("friction", &SolverOptions::friction), FieldOf("reuse", &SolverOptions::reuse),
-      FieldOf("exact", &SolverOptions::exact)};
+  using S = SolverOptions;
+  static constexpr auto fields =
+      own_fields<&S::form, &S::linear_solver, &S::ordering, &S::threads, &S::friction, &S::reuse, &S::exact>;
 };
 template <>
 struct Description<MotionOptions> {
-  static constexpr std::tuple fields{FieldOf("method", &MotionOptions::method),
-                                     FieldOf("step", &MotionOptions::step),
-                                     FieldOf("max_step", &MotionOptions::max_step),
-                                     FieldOf("rtol", &MotionOptions::rtol),
-                                     FieldOf("atol", &MotionOptions::atol),
-                                     FieldOf("stabilisation", &MotionOptions::stabilisation),
-                                     FieldOf("start", &MotionOptions::start),
-                                     FieldOf("order", &MotionOptions::order),
-                                     FieldOf("spectral_radius", &MotionOptions::spectral_radius)};
+  using M = MotionOptions;
+  static constexpr auto fields = own_fields<&M::method, &M::step, &M::max_step, &M::rtol, &M::atol, &M::stabilisation,
+                                            &M::start, &M::order, &M::spectral_radius>;
 };
 template <>
 struct Description<EquilibriumOptions> {
-  static constexpr std::tuple fields{FieldOf("method", &EquilibriumOptions::method),
-                                     FieldOf("force_tolerance", &EquilibriumOptions::force_tolerance),
-                                     FieldOf("max_iterations", &EquilibriumOptions::max_iterations),
-                                     FieldOf("accept", &EquilibriumOptions::accept),
-                                     FieldOf("at", &EquilibriumOptions::at),
-                                     FieldOf("load_steps", &EquilibriumOptions::load_steps),
-                                     FieldOf("prestress", &EquilibriumOptions::prestress),
-                                     FieldOf("one_sided", &EquilibriumOptions::one_sided),
-                                     FieldOf("ignore_friction", &EquilibriumOptions::ignore_friction),
-                                     FieldOf("freeze_time", &EquilibriumOptions::freeze_time)};
+  using E = EquilibriumOptions;
+  static constexpr auto fields =
+      own_fields<&E::method, &E::force_tolerance, &E::max_iterations, &E::accept, &E::at, &E::load_steps, &E::prestress,
+                 &E::one_sided, &E::ignore_friction, &E::freeze_time>;
 };
 template <>
 struct Description<ModesOptions> {
-  static constexpr std::tuple fields{
-      FieldOf("count", &ModesOptions::count),         FieldOf("time", &ModesOptions::time),
-      FieldOf("prestress", &ModesOptions::prestress), FieldOf("force_tolerance", &ModesOptions::force_tolerance),
-      FieldOf("tolerance", &ModesOptions::tolerance), FieldOf("ignore_friction", &ModesOptions::ignore_friction),
-      FieldOf("damped", &ModesOptions::damped),       FieldOf("freeze_time", &ModesOptions::freeze_time)};
+  using M = ModesOptions;
+  static constexpr auto fields = own_fields<&M::count, &M::time, &M::prestress, &M::force_tolerance, &M::tolerance,
+                                            &M::ignore_friction, &M::damped, &M::freeze_time>;
 };
 template <>
 struct Description<BucklingOptions> {
-  static constexpr std::tuple fields{FieldOf("loads", &BucklingOptions::loads, {.is_required = true}),
-                                     FieldOf("time", &BucklingOptions::time),
-                                     FieldOf("force_tolerance", &BucklingOptions::force_tolerance),
-                                     FieldOf("ignore_friction", &BucklingOptions::ignore_friction),
-                                     FieldOf("freeze_time", &BucklingOptions::freeze_time)};
+  using B = BucklingOptions;
+  static constexpr auto fields =
+      std::tuple_cat(std::tuple{FieldOf("loads", &B::loads, {.is_required = true})},
+                     own_fields<&B::time, &B::force_tolerance, &B::ignore_friction, &B::freeze_time>);
 };
 
 template <class Struct, class Visit>
@@ -211,7 +187,7 @@ py::object give_struct(const Struct& group) {
   for_each_described<Struct>([&](const auto& field) { fields[field.name] = give(group.*field.value); });
   if constexpr (std::is_same_v<Struct, UserFriction>) fields["num_multipliers"] = 0;    // its kernel is carried
   if constexpr (std::is_same_v<Struct, UserCoordinates>) fields["names"] = py::list();  // likewise
-  return py::module_::import("tanor").attr(name_of_struct<Struct>().c_str())(**fields);
+  return py::module_::import("tanor").attr(std::string(name_of_struct<Struct>()).c_str())(**fields);
 }
 
 template <class Entry>
@@ -233,7 +209,7 @@ struct AnyOf<std::variant<Groups...>> {
     const bool is_known = ((name == name_of_struct<Groups>() && (result = read_struct<Groups>(given), true)) || ...);
     if (is_known) return result;
     std::string all;
-    ((all += (all.empty() ? "" : ", ") + name_of_struct<Groups>()), ...);
+    ((all += (all.empty() ? "" : ", ") + std::string(name_of_struct<Groups>())), ...);
     given.fail("one of " + all);
   }
   static void describe(const char* list, py::list* all);
@@ -271,7 +247,7 @@ constexpr const char* kernel_in_words() {
 /// Returns "float [3]; m; …": the shape, then what the header says of the field, or its unit.
 template <class Struct, class Value>
 std::string text_of(const FieldOf<Struct, Value>& field) {
-  const std::string said = header_doc(name_of_struct<Struct>() + "." + field.name);
+  const std::string said = header_doc(std::string(name_of_struct<Struct>()) + "." + field.name);
   std::string text = in_words<Value>().shape;
   if (text.empty()) text = kernel_in_words<Value>();
   if constexpr (std::is_enum_v<Value> && !std::is_same_v<Value, Method>) text = "one of " + words_of<Value>();
@@ -299,7 +275,7 @@ void describe(const char* list, const std::string& kind, py::list* all) {
   });
   py::dict entry;
   entry["list"] = list;
-  entry["name"] = name_of_struct<Struct>();
+  entry["name"] = std::string(name_of_struct<Struct>());
   entry["kind"] = kind;
   entry["doc"] = header_doc(name_of_struct<Struct>());
   entry["fields"] = fields;

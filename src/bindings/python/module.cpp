@@ -9,7 +9,6 @@ PYBIND11_MODULE(_core, module) {
   module.doc() = "The compiled part of tanor.";
   bind_errors(module);
   bind_reports(module);
-  bind_motion_reports(module);
   bind_scene(module);
   bind_constrainer(module);
   bind_dynamics(module);

@@ -1,18 +1,18 @@
 #pragma once
 
-#include <array>
-#include <concepts>
 #include <cstddef>
 #include <limits>
-#include <optional>
+#include <span>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include <tanor/enum_names.hpp>
 #include <tanor/motion.hpp>
 #include <tanor/report_fields.hpp>
 
+#include "base/member_names.hpp"
 #include "python/arrays.hpp"
 #include "python/header_docs.hpp"
 
@@ -20,33 +20,31 @@
 /// Reports as small objects of Python. Their members are read-only attributes with the headers' own comments, and a
 /// repr shows them all.
 namespace tanor::python {
+using namespace detail;
 
-/// True if a report's outcome is ok.
-template <class Report>
-bool is_ok(const Report& report) {
-  return report.outcome.ok();
+/// True for lists of words, which Python sees as one text, "batches+general".
+template <class Value>
+inline constexpr bool is_list_of_words = false;
+template <class Word>
+inline constexpr bool is_list_of_words<std::vector<Word>> = std::is_enum_v<Word>;
+template <class Value>
+concept ListOfValues = requires {
+  typename Value::value_type;
 }
+&&!std::is_same_v<Value, std::string>;
 
 /// Returns a member as Python sees it. `columns` are those of an array of numbers, and `owner` owns its memory.
 template <class Value>
 py::object value_of(const Value& value, py::ssize_t columns, const py::object& owner) {
-  if constexpr (std::is_same_v<Value, Method>) {
-    return py::str(std::string(name_of(value)));
-  } else if constexpr (std::is_same_v<Value, Status>) {
-    return py::str(std::string(name_of(value)));
-  } else if constexpr (std::is_enum_v<Value>) {
+  if constexpr (std::is_enum_v<Value>) {
     return py::str(std::string(name_of(value)));
   } else if constexpr (std::is_same_v<Value, std::size_t>) {
     return value == std::numeric_limits<std::size_t>::max() ? py::object(py::none()) : py::object(py::int_(value));
-  } else if constexpr (std::is_same_v<Value, std::vector<double>>) {
+  } else if constexpr (std::is_convertible_v<Value, std::span<const double>>) {
     return view(value, columns, owner);
-  } else if constexpr (std::is_same_v<Value, std::array<double, 6>>) {
-    return view(value, 0, owner);
-  } else if constexpr (std::is_same_v<Value, std::vector<LinearSolver>> ||
-                       std::is_same_v<Value, std::vector<Ordering>> ||
-                       std::is_same_v<Value, std::vector<Factorization>>) {
+  } else if constexpr (is_list_of_words<Value>) {
     return py::str(names_of(value));
-  } else if constexpr (requires { typename Value::value_type; } && !std::is_same_v<Value, std::string>) {
+  } else if constexpr (ListOfValues<Value>) {
     py::list list;
     for (const auto& each : value) list.append(value_of(each, 0, owner));
     return list;
@@ -57,13 +55,34 @@ py::object value_of(const Value& value, py::ssize_t columns, const py::object& o
   }
 }
 
-/// The class of a report: `Record<Outcome>(module, "Outcome").field("what", &Outcome::what)`.
+/// Returns the type of a member as the stubs write it.
+template <class Value>
+std::string type_in_stub() {
+  if constexpr (std::is_same_v<Value, bool>)
+    return "bool";
+  else if constexpr (std::is_integral_v<Value>)
+    return "int";
+  else if constexpr (std::is_same_v<Value, double>)
+    return "float";
+  else if constexpr (std::is_enum_v<Value> || std::is_same_v<Value, std::string> || is_list_of_words<Value>)
+    return "str";
+  else if constexpr (std::is_convertible_v<Value, std::span<const double>>)
+    return "numpy.ndarray";
+  else if constexpr (ListOfValues<Value>)
+    return "list";
+  else
+    return py::type::of<Value>().attr("__name__").template cast<std::string>();
+}
+
+/// The class of a report, with its members under their own names:
+/// `Record<Outcome>(module).fields<&Outcome::status, &Outcome::what>()`. One with an outcome has "ok", too.
 template <class Report>
 class Record {
  public:
   /// Makes the class. `otherwise` is its docstring if the header says nothing of the whole.
-  Record(py::module_& module, const char* name, const char* otherwise = "")
-      : name_(name), type_(module, name, (header_doc(name) + otherwise).c_str(), py::module_local()) {
+  explicit Record(py::module_& module, const char* otherwise = "")
+      : name_(name_of_struct<Report>()),
+        type_(module, name_.c_str(), (header_doc(name_) + otherwise).c_str(), py::module_local()) {
     type_.attr("_fields") = fields_;
     type_.def("__repr__", [](const py::object& self) {
       std::string text = py::type::of(self).attr("__name__").template cast<std::string>() + "(";
@@ -75,42 +94,44 @@ class Record {
       }
       return text + ")";
     });
+    if constexpr (requires(Report report) { report.outcome.ok(); }) {
+      property(
+          "ok", [](const Report& self) { return self.outcome.ok(); }, "bool");
+    }
   }
 
-  template <class Value>
-  Record& field(const char* name, Value Report::*member, py::ssize_t columns = 0) {
-    return field(name, name_ + "." + name, member, columns);
+  /// Adds members, of a base too, with the headers' comments.
+  template <auto... members>
+  Record& fields() {
+    return (add<members>(own_name<members>(), name_in_header<members>(), 0), ..., *this);
+  }
+  /// Adds arrays of points, [n, 3].
+  template <auto... members>
+  Record& points() {
+    return (add<members>(own_name<members>(), name_in_header<members>(), 3), ..., *this);
+  }
+  /// Adds members of a part of the report, which stand among the others in Python. `prefix` and `suffix` surround their
+  /// names.
+  template <auto part, auto... members>
+  Record& parts(const std::string& prefix = "", const std::string& suffix = "", py::ssize_t columns = 0) {
+    return (add<part, members>(prefix + own_name<members>() + suffix, name_in_header<members>(), columns), ..., *this);
+  }
+  /// Adds a member under another name.
+  template <auto member>
+  Record& field(const std::string& name) {
+    return add<member>(name, name_ + "." + name, 0);
   }
   /// Adds all fields of the report's table.
-  Record& fields() requires HasReportFields<Report> {
-    std::apply([&](const auto&... each) { (field(each.key, each.value), ...); }, FieldsOf<Report>::fields);
-    return *this;
-  }
-  /// Adds a member of a base of the report. Its comment is that of `where`, such as "EventReport.events".
-  template <class Base, class Value>
-  requires std::derived_from<Report, Base> Record& field(const char* name, const std::string& where,
-                                                         Value Base::*member, py::ssize_t columns = 0) {
-    return property(
-        name,
-        [member, columns](const py::object& self) {
-          return value_of(self.cast<const Report&>().*member, columns, self);
-        },
-        in_stub<Value>(), where);
-  }
-  /// Adds a member of a part of the report, which stands among the others in Python. Its comment is that of `where`,
-  /// such as "Violations.position".
-  template <class Part, class Value>
-  Record& field(const char* name, const char* where, Part Report::*part, Value Part::*member, py::ssize_t columns = 0) {
-    return property(
-        name,
-        [part, member, columns](const py::object& self) {
-          return value_of(self.cast<const Report&>().*part.*member, columns, self);
-        },
-        in_stub<Value>(), where);
+  Record& table() requires HasReportFields<Report> {
+    using Table = FieldsOf<Report>;
+    return [&]<std::size_t... k>(std::index_sequence<k...>)->Record& {
+      return (field<std::get<k>(Table::fields).value>(std::get<k>(Table::fields).key), ...);
+    }
+    (std::make_index_sequence<std::tuple_size_v<decltype(Table::fields)>>());
   }
   /// Adds a member that is no plain field, with its `type` as the stubs write it.
   template <class Get>
-  Record& property(const char* name, const Get& get, const std::string& type) {
+  Record& property(const std::string& name, const Get& get, const std::string& type) {
     return property(name, get, type, name_ + "." + name);
   }
 
@@ -121,39 +142,31 @@ class Record {
   }
 
  private:
+  template <auto member>
+  static std::string own_name() {
+    return std::string(name_of_member<member>());
+  }
+  template <auto member>
+  static std::string name_in_header() {
+    const auto name_of_owner = []<class Struct, class Value>(Value Struct::*) { return name_of_struct<Struct>(); };
+    return std::string(name_of_owner(member)) + "." + own_name<member>();
+  }
+  /// Adds what a path of members leads to.
+  template <auto... path>
+  Record& add(const std::string& name, const std::string& where, py::ssize_t columns) {
+    using Value = std::remove_cvref_t<decltype((std::declval<const Report&>().*....*path))>;
+    return property(
+        name,
+        [columns](const py::object& self) { return value_of((self.cast<const Report&>().*....*path), columns, self); },
+        type_in_stub<Value>(), where);
+  }
   /// Adds a property. `where` is what the headers' comment belongs to.
   template <class Get>
-  Record& property(const char* name, const Get& get, const std::string& type, const std::string& where) {
+  Record& property(const std::string& name, const Get& get, const std::string& type, const std::string& where) {
     const std::string said = header_doc(where);
-    type_.def_property_readonly(name, get, ("(" + type + ") " + (said.empty() ? name : said)).c_str());
+    type_.def_property_readonly(name.c_str(), get, ("(" + type + ") " + (said.empty() ? name : said)).c_str());
     fields_.append(name);
     return *this;
-  }
-
-  template <class Value>
-  static std::string in_stub() {
-    if constexpr (std::is_same_v<Value, bool>)
-      return "bool";
-    else if constexpr (std::is_same_v<Value, int> || std::is_same_v<Value, Index>)
-      return "int";
-    else if constexpr (std::is_same_v<Value, std::size_t>)
-      return "int";
-    else if constexpr (std::is_same_v<Value, double>)
-      return "float";
-    else if constexpr (std::is_enum_v<Value> || std::is_same_v<Value, std::string>)
-      return "str";
-    else if constexpr (std::is_same_v<Value, std::vector<double>> || std::is_same_v<Value, std::array<double, 6>>)
-      return "numpy.ndarray";
-    else if constexpr (std::is_same_v<Value, std::vector<LinearSolver>> ||
-                       std::is_same_v<Value, std::vector<Ordering>> ||
-                       std::is_same_v<Value, std::vector<Factorization>>)
-      return "str";
-    else if constexpr (requires { typename Value::value_type; } && !std::is_same_v<Value, std::string>)
-      return "list";
-    else if constexpr (std::is_class_v<Value>)
-      return py::type::of<Value>().attr("__name__").template cast<std::string>();
-    else
-      return "object";
   }
 
   std::string name_;

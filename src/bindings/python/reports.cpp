@@ -1,113 +1,25 @@
-#include <tanor/build_info.hpp>
+#include <tanor/certificate.hpp>
 #include <tanor/constrainer.hpp>
+#include <tanor/inverse_dynamics.hpp>
+#include <tanor/motion.hpp>
 
 #include "python/bindings.hpp"
 #include "python/records.hpp"
 
 namespace tanor::python {
+namespace {
 
-// NOLINTNEXTLINE(readability-function-size): a list
-void bind_reports(py::module_& module) {
-  Record<Outcome>(module, "Outcome")
-      .property("ok", &Outcome::ok, "bool")
-      .field("status", &Outcome::status)
-      .field("what", &Outcome::what);
-  Record<PlanSummary>(module, "PlanSummary")
-      .field("form", &PlanSummary::form)
-      .field("points", &PlanSummary::points)
-      .field("supports", &PlanSummary::supports)
-      .field("equations", &PlanSummary::equations)
-      .field("coordinates", &PlanSummary::coordinates)
-      .field("islands", &PlanSummary::islands)
-      .field("parts", &PlanSummary::parts)
-      .field("pattern_nonzeros", &PlanSummary::pattern_nonzeros)
-      .field("factor_nonzeros", &PlanSummary::factor_nonzeros)
-      .field("factor_flops", &PlanSummary::factor_flops)
-      .field("linear_solver", &PlanSummary::linear_solvers)
-      .field("linear_solver_reason", &PlanSummary::linear_solver_reason)
-      .field("ordering", &PlanSummary::orderings)
-      .field("factorization", &PlanSummary::factorizations)
-      .field("left_out", &PlanSummary::left_out)
-      .field("prestress_rigid_points", &PlanSummary::prestress_rigid_points)
-      .field("idle_equations", &PlanSummary::idle_equations);
-  Record<Counters>(module, "Counters")
-      .field("evaluations", &Counters::evaluations)
-      .field("factorizations", &Counters::factorizations)
-      .field("solves", &Counters::solves)
-      .field("iterations", &Counters::iterations)
-      .field("rank_decisions", &Counters::rank_decisions)
-      .field("friction_solves", &Counters::friction_solves)
-      .field("friction_iterations", &Counters::friction_iterations);
-  Record<ConstraintReport>(module, "ConstraintReport")
-      .property("ok", &is_ok<ConstraintReport>, "bool")
-      .field("outcome", &ConstraintReport::outcome)
-      .field("iterations", &ConstraintReport::iterations)
-      .field("violation", &ConstraintReport::violation)
-      .field("correction", &ConstraintReport::correction)
-      .field("worst_row", &ConstraintReport::worst_row)
-      .field("largest_turn", &ConstraintReport::largest_turn)
-      .field("work", &ConstraintReport::work)
-      .field("virial", &ConstraintReport::virial);
-  Record<LogDeterminant>(module, "LogDeterminant")
-      .property("ok", &is_ok<LogDeterminant>, "bool")
-      .field("outcome", &LogDeterminant::outcome)
-      .field("value", &LogDeterminant::value);
-  Record<RowDependence>(module, "RowDependence").field("row", &RowDependence::row).field("what", &RowDependence::what);
-  Record<RankReport>(module, "RankReport")
-      .field("is_known", &RankReport::is_known)
-      .field("rank", &RankReport::rank)
-      .field("degrees_of_freedom", &RankReport::degrees_of_freedom)
-      .field("dependences", &RankReport::dependences)
-      .field("multipliers_unique", &RankReport::multipliers_unique)
-      .field("prestress_rigid_points", &RankReport::prestress_rigid_points)
-      .field("smallest_singular_value", &RankReport::smallest_singular_value);
-  Record<FrictionReport>(module, "FrictionReport")
-      .field("contacts", &FrictionReport::contacts)
-      .field("sticking", &FrictionReport::sticking)
-      .field("iterations", &FrictionReport::iterations)
-      .field("contraction", &FrictionReport::contraction)
-      .field("residual", &FrictionReport::residual)
-      .field("error_bound", &FrictionReport::error_bound)
-      .field("uniqueness", &FrictionReport::uniqueness)
-      .field("uniqueness_reason", &FrictionReport::uniqueness_reason)
-      .field("sticking_is_indeterminate", &FrictionReport::sticking_is_indeterminate)
-      .field("method_used", &FrictionReport::method_used);
-  Record<SolveReport>(module, "SolveReport")
-      .property("ok", &is_ok<SolveReport>, "bool")
-      .field("outcome", &SolveReport::outcome)
-      .field("residual", &SolveReport::residual)
-      .field("reciprocal_condition", &SolveReport::reciprocal_condition)
-      .field("refinements", &SolveReport::refinements)
-      .field("forms_disagreement", &SolveReport::forms_disagreement)
-      .field("friction", &SolveReport::friction);
-  Record<ProjectionReport>(module, "ProjectionReport", "How a projection ended.")
-      .property("ok", &is_ok<ProjectionReport>, "bool")
-      .field("outcome", &ProjectionReport::outcome)
-      .field("correction", &ProjectionReport::correction)
-      .field("violation", &ProjectionReport::violation)
-      .field("iterations", &ProjectionReport::iterations);
-  Record<StartReport>(module, "StartReport", "How a consistent start was found.")
-      .property("ok", &is_ok<StartReport>, "bool")
-      .field("outcome", &StartReport::outcome)
-      .field("position_correction", &StartReport::position_correction)
-      .field("velocity_correction", &StartReport::velocity_correction)
-      .field("relative", &StartReport::relative);
-  Record<Solution>(module, "Solution")
-      .property("ok", &is_ok<Solution>, "bool")
-      .field("outcome", &Solution::outcome)
-      .field("time", &Solution::time)
-      .field("positions", &Solution::positions, 3)
-      .field("velocities", &Solution::velocities, 3)
-      .field("accelerations", &Solution::accelerations, 3)
-      .field("multipliers", &Solution::multipliers)
-      .field("reactions", &Solution::reactions, 3)
-      .field("support_forces", &Solution::support_forces, 3)
-      .field("coordinates", &Solution::coordinates)
-      .field("coordinate_rates", &Solution::coordinate_rates)
-      .field("position_violation", &Solution::position_violation)
+void bind_solutions(py::module_& module) {
+  using S = Solution;
+  Record<S>(module)
+      .fields<&S::outcome, &S::time>()
+      .points<&S::positions, &S::velocities, &S::accelerations>()
+      .fields<&S::multipliers>()
+      .points<&S::reactions, &S::support_forces>()
+      .fields<&S::coordinates, &S::coordinate_rates, &S::position_violation>()
       .method(
           "multiplier",
-          [](const Solution& self, std::size_t group, std::size_t number, std::size_t k) {
+          [](const S& self, std::size_t group, std::size_t number, std::size_t k) {
             return self.multiplier({group, number}, k);
           },
           "lambda of a member of System.constraints[group], of its k-th equation. Raises InputError where there is "
@@ -115,36 +27,123 @@ void bind_reports(py::module_& module) {
           py::arg("group"), py::arg("number"), py::arg("k") = 0)
       .method(
           "tension",
-          [](const Solution& self, std::size_t group, std::size_t number) {
+          [](const S& self, std::size_t group, std::size_t number) {
             return self.tension({group, number});
           },
           "N: what a rod of System.constraints[group] pulls with; negative where it pushes.", py::arg("group"),
           py::arg("number"));
-  Record<Split>(module, "Split")
-      .property("ok", &is_ok<Split>, "bool")
-      .field("outcome", &Split::outcome)
-      .field("tangent_accelerations", &Split::tangent_accelerations, 3)
-      .field("normal_accelerations", &Split::normal_accelerations, 3)
-      .field("tangent_forces", &Split::tangent_forces, 3)
-      .field("normal_forces", &Split::normal_forces, 3)
-      .field("tangent_friction", &Split::tangent_friction, 3)
-      .field("normal_friction", &Split::normal_friction, 3)
-      .field("mass_coupling", &Split::mass_coupling);
-  Record<ReactionPart>(module, "ReactionPart")
-      .field("cause", &ReactionPart::cause)
-      .field("multipliers", &ReactionPart::multipliers)
-      .field("reactions", &ReactionPart::reactions, 3);
-  Record<ReactionsByCause>(module, "ReactionsByCause", "Reactions by what causes them.")
-      .property("ok", &is_ok<ReactionsByCause>, "bool")
-      .field("outcome", &ReactionsByCause::outcome)
-      .field("parts", &ReactionsByCause::parts);
-  Record<FrictionBlocks>(module, "FrictionBlocks")
-      .property("ok", &is_ok<FrictionBlocks>, "bool")
-      .field("outcome", &FrictionBlocks::outcome)
-      .field("multipliers", &FrictionBlocks::multipliers)
-      .field("friction", &FrictionBlocks::friction, 3)
-      .field("iterations", &FrictionBlocks::iterations)
-      .field("tangent_block_left_out", &FrictionBlocks::tangent_block_left_out);
+  Record<Split>(module)
+      .fields<&Split::outcome>()
+      .points<&Split::tangent_accelerations, &Split::normal_accelerations, &Split::tangent_forces,
+              &Split::normal_forces, &Split::tangent_friction, &Split::normal_friction>()
+      .fields<&Split::mass_coupling>();
+  Record<ReactionPart>(module)
+      .fields<&ReactionPart::cause, &ReactionPart::multipliers>()
+      .points<&ReactionPart::reactions>();
+  Record<ReactionsByCause>(module, "Reactions by what causes them.")
+      .fields<&ReactionsByCause::outcome, &ReactionsByCause::parts>();
+  using Blocks = FrictionBlocks;
+  Record<Blocks>(module)
+      .fields<&Blocks::outcome, &Blocks::multipliers>()
+      .points<&Blocks::friction>()
+      .fields<&Blocks::iterations, &Blocks::tangent_block_left_out>();
+}
+
+void bind_motion_forces(py::module_& module) {
+  Record<Violation>(module).fields<&Violation::largest, &Violation::where>();
+  using M = MotionForces;
+  Record<M>(module)
+      .fields<&M::outcome, &M::position, &M::velocity, &M::acceleration, &M::multipliers>()
+      .points<&M::friction, &M::reactions, &M::control_forces, &M::support_forces>()
+      .fields<&M::largest_control, &M::controlled_point>();
+}
+
+void bind_motion_report(py::module_& module) {
+  Record<Extreme>(module).table();
+  Record<Observed>(module).table().property("columns", &column_names, "list");
+  Record<Passage>(module)
+      .fields<&Passage::event, &Passage::time, &Passage::rises, &Passage::name, &Passage::member, &Passage::energy_lost,
+              &Passage::rest>();
+  using E = EnergyReport;
+  Record<E>(module)
+      .fields<&E::start, &E::now, &E::work_of_supports, &E::kinetic, &E::potential, &E::work_of_forces,
+              &E::work_of_potentials, &E::work_of_friction, &E::scale, &E::largest_drift, &E::largest_drift_time>()
+      .property("drift_relative", &E::drift_relative, "float");
+  using F = FrictionSummary;
+  Record<F>(module)
+      .fields<&F::solves, &F::iterations_mean, &F::iterations_max, &F::contraction_max, &F::error_bound, &F::uniqueness,
+              &F::uniqueness_reason, &F::method_used, &F::residual_max, &F::several, &F::first_several>();
+  Record<RankChange>(module).fields<&RankChange::time, &RankChange::rank>();
+  Record<RankChanges>(module, "The rank of K along a motion.")
+      .fields<&RankChanges::start, &RankChanges::now, &RankChanges::first, &RankChanges::count>();
+  Record<SingularPassage>(module).fields<&SingularPassage::time, &SingularPassage::reciprocal_condition>();
+  Record<SingularPassages>(module, "Where a motion passed singular configurations.")
+      .fields<&SingularPassages::first, &SingularPassages::count>();
+  using M = MotionReport;
+  using V = Violations;
+  using Nearest = NearestToSingular;
+  Record<M>(module)
+      .fields<&M::method, &M::method_reason, &M::time, &M::steps, &M::rejected, &M::last_step, &M::accuracy_warning,
+              &M::events, &M::last_event, &M::events_may_be_missed, &M::start>()
+      .parts<&M::violation, &V::position, &V::velocity, &V::acceleration>("", "_violation")
+      .parts<&M::last_violation, &V::position, &V::velocity, &V::acceleration>("last_", "_violation")
+      .parts<&M::nearest_to_singular, &Nearest::reciprocal_condition>()
+      .parts<&M::nearest_to_singular, &Nearest::time>("reciprocal_condition_")
+      .fields<&M::last_reciprocal_condition, &M::rank_changes, &M::singular_passages, &M::energy, &M::friction,
+              &M::counters>();
+}
+
+}  // namespace
+
+void bind_reports(py::module_& module) {
+  Record<Outcome>(module).property("ok", &Outcome::ok, "bool").fields<&Outcome::status, &Outcome::what>();
+  using P = PlanSummary;
+  Record<P>(module)
+      .fields<&P::form, &P::points, &P::supports, &P::equations, &P::coordinates, &P::islands, &P::parts,
+              &P::pattern_nonzeros, &P::factor_nonzeros, &P::factor_flops>()
+      .field<&P::linear_solvers>("linear_solver")
+      .fields<&P::linear_solver_reason>()
+      .field<&P::orderings>("ordering")
+      .field<&P::factorizations>("factorization")
+      .fields<&P::left_out, &P::prestress_rigid_points, &P::idle_equations>();
+  using C = Counters;
+  Record<C>(module)
+      .fields<&C::evaluations, &C::factorizations, &C::solves, &C::iterations, &C::rank_decisions, &C::friction_solves,
+              &C::friction_iterations>();
+  using Host = ConstraintReport;
+  Record<Host>(module)
+      .fields<&Host::outcome, &Host::iterations, &Host::violation, &Host::correction, &Host::worst_row,
+              &Host::largest_turn, &Host::work, &Host::virial>();
+  Record<LogDeterminant>(module).fields<&LogDeterminant::outcome, &LogDeterminant::value>();
+  Record<RowDependence>(module).fields<&RowDependence::row, &RowDependence::what>();
+  using R = RankReport;
+  Record<R>(module)
+      .fields<&R::is_known, &R::rank, &R::degrees_of_freedom, &R::dependences, &R::multipliers_unique,
+              &R::prestress_rigid_points, &R::smallest_singular_value>();
+  using F = FrictionReport;
+  Record<F>(module)
+      .fields<&F::contacts, &F::sticking, &F::iterations, &F::contraction, &F::residual, &F::error_bound,
+              &F::uniqueness, &F::uniqueness_reason, &F::sticking_is_indeterminate, &F::method_used>();
+  using S = SolveReport;
+  Record<S>(module)
+      .fields<&S::outcome, &S::residual, &S::reciprocal_condition, &S::refinements, &S::forms_disagreement,
+              &S::friction>();
+  using Projection = ProjectionReport;
+  Record<Projection>(module, "How a projection ended.")
+      .fields<&Projection::outcome, &Projection::correction, &Projection::violation, &Projection::iterations>();
+  using Start = StartReport;
+  Record<Start>(module, "How a consistent start was found.")
+      .fields<&Start::outcome, &Start::position_correction, &Start::velocity_correction, &Start::relative>();
+  bind_solutions(module);
+  using Check = CertificateCheck;
+  Record<Check>(module).fields<&Check::identity, &Check::words, &Check::error, &Check::allowed, &Check::where>();
+  Record<Certificate>(module)
+      .property("passed", &Certificate::passed, "bool")
+      .property("certified_to", &Certificate::certified_to, "float")
+      .property("line", &Certificate::line, "str")
+      .fields<&Certificate::checks, &Certificate::left_out>();
+  bind_motion_forces(module);
+  bind_motion_report(module);
 }
 
 }  // namespace tanor::python

@@ -97,58 +97,33 @@ py::array_t<bool> flags_of(const EquilibriumResult& found) {
 }
 
 void bind_records(py::module_& module) {
-  Record<EquilibriumResult>(module, "EquilibriumResult")
-      .property("ok", &is_ok<EquilibriumResult>, "bool")
-      .field("outcome", &EquilibriumResult::outcome)
-      .field("status", "StabilityReport.status", &EquilibriumResult::stability, &StabilityReport::status)
-      .field("method_used", "EquilibriumSearch.method_used", &EquilibriumResult::search,
-             &EquilibriumSearch::method_used)
-      .field("iterations", "EquilibriumSearch.iterations", &EquilibriumResult::search, &EquilibriumSearch::iterations)
-      .field("factorizations", "EquilibriumSearch.factorizations", &EquilibriumResult::search,
-             &EquilibriumSearch::factorizations)
-      .field("positions", &EquilibriumResult::positions, 3)
-      .field("velocities", &EquilibriumResult::velocities, 3)
-      .field("multipliers", &EquilibriumResult::multipliers)
-      .field("reactions", &EquilibriumResult::reactions, 3)
-      .field("support_forces", &EquilibriumResult::support_forces, 3)
-      .property("multipliers_unique", &flags_of<&EquilibriumResult::multipliers_unique>, "numpy.ndarray")
-      .field("self_stress_states", &EquilibriumResult::self_stress_states)
-      .field("dependences", &EquilibriumResult::dependences)
-      .field("residual_force", &EquilibriumResult::residual_force)
-      .field("largest_force", &EquilibriumResult::largest_force)
-      .field("violation", &EquilibriumResult::violation)
-      .field("energy", &EquilibriumResult::energy)
-      .field("unstable_directions", "StabilityReport.unstable_directions", &EquilibriumResult::stability,
-             &StabilityReport::unstable_directions)
-      .field("zero_modes", "StabilityReport.zero_modes", &EquilibriumResult::stability, &StabilityReport::zero_modes)
-      .field("rigid_zero_modes", "StabilityReport.rigid_zero_modes", &EquilibriumResult::stability,
-             &StabilityReport::rigid_zero_modes)
-      .field("lowest_omega2", "StabilityReport.lowest_omega2", &EquilibriumResult::stability,
-             &StabilityReport::lowest_omega2)
-      .field("lowest_shape", "StabilityReport.lowest_shape", &EquilibriumResult::stability,
-             &StabilityReport::lowest_shape, 3)
-      .field("residuals", "EquilibriumSearch.residuals", &EquilibriumResult::search, &EquilibriumSearch::residuals)
-      .property("open", &flags_of<&EquilibriumResult::open>, "numpy.ndarray")
-      .field("left_out", &EquilibriumResult::left_out);
-  Record<Modes>(module, "Modes")
-      .property("ok", &is_ok<Modes>, "bool")
-      .field("outcome", &Modes::outcome)
-      .field("omega", &Modes::omega)
-      .field("decay", &Modes::decay)
-      .property("shapes", &shapes_of<&Modes::shapes>, "numpy.ndarray")
-      .property("shapes_imaginary", &shapes_of<&Modes::shapes_imaginary>, "numpy.ndarray")
-      .field("residual_max", &Modes::residual_max)
-      .field("degrees_of_freedom", &Modes::degrees_of_freedom)
-      .field("unstable_directions", &Modes::unstable_directions)
-      .field("zero_modes", &Modes::zero_modes)
-      .field("rigid_zero_modes", &Modes::rigid_zero_modes)
-      .field("multipliers", &Modes::multipliers)
-      .field("left_out", &Modes::left_out);
-  Record<Buckling>(module, "Buckling")
-      .property("ok", &is_ok<Buckling>, "bool")
-      .field("outcome", &Buckling::outcome)
-      .field("load_factor", &Buckling::load_factor)
-      .field("shape", &Buckling::shape, 3);
+  using E = EquilibriumResult;
+  using Search = EquilibriumSearch;
+  using Stable = StabilityReport;
+  Record<E>(module)
+      .fields<&E::outcome>()
+      .parts<&E::stability, &Stable::status>()
+      .parts<&E::search, &Search::method_used, &Search::iterations, &Search::factorizations>()
+      .points<&E::positions, &E::velocities>()
+      .fields<&E::multipliers>()
+      .points<&E::reactions, &E::support_forces>()
+      .property("multipliers_unique", &flags_of<&E::multipliers_unique>, "numpy.ndarray")
+      .fields<&E::self_stress_states, &E::dependences, &E::residual_force, &E::largest_force, &E::violation,
+              &E::energy>()
+      .parts<&E::stability, &Stable::unstable_directions, &Stable::zero_modes, &Stable::rigid_zero_modes,
+             &Stable::lowest_omega2>()
+      .parts<&E::stability, &Stable::lowest_shape>("", "", 3)
+      .parts<&E::search, &Search::residuals>()
+      .property("open", &flags_of<&E::open>, "numpy.ndarray")
+      .fields<&E::left_out>();
+  using M = Modes;
+  Record<M>(module)
+      .fields<&M::outcome, &M::omega, &M::decay>()
+      .property("shapes", &shapes_of<&M::shapes>, "numpy.ndarray")
+      .property("shapes_imaginary", &shapes_of<&M::shapes_imaginary>, "numpy.ndarray")
+      .fields<&M::residual_max, &M::degrees_of_freedom, &M::unstable_directions, &M::zero_modes, &M::rigid_zero_modes,
+              &M::multipliers, &M::left_out>();
+  Record<Buckling>(module).fields<&Buckling::outcome, &Buckling::load_factor>().points<&Buckling::shape>();
 }
 
 }  // namespace

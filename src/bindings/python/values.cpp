@@ -273,39 +273,4 @@ void read(const Given& given, std::vector<std::vector<Index>>* tuples) {
                [&](const std::vector<Index>& row) { tuples->push_back(row); });
 }
 
-py::object default_of(bool flag) {
-  return py::bool_(flag);
-}
-py::object default_of(int number) {
-  return py::int_(number);
-}
-py::object default_of(std::size_t count) {
-  return py::int_(count);
-}
-py::object default_of(double number) {
-  return py::float_(number);
-}
-py::object default_of(const std::optional<double>& number) {
-  return number ? default_of(*number) : py::none();
-}
-py::object default_of(const std::string& text) {
-  return py::str(text);
-}
-py::object default_of(const Vector3& vector) {
-  return py::make_tuple(vector[0], vector[1], vector[2]);
-}
-py::object default_of(const std::array<Vector3, 2>& vectors) {
-  return py::make_tuple(default_of(vectors[0]), default_of(vectors[1]));
-}
-py::object default_of(const VectorFunction& function) {
-  const auto at = function(0.0);
-  return default_of(Vector3{at[0].value(), at[1].value(), at[2].value()});
-}
-py::object default_of(const Parameter& parameter) {
-  return parameter.is_initial() ? py::none() : default_of(parameter.constants.at(0));
-}
-py::object default_of(Method method) {
-  return py::str(std::string(name_of(method)));
-}
-
 }  // namespace tanor::python

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <ranges>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -76,25 +77,25 @@ void read(const Given& given, Enum* value) {
   *value = *found;
 }
 
-/// Return the default of a field as Python's code writes it: "None", "(0.0, 0.0, 0.0)".
-py::object default_of(bool flag);
-py::object default_of(int number);
-py::object default_of(std::size_t count);
-py::object default_of(double number);
-py::object default_of(const std::optional<double>& number);
-py::object default_of(const std::string& text);
-py::object default_of(const Vector3& vector);
-py::object default_of(const std::array<Vector3, 2>& vectors);
-py::object default_of(const VectorFunction& function);
-py::object default_of(const Parameter& parameter);
-py::object default_of(Method method);
-template <class Element>
-py::object default_of(const std::vector<Element>&) {
-  return py::tuple();
-}
-template <class Enum>
-requires std::is_enum_v<Enum> py::object default_of(Enum value) {
-  return py::str(std::string(name_of(value)));
+/// Returns the default of a field as Python's code writes it: "None", "(0.0, 0.0, 0.0)".
+template <class Value>
+py::object default_of(const Value& value) {
+  if constexpr (std::is_enum_v<Value>) {
+    return py::str(std::string(name_of(value)));
+  } else if constexpr (std::is_same_v<Value, Vector3>) {
+    return py::make_tuple(value[0], value[1], value[2]);
+  } else if constexpr (std::is_same_v<Value, std::array<Vector3, 2>>) {
+    return py::make_tuple(default_of(value[0]), default_of(value[1]));
+  } else if constexpr (std::is_same_v<Value, VectorFunction>) {
+    const auto at = value(0.0);
+    return py::make_tuple(at[0].value(), at[1].value(), at[2].value());
+  } else if constexpr (std::is_same_v<Value, Parameter>) {
+    return value.is_initial() ? py::object(py::none()) : py::cast(value.constants.at(0));
+  } else if constexpr (std::ranges::range<Value> && !std::is_same_v<Value, std::string>) {
+    return py::tuple();
+  } else {
+    return py::cast(value);
+  }
 }
 
 /// The values that a field of this type takes, in words for docstrings, and its type in the stubs.
