@@ -14,10 +14,11 @@
 
 namespace tanor::detail {
 
-template <>
-inline constexpr bool is_plain_bytes<RankChange> = true;
-template <>
-inline constexpr bool is_plain_bytes<SingularPassage> = true;
+/// Reports of numbers alone, whose bytes have no gaps and stand in a snapshot in the order of the members.
+template <class Report, class... Reports>
+concept OneOf = (std::is_same_v<Report, Reports> || ...);
+template <OneOf<RankChange, SingularPassage, Counters, EnergyReport, Violations, NearestToSingular, PhaseTimes> Report>
+inline constexpr bool is_plain_bytes<Report> = true;
 
 namespace {
 
@@ -49,20 +50,6 @@ struct CheckEnum {
 };
 
 /// Calls archive(number …) for everything in a snapshot, in one order for both directions.
-template <class Archive, class Counters>
-void exchange_counters(Archive& archive, Counters& counters) {
-  archive(counters.evaluations, counters.factorizations, counters.solves, counters.iterations,
-          counters.split_factorizations, counters.rank_decisions, counters.friction_solves,
-          counters.friction_iterations);
-}
-
-template <class Archive, class Energy>
-void exchange_energy(Archive& archive, Energy& energy) {
-  archive(energy.start, energy.now, energy.kinetic, energy.potential, energy.potential_at_start,
-          energy.work_of_supports, energy.work_of_forces, energy.work_of_potentials, energy.work_of_friction,
-          energy.scale, energy.largest_drift, energy.largest_drift_time);
-}
-
 template <class Archive, class Friction>
 void exchange_friction(Archive& archive, Friction& friction) {
   archive(friction.solves, friction.iterations_mean, friction.iterations_max, friction.contraction_max,
@@ -75,16 +62,11 @@ void exchange_report(Archive& archive, Report& report) {
   archive(report.method, report.method_reason, report.time, report.steps, report.rejected, report.last_step,
           report.accuracy_warning, report.events, report.last_event);
   archive(report.start.position_correction, report.start.velocity_correction, report.start.relative);
-  archive(report.violation.position, report.violation.velocity, report.violation.acceleration,
-          report.last_violation.position, report.last_violation.velocity, report.last_violation.acceleration,
-          report.nearest_to_singular.reciprocal_condition, report.nearest_to_singular.time,
-          report.last_reciprocal_condition);
+  archive(report.violation, report.last_violation, report.nearest_to_singular, report.last_reciprocal_condition);
   archive(report.rank_changes.start, report.rank_changes.now, report.rank_changes.count, report.rank_changes.first);
-  archive(report.singular_passages.count, report.singular_passages.first);
-  archive(report.times.evaluate, report.times.assemble, report.times.factor, report.times.solve, report.times.friction);
-  exchange_energy(archive, report.energy);
+  archive(report.singular_passages.count, report.singular_passages.first, report.times, report.energy);
   exchange_friction(archive, report.friction);
-  exchange_counters(archive, report.counters);
+  archive(report.counters);
 }
 
 template <class Archive, class AnySnapshot>
