@@ -352,57 +352,25 @@ std::unique_ptr<Quantity> make_moment(const Things& things, const Arguments& arg
 
 // ---- geometry ----
 
-class DistanceOfPoints final : public Quantity {
- public:
-  DistanceOfPoints(Index i, Index j) : i_(i), j_(j) { dimension = Dimension::Length; }
-  Needs needs() const override { return {.places = true}; }
-  void evaluate(const ObservedInstant& at, double* values) const override {
-    values[0] = norm(load(at.positions.data(), j_) - load(at.positions.data(), i_));
-  }
-
- private:
-  Index i_, j_;
-};
-
 std::unique_ptr<Quantity> make_distance(const Things& things, const Arguments& arguments) {
   arguments.require(2, 2, "point, point");
-  return std::make_unique<DistanceOfPoints>(things.point(arguments[0]), things.point(arguments[1]));
+  const Index i = things.point(arguments[0]), j = things.point(arguments[1]);
+  return std::make_unique<Number>(Dimension::Length, Needs{.places = true}, [=](const ObservedInstant& at) {
+    return norm(load(at.positions.data(), j) - load(at.positions.data(), i));
+  });
 }
-
-class AngleAtPoint final : public Quantity {
- public:
-  AngleAtPoint(Index i, Index corner, Index j) : i_(i), corner_(corner), j_(j) { dimension = Dimension::Angle; }
-  Needs needs() const override { return {.places = true}; }
-  void evaluate(const ObservedInstant& at, double* values) const override {
-    const Vec3 here = load(at.positions.data(), corner_);
-    const Vec3 a = load(at.positions.data(), i_) - here, b = load(at.positions.data(), j_) - here;
-    values[0] = std::atan2(norm(cross(a, b)), dot(a, b));
-  }
-
- private:
-  Index i_, corner_, j_;
-};
 
 std::unique_ptr<Quantity> make_angle(const Things& things, const Arguments& arguments) {
   arguments.require(3, 3, "point, corner, point");
-  return std::make_unique<AngleAtPoint>(things.point(arguments[0]), things.point(arguments[1]),
-                                        things.point(arguments[2]));
+  const Index i = things.point(arguments[0]), corner = things.point(arguments[1]), j = things.point(arguments[2]);
+  return std::make_unique<Number>(Dimension::Angle, Needs{.places = true}, [=](const ObservedInstant& at) {
+    const Vec3 here = load(at.positions.data(), corner);
+    const Vec3 a = load(at.positions.data(), i) - here, b = load(at.positions.data(), j) - here;
+    return std::atan2(norm(cross(a, b)), dot(a, b));
+  });
 }
 
 // ---- energies ----
-
-/// A number that the instant knows.
-class Known final : public Quantity {
- public:
-  using Find = double (*)(const ObservedInstant&);
-  Known(Dimension measures, Needs needs, Find find) : needs_(needs), find_(find) { dimension = measures; }
-  Needs needs() const override { return needs_; }
-  void evaluate(const ObservedInstant& at, double* values) const override { values[0] = find_(at); }
-
- private:
-  Needs needs_;
-  Find find_;
-};
 
 /// The potential energy of one force.
 class PotentialOfForce final : public Quantity {
@@ -434,23 +402,23 @@ class PotentialOfForce final : public Quantity {
 
 std::unique_ptr<Quantity> make_kinetic(const Things&, const Arguments& arguments) {
   arguments.require(0, 0, "");
-  return std::make_unique<Known>(Dimension::Energy, Needs{.energy = true},
-                                 [](const ObservedInstant& at) { return at.kinetic; });
+  return std::make_unique<Number>(Dimension::Energy, Needs{.energy = true},
+                                  [](const ObservedInstant& at) { return at.kinetic; });
 }
 
 std::unique_ptr<Quantity> make_potential(const Things& things, const Arguments& arguments) {
   arguments.require(0, 1, "force");
   things.require_forces(arguments);
   if (arguments.size() == 1) return std::make_unique<PotentialOfForce>(things, things.find(arguments[0], forces_alone));
-  return std::make_unique<Known>(Dimension::Energy, Needs{.energy = true},
-                                 [](const ObservedInstant& at) { return at.potential; });
+  return std::make_unique<Number>(Dimension::Energy, Needs{.energy = true},
+                                  [](const ObservedInstant& at) { return at.potential; });
 }
 
 std::unique_ptr<Quantity> make_energy(const Things& things, const Arguments& arguments) {
   arguments.require(0, 0, "");
   things.require_forces(arguments);
-  return std::make_unique<Known>(Dimension::Energy, Needs{.energy = true},
-                                 [](const ObservedInstant& at) { return at.kinetic + at.potential; });
+  return std::make_unique<Number>(Dimension::Energy, Needs{.energy = true},
+                                  [](const ObservedInstant& at) { return at.kinetic + at.potential; });
 }
 
 }  // namespace

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <algorithm>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <tanor/units.hpp>
@@ -35,6 +37,19 @@ class Quantity {
   virtual void evaluate(const ObservedInstant& at, double* values) const = 0;
 
   Dimension dimension = Dimension::None;
+};
+
+/// One number of an instant.
+class Number final : public Quantity {
+ public:
+  using Find = std::function<double(const ObservedInstant&)>;
+  Number(Dimension measures, Needs needs, Find find) : needs_(needs), find_(std::move(find)) { dimension = measures; }
+  Needs needs() const override { return needs_; }
+  void evaluate(const ObservedInstant& at, double* values) const override { values[0] = find_(at); }
+
+ private:
+  Needs needs_;
+  Find find_;
 };
 
 /// One row of the table of quantities.

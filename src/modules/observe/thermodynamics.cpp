@@ -22,19 +22,6 @@ double degrees_of_freedom(const System& system, std::size_t rank) {
   return system.cell && num_held == 0 ? count - 3.0 : count;
 }
 
-class Temperature final : public Quantity {
- public:
-  explicit Temperature(const System& system) : system_(system) { dimension = Dimension::Temperature; }
-  Needs needs() const override { return {.energy = true, .rank = true}; }
-  void evaluate(const ObservedInstant& at, double* values) const override {
-    const double degrees = degrees_of_freedom(system_, at.rank);
-    values[0] = degrees > 0.0 ? 2.0 * at.kinetic / (degrees * system_.units.boltzmann) : 0.0;
-  }
-
- private:
-  const System& system_;
-};
-
 /// The virial of the forces between points and of the constraints that join points: the sum of r (x) F over what acts,
 /// with images of points where it reaches through the faces of the cell. Forces from outside have none.
 class Virial {
@@ -159,7 +146,12 @@ void require_cell(const Things& things, const Arguments& arguments) {
 
 std::unique_ptr<Quantity> make_temperature(const Things& things, const Arguments& arguments) {
   arguments.require(0, 0, "");
-  return std::make_unique<Temperature>(things.system());
+  const System& system = things.system();
+  const auto find = [&system](const ObservedInstant& at) {
+    const double degrees = degrees_of_freedom(system, at.rank);
+    return degrees > 0.0 ? 2.0 * at.kinetic / (degrees * system.units.boltzmann) : 0.0;
+  };
+  return std::make_unique<Number>(Dimension::Temperature, Needs{.energy = true, .rank = true}, find);
 }
 
 std::unique_ptr<Quantity> make_pressure(const Things& things, const Arguments& arguments) {
