@@ -48,12 +48,6 @@ class GroReader {
     return *count;
   }
 
-  double number(std::string_view word) const {
-    const auto number = parse_number(word);
-    if (!number) lines_.fail(word, "a finite number");
-    return *number;
-  }
-
   /// Returns the width of a number, which is the distance of the first two decimal points: a file may have more digits
   /// than the usual three.
   std::size_t find_width() const {
@@ -68,7 +62,7 @@ class GroReader {
     const auto vector = [&](std::size_t first) {
       Vector3 numbers;
       for (std::size_t k = 0; k < 3; ++k, first += width_)
-        numbers[k] = number(columns(lines_.line(), first, first + width_ - 1));
+        numbers[k] = lines_.read_number(columns(lines_.line(), first, first + width_ - 1));
       return numbers;
     };
     data_.positions.push_back(vector(first_number));
@@ -97,7 +91,7 @@ class GroReader {
       return;
     }
     std::array<double, 9> box{};
-    for (std::size_t k = 0; k < words.size(); ++k) box[k] = number(words[k]);
+    for (std::size_t k = 0; k < words.size(); ++k) box[k] = lines_.read_number(words[k]);
     for (std::size_t k = 0; k < 3; ++k)
       if (box[k] < 0.0) lines_.fail(words[k], "an edge of 0 or more");
     if (box[3] != 0.0 || box[4] != 0.0 || box[6] != 0.0)

@@ -361,7 +361,7 @@ Imported read_lammps_data(const std::string& name, std::string_view text, const 
 bool is_lammps_data(const std::string& name, std::string_view text) {
   LineReader lines(name, text.substr(0, text.find('\0')));
   while (lines.next()) {
-    const Words words = split_words(lines.line().substr(0, lines.line().find('#')));
+    const Words words = split_words(lines.content());
     if (words.size() == 2 && words[1] == "atoms" && parse_integer(words[0])) return true;
   }
   return false;

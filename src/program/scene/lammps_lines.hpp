@@ -33,7 +33,7 @@ class LammpsLines {
   static constexpr std::int64_t any = std::numeric_limits<std::int64_t>::max();
 
   /// Returns the current line without its comment.
-  std::string_view content() const { return trim(lines_.line().substr(0, lines_.line().find('#'))); }
+  std::string_view content() const { return lines_.content(); }
   std::string_view comment() const {
     const std::size_t hash = lines_.line().find('#');
     return hash == std::string_view::npos ? "" : trim(lines_.line().substr(hash + 1));
@@ -46,11 +46,7 @@ class LammpsLines {
       lines_.fail(word, fmt::format("{} from {} to {}", what, least, largest));
     return *number;
   }
-  double number(std::string_view word) const {
-    const auto number = parse_number(word);
-    if (!number) lines_.fail(word, "a finite number");
-    return *number;
-  }
+  double number(std::string_view word) const { return lines_.read_number(word); }
   /// Reads a number from 1 on or a label of "Atom", "Bond", … types.
   std::int64_t type(std::string_view word, std::string_view kind, std::string_view what, std::int64_t largest) const {
     const auto label = find_label(word, kind);

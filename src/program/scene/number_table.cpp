@@ -34,11 +34,7 @@ NumberTable read_csv(const std::string& name, std::string_view text) {
     is_first = false;
     if (is_header) continue;
     const std::size_t before = table.values.size();
-    for_each_field(lines.line(), [&](std::string_view field) {
-      const auto number = parse_number(field);
-      if (!number) lines.fail(field, "a finite number");
-      table.values.push_back(*number);
-    });
+    for_each_field(lines.line(), [&](std::string_view field) { table.values.push_back(lines.read_number(field)); });
     const std::size_t columns = table.values.size() - before;
     if (table.rows++ == 0) table.columns = columns;
     if (columns != table.columns)

@@ -42,15 +42,12 @@ class ObjReader {
   }
 
  private:
-  /// Returns the current line without its comment.
-  std::string_view content() const { return trim(lines_.line().substr(0, lines_.line().find('#'))); }
-
   /// Returns the content of the current line, with that of the lines which a backslash at its end appends to it.
   std::string_view join_continued() {
-    std::string_view line = content();
+    std::string_view line = lines_.content();
     if (!line.ends_with('\\')) return line;
     joined_.clear();
-    for (; line.ends_with('\\'); line = content()) {
+    for (; line.ends_with('\\'); line = lines_.content()) {
       joined_ += line.substr(0, line.size() - 1);
       joined_ += ' ';
       if (!lines_.next()) return joined_;
@@ -64,11 +61,7 @@ class ObjReader {
     has_more_numbers_ |= words.size() > 4;
     if (data_.positions.size() == most_vertices) lines_.complain("found more vertices than can be numbered");
     Vector3& position = data_.positions.emplace_back();
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto number = parse_number(words[k + 1]);
-      if (!number) lines_.fail(words[k + 1], "a finite number");
-      position[k] = *number;
-    }
+    for (std::size_t k = 0; k < 3; ++k) position[k] = lines_.read_number(words[k + 1]);
   }
 
   /// Reads the edges of a line, or of a face, which is closed.

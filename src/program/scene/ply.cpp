@@ -1,6 +1,7 @@
 #include "scene/ply.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -20,18 +21,24 @@
 namespace tanor::scene {
 namespace {
 
-enum class Type { Int8, UInt8, Int16, UInt16, Int32, UInt32, Float, Double };
-constexpr std::size_t size_of(Type type) {
-  constexpr std::size_t sizes[] = {1, 1, 2, 2, 4, 4, 4, 8};
-  return sizes[static_cast<std::size_t>(type)];
-}
-
-constexpr std::pair<std::string_view, Type> type_names[] = {
-    {"char", Type::Int8},   {"int8", Type::Int8},     {"uchar", Type::UInt8},   {"uint8", Type::UInt8},
-    {"short", Type::Int16}, {"int16", Type::Int16},   {"ushort", Type::UInt16}, {"uint16", Type::UInt16},
-    {"int", Type::Int32},   {"int32", Type::Int32},   {"uint", Type::UInt32},   {"uint32", Type::UInt32},
-    {"float", Type::Float}, {"float32", Type::Float}, {"double", Type::Double}, {"float64", Type::Double},
+/// A type of numbers: its two names, its size in a binary file, and what its bytes mean on this machine.
+struct Type {
+  std::string_view name, other_name;
+  std::size_t size;
+  double (*decode)(const unsigned char* bytes);
 };
+template <class Number>
+constexpr Type type_of(std::string_view name, std::string_view other_name) {
+  return {name, other_name, sizeof(Number), [](const unsigned char* bytes) {
+            Number number;
+            std::memcpy(&number, bytes, sizeof number);
+            return static_cast<double>(number);
+          }};
+}
+constexpr Type types[] = {type_of<std::int8_t>("char", "int8"),    type_of<std::uint8_t>("uchar", "uint8"),
+                          type_of<std::int16_t>("short", "int16"), type_of<std::uint16_t>("ushort", "uint16"),
+                          type_of<std::int32_t>("int", "int32"),   type_of<std::uint32_t>("uint", "uint32"),
+                          type_of<float>("float", "float32"),      type_of<double>("double", "float64")};
 
 struct Property {
   std::string_view name;
@@ -54,19 +61,22 @@ class Numbers {
       : encoding_(encoding), rest_(bytes), line_(line) {}
 
   /// Returns nothing at the end of the data, or if the next word is not a finite number.
-  std::optional<double> next(Type type) {
+  std::optional<double> next(const Type& type) {
     if (is_ascii()) return parse_number(next_word());
-    const std::size_t size = size_of(type);
-    if (rest_.size() < size) return {};
-    const double number = decode(type);
-    rest_.remove_prefix(size);
+    if (rest_.size() < type.size) return {};
+    std::array<unsigned char, 8> bytes;
+    std::memcpy(bytes.data(), rest_.data(), type.size);
+    rest_.remove_prefix(type.size);
+    if ((encoding_ == Encoding::LittleEndian) != (std::endian::native == std::endian::little))
+      std::reverse(bytes.begin(), bytes.begin() + type.size);
+    const double number = type.decode(bytes.data());
     return std::isfinite(number) ? std::optional(number) : std::nullopt;
   }
   /// Passes over a number of which nothing is wanted, which may be none. Returns false at the end of the data.
-  bool skip(Type type) {
+  bool skip(const Type& type) {
     if (is_ascii()) return !next_word().empty();
-    const bool is_there = rest_.size() >= size_of(type);
-    rest_.remove_prefix(is_there ? size_of(type) : 0);
+    const bool is_there = rest_.size() >= type.size;
+    rest_.remove_prefix(is_there ? type.size : 0);
     return is_there;
   }
   /// Returns true if nothing but blanks is left.
@@ -88,39 +98,6 @@ class Numbers {
     const std::string_view word = rest_.substr(0, rest_.find_first_of(" \t\r\n"));
     rest_.remove_prefix(word.size());
     return word;
-  }
-
-  template <class Number>
-  double decode() const {
-    unsigned char bytes[sizeof(Number)];
-    std::memcpy(bytes, rest_.data(), sizeof bytes);
-    if ((encoding_ == Encoding::LittleEndian) != (std::endian::native == std::endian::little))
-      std::reverse(std::begin(bytes), std::end(bytes));
-    Number number;
-    std::memcpy(&number, bytes, sizeof number);
-    return static_cast<double>(number);
-  }
-
-  double decode(Type type) const {
-    switch (type) {
-      case Type::Int8:
-        return decode<std::int8_t>();
-      case Type::UInt8:
-        return decode<std::uint8_t>();
-      case Type::Int16:
-        return decode<std::int16_t>();
-      case Type::UInt16:
-        return decode<std::uint16_t>();
-      case Type::Int32:
-        return decode<std::int32_t>();
-      case Type::UInt32:
-        return decode<std::uint32_t>();
-      case Type::Float:
-        return decode<float>();
-      case Type::Double:
-        break;
-    }
-    return decode<double>();
   }
 
   Encoding encoding_;
@@ -182,10 +159,10 @@ class PlyReader {
   }
 
   Type read_type(std::string_view word) const {
-    const auto* found = std::ranges::find(type_names, word, &std::pair<std::string_view, Type>::first);
-    if (found == std::end(type_names))
-      lines_.fail(word, "a type: char, uchar, short, ushort, int, uint, float, double");
-    return found->second;
+    const auto* found =
+        std::ranges::find_if(types, [&](const Type& each) { return each.name == word || each.other_name == word; });
+    if (found == std::end(types)) lines_.fail(word, "a type: char, uchar, short, ushort, int, uint, float, double");
+    return *found;
   }
 
   Property read_property(const std::vector<std::string_view>& words) const {
@@ -205,7 +182,8 @@ class PlyReader {
       complain(numbers, fmt::format("found {}, wanted no more than the rest of the file holds", what));
   }
 
-  double next(const Element& element, std::size_t index, const Property& property, Type type, Numbers* numbers) const {
+  double next(const Element& element, std::size_t index, const Property& property, const Type& type,
+              Numbers* numbers) const {
     if (const auto number = numbers->next(type)) return *number;
     complain(*numbers, fmt::format("found no finite number for {} of {} {}", property.name, element.name, index));
   }
@@ -213,7 +191,7 @@ class PlyReader {
   void read_element(const Element& element, Numbers* numbers) {
     const bool is_vertex = element.name == "vertex", is_edge = element.name == "edge";
     std::size_t size = 0;
-    for (const Property& each : element.properties) size += size_of(each.count.value_or(each.type));
+    for (const Property& each : element.properties) size += each.count.value_or(each.type).size;
     if (element.count > 0)
       check_room(*numbers, static_cast<double>(element.count), size,
                  fmt::format("{} elements {}", element.count, element.name));
@@ -274,7 +252,7 @@ class PlyReader {
     if (!(count >= 0.0) || count != std::floor(count))
       complain(*numbers,
                fmt::format("found a list of {} entries in {} {}, wanted a count", count, element.name, index));
-    check_room(*numbers, count, size_of(property.type),
+    check_room(*numbers, count, property.type.size,
                fmt::format("a list of {} entries in {} {}", count, element.name, index));
     std::vector<double> entries;
     const bool is_wanted = is_read(element, property);

@@ -29,14 +29,9 @@ std::vector<Instant> read_blocks(const std::string& name, const std::string& tex
   std::size_t columns = 0;  // of the earlier lines in this block
   LineReader lines(name, text);
   while (lines.next()) {
-    const std::string_view line = trim(lines.line().substr(0, lines.line().find('#')));
-    if (line.empty()) continue;
+    if (lines.content().empty()) continue;
     std::vector<double> numbers;
-    for (const std::string_view word : split_words(line)) {
-      const auto number = parse_number(word);
-      if (!number) lines.fail(word, "a finite number");
-      numbers.push_back(*number);
-    }
+    for (const std::string_view word : split_words(lines.content())) numbers.push_back(lines.read_number(word));
     if (numbers.size() == 1) {
       instants.push_back({numbers[0], {}});
       columns = 0;

@@ -89,6 +89,16 @@ bool LineReader::next() {
   return true;
 }
 
+std::string_view LineReader::content() const {
+  return trim(line_.substr(0, line_.find('#')));
+}
+
+double LineReader::read_number(std::string_view word) const {
+  const std::optional<double> number = parse_number(word);
+  if (!number) fail(word, "a finite number");
+  return *number;
+}
+
 void LineReader::fail(std::string_view found, std::string_view wanted) const {
   complain(fmt::format("found {}, wanted {}", quote(found), wanted));
 }

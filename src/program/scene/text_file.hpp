@@ -25,8 +25,12 @@ class LineReader {
   /// Goes to the next line and returns true, or false at the end. Throws InputError if the line holds a zero byte.
   bool next();
   std::string_view line() const { return line_; }
+  /// Returns the line without what stands behind '#', and without blanks at both ends.
+  std::string_view content() const;
   std::string_view rest() const { return rest_; }  ///< text after the line
   std::size_t number() const { return number_; }   ///< 1, 2, …
+  /// Returns the number that a word of the line spells. Throws InputError if it is none or not finite.
+  double read_number(std::string_view word) const;
   /// Throws InputError "<name>, line <number>: found "<found>", wanted <wanted>".
   [[noreturn]] void fail(std::string_view found, std::string_view wanted) const;
   /// Throws InputError "<name>, line <number>: <what>".
