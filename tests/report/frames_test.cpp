@@ -8,8 +8,8 @@
 
 #include "report/reading.hpp"
 #include "report/shown_parts.hpp"
+#include "report/text_formats.hpp"
 #include "report/vtp_frame.hpp"
-#include "report/xyz_trajectory.hpp"
 
 namespace tanor::report {
 namespace {
@@ -69,9 +69,9 @@ TEST(XyzTest, FramesReadBackToTenDigits) {
   positions[4] = -1.0 / 3.0 * 1e-20;
   const std::vector<double> velocities = count_up(15, 1.0 / 7.0);
 
-  XyzTrajectory file(folder / "x.xyz", &shown, {});
-  file.write({.time = 0.0, .positions = positions, .velocities = velocities});
-  file.write({.time = 0.1 + 0.2, .positions = velocities, .velocities = positions});
+  const std::unique_ptr<FrameFile> file = open_xyz(folder / "x.xyz", &shown, {});
+  file->write({.time = 0.0, .positions = positions, .velocities = velocities});
+  file->write({.time = 0.1 + 0.2, .positions = velocities, .velocities = positions});
 
   // The file is still open: a frame is complete as soon as it is written.
   const std::vector<XyzFrame> frames = read_xyz(folder / "x.xyz");
@@ -82,7 +82,7 @@ TEST(XyzTest, FramesReadBackToTenDigits) {
     EXPECT_NEAR(frames[0].positions[k], positions[k], 5e-10 * std::abs(positions[k]));
     EXPECT_NEAR(frames[0].velocities[k], velocities[k], 5e-10 * std::abs(velocities[k]));
   }
-  EXPECT_EQ(file.mark(), std::filesystem::file_size(folder / "x.xyz"));
+  EXPECT_EQ(file->mark(), std::filesystem::file_size(folder / "x.xyz"));
 }
 
 bool contains(const std::string& text, const std::string& part) {

@@ -1,5 +1,3 @@
-#include "formats/h5md_trajectory.hpp"
-
 #include <fcntl.h>
 #include <hdf5.h>
 #include <sys/resource.h>
@@ -8,6 +6,10 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <functional>
+#include <memory>
+#include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -44,11 +46,19 @@ class Handle {
   herr_t (*close_)(hid_t) = nullptr;
 };
 
-/// One array over time, with a row of numbers for each frame.
+/// An array over time: its path, the shape of one frame, {m, 3}, {R} or {}, and its numbers in a frame.
+struct Element {
+  std::string path;
+  std::vector<hsize_t> shape;
+  bool is_large = false;    ///< compressed if the user wants that
+  bool is_integer = false;  ///< of 64 bits; else doubles
+  std::function<const void*(const Frame&)> numbers{};
+};
+
+/// Such an array in the file, with a row for each frame.
 struct Series {
   Handle data;
-  std::vector<hsize_t> shape;  ///< shape of one frame: {m, 3}, {R}, {}
-  bool is_integer = false;
+  Element element;
   hsize_t bytes_of_chunk = 0;
 };
 
@@ -56,24 +66,51 @@ constexpr hsize_t room_for_groups = 1 << 18;  // more than everything except chu
 constexpr hsize_t bytes_of_a_chunk = 1 << 16;
 constexpr unsigned deflate_level = 4;
 
-}  // namespace
-
-struct H5mdTrajectory::File {
-  std::string name;
-  const ShownParts* shown;
-  Handle file;
-  std::uint64_t frames = 0;
-  bool is_touched = false;  ///< by a frame that is not complete
-  Series step, time, position, velocity, force, constraint_force, tension, energy, position_violation,
-      velocity_violation;
-  std::vector<Series> observed;  ///< of the scene
-
-  explicit File(const std::filesystem::path& path, const ShownParts* the_shown)
-      : name(path.string()), shown(the_shown) {
+/// An H5MD file (version 1.1, de Buyl, Colberg and Höfling, Comput. Phys. Commun. 185 (2014) 1546; MDAnalysis, OVITO,
+/// VMD, h5py): `/particles/all` with box, mass, id, species (0: moves, 1: support), position, velocity, force (M w) and
+/// constraint_force (K lambda); `/connectivity/rods`, pairs of rows of `/particles/all`; `/observables`: tension (a
+/// number a rod), total_energy, position_violation, velocity_violation, and those of the scene, with `unit`, `parts`
+/// and `members`.
+///
+/// The file is written in HDF5's mode for a single writer and many readers: each frame is complete before the file
+/// counts it, and h5py opens it with `swmr=True` while the run goes on. A run that was killed leaves a mark in the file
+/// that plain readers refuse; `h5clear -s` or a resumed run removes it.
+class H5mdTrajectory : public FrameFile {
+ public:
+  explicit H5mdTrajectory(const FrameFileRequest& request) : name_(request.path.string()), shown_(request.shown) {
     H5dont_atexit();                              // each frame is flushed after it was written
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are reported by this class
+    try {
+      request.frames > 0 ? open(request) : create(request);
+    } catch (const WriteError&) {
+      if (request.frames > 0) throw;
+      abandon();  // the file has no frame, and no reader would accept it
+      remove_file(request.path);
+      throw;
+    }
   }
 
+  void write(const Frame& frame) override {
+    const std::uint64_t before = frames_;
+    try {
+      append(frame);
+    } catch (const WriteError&) {
+      if (is_touched_) abandon();
+      frames_ = before;
+      throw;
+    }
+  }
+  std::uint64_t mark() const override { return frames_; }
+  void cut(std::uint64_t frames) override { resize(frames); }
+  void synchronize() override {
+    const int descriptor = ::open(name_.c_str(), O_RDONLY | O_CLOEXEC);
+    const bool is_done = descriptor >= 0 && (fdatasync(descriptor) == 0 || errno == EINVAL);
+    const int reason = errno;
+    if (descriptor >= 0) ::close(descriptor);
+    if (!is_done) throw WriteError(name_, std::strerror(reason));
+  }
+
+ private:
   /// Throws with the system's reason if there is one, else with that of HDF5.
   [[noreturn]] void fail() const {
     const int reason = errno;
@@ -83,7 +120,7 @@ struct H5mdTrajectory::File {
       return 0;
     };
     H5Ewalk2(H5E_DEFAULT, H5E_WALK_DOWNWARD, take, &text);
-    throw WriteError(name, reason != 0 ? std::strerror(reason) : text.empty() ? "HDF5 failed" : text);
+    throw WriteError(name_, reason != 0 ? std::strerror(reason) : text.empty() ? "HDF5 failed" : text);
   }
   void check(herr_t status) const {
     if (status < 0) fail();
@@ -96,8 +133,8 @@ struct H5mdTrajectory::File {
   /// Reserves room on the disk before HDF5 writes. If the disk were full during a write, HDF5's own state and the file
   /// would be lost.
   void reserve(hsize_t bytes) const {
-    const int descriptor = ::open(name.c_str(), O_WRONLY | O_CLOEXEC);
-    if (descriptor < 0) throw WriteError(name);
+    const int descriptor = ::open(name_.c_str(), O_WRONLY | O_CLOEXEC);
+    if (descriptor < 0) throw WriteError(name_);
     const off_t size = lseek(descriptor, 0, SEEK_END);
     rlimit most{};
     getrlimit(RLIMIT_FSIZE, &most);
@@ -107,21 +144,21 @@ struct H5mdTrajectory::File {
     ::close(descriptor);
     // Not every file system can promise room.
     if (reason != 0 && reason != EOPNOTSUPP && reason != ENOSYS && reason != EINTR)
-      throw WriteError(name, std::strerror(reason));
+      throw WriteError(name_, std::strerror(reason));
   }
 
   /// Returns the room for a new chunk of every series.
-  hsize_t room_of_a_frame() {
+  hsize_t room_of_a_frame() const {
     hsize_t room = room_for_groups;
-    for (const Series* each : all_series()) room += each->bytes_of_chunk;
+    for (const Series& each : series_) room += each.bytes_of_chunk;
     return room;
   }
 
   /// Abandons all identifiers. After a failure HDF5 must not try again when it closes, because it would end the
   /// program.
   void abandon() {
-    for (Series* each : all_series()) each->data.abandon();
-    file.abandon();
+    for (Series& each : series_) each.data.abandon();
+    file_.abandon();
   }
 
   Handle open_mode() const {
@@ -150,20 +187,23 @@ struct H5mdTrajectory::File {
     check(H5Awrite(made, H5T_NATIVE_INT, values.data()));
   }
 
-  /// Adds an array that does not change.
-  Handle add_fixed(hid_t group, const char* key, hid_t type_in_file, hid_t type, const std::vector<hsize_t>& shape,
-                   const void* values) const {
+  /// Adds an array of doubles or of integers that does not change.
+  template <class Number>
+  Handle add_fixed(hid_t group, const char* key, const std::vector<hsize_t>& shape, const Number* values) const {
+    constexpr bool is_double = std::is_same_v<Number, double>;
     const Handle space = check(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose);
-    Handle made = check(H5Dcreate2(group, key, type_in_file, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Dclose);
-    check(H5Dwrite(made, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values));
+    Handle made = check(H5Dcreate2(group, key, is_double ? H5T_IEEE_F64LE : H5T_STD_I32LE, space, H5P_DEFAULT,
+                                   H5P_DEFAULT, H5P_DEFAULT),
+                        H5Dclose);
+    check(H5Dwrite(made, is_double ? H5T_NATIVE_DOUBLE : H5T_NATIVE_INT, H5S_ALL, H5S_ALL, H5P_DEFAULT, values));
     return made;
   }
 
-  Series add_series(hid_t group, const char* key, const std::vector<hsize_t>& shape, bool is_compressed,
-                    bool is_integer = false) const {
+  /// Makes an array with a row for each frame.
+  void add_series(const Element& element, bool may_be_compressed) {
     std::vector<hsize_t> size{0}, most{H5S_UNLIMITED}, chunk{1};
     hsize_t bytes = sizeof(double);
-    for (const hsize_t extent : shape) {
+    for (const hsize_t extent : element.shape) {
       size.push_back(extent);
       most.push_back(extent);
       chunk.push_back(std::max<hsize_t>(extent, 1));
@@ -175,27 +215,61 @@ struct H5mdTrajectory::File {
     const Handle space = check(H5Screate_simple(static_cast<int>(size.size()), size.data(), most.data()), H5Sclose);
     const Handle how = check(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
     check(H5Pset_chunk(how, static_cast<int>(chunk.size()), chunk.data()));
-    if (is_compressed) {
+    if (may_be_compressed && element.is_large) {
       check(H5Pset_shuffle(how));
       check(H5Pset_deflate(how, deflate_level));
     }
-    return {
-        check(H5Dcreate2(group, key, is_integer ? H5T_STD_I64LE : H5T_IEEE_F64LE, space, H5P_DEFAULT, how, H5P_DEFAULT),
-              H5Dclose),
-        shape, is_integer};
+    const hid_t type = element.is_integer ? H5T_STD_I64LE : H5T_IEEE_F64LE;
+    series_.push_back(
+        {check(H5Dcreate2(file_, element.path.c_str(), type, space, H5P_DEFAULT, how, H5P_DEFAULT), H5Dclose),
+         element});
   }
 
-  /// Adds {step, time, value} of H5MD; all elements share the steps and times of the first one.
-  Series add_element(hid_t parent, const char* key, const std::vector<hsize_t>& shape, bool is_compressed) {
-    const Handle group = make_group(parent, key);
-    if (step.data < 0) {
-      step = add_series(group, "step", {}, false, true);
-      time = add_series(group, "time", {}, false);
-    } else {
-      check(H5Lcreate_hard(file, "/particles/all/position/step", group, "step", H5P_DEFAULT, H5P_DEFAULT));
-      check(H5Lcreate_hard(file, "/particles/all/position/time", group, "time", H5P_DEFAULT, H5P_DEFAULT));
+  /// Returns the arrays over time, each in a group {step, time, value} of H5MD of its own. All share the steps and
+  /// times of the first group.
+  std::vector<Element> list_elements(std::span<const Observed> observables) const {
+    using Numbers = std::span<const double> Frame::*;
+    const std::vector<hsize_t> rows{shown_->num_points, 3}, rods{shown_->rods.size()};
+    const std::string first(first_group);
+    std::vector<Element> elements{{first + "/step", {}, false, true, [](const Frame& frame) { return &frame.steps; }},
+                                  {first + "/time", {}, false, false, [](const Frame& frame) { return &frame.time; }}};
+    const auto add = [&](const std::string& group, const std::vector<hsize_t>& shape, Numbers numbers) {
+      elements.push_back(
+          {group + "/value", shape, true, false, [numbers](const Frame& frame) { return (frame.*numbers).data(); }});
+    };
+    add(first, rows, &Frame::positions);
+    add("/particles/all/velocity", rows, &Frame::velocities);
+    add("/particles/all/force", rows, &Frame::forces);
+    add("/particles/all/constraint_force", rows, &Frame::reactions);
+    for (std::size_t k = 0; k < observables.size(); ++k) {
+      std::vector<hsize_t> shape;
+      if (!observables[k].members.empty()) shape.push_back(observables[k].members.size());
+      if (!observables[k].parts.empty()) shape.push_back(observables[k].parts.size());
+      elements.push_back({group_of(observables[k]) + "/value", shape, true, false,
+                          [k](const Frame& frame) { return frame.observables[k].values.data(); }});
     }
-    return add_series(group, "value", shape, is_compressed);
+    if (!shown_->rods.empty()) add("/observables/tension", rods, &Frame::tensions);
+    for (const auto& [name, number] : {std::pair{"total_energy", &Frame::energy},
+                                       {"position_violation", &Frame::position_violation},
+                                       {"velocity_violation", &Frame::velocity_violation}})
+      elements.push_back(
+          {std::string("/observables/") + name + "/value", {}, false, false, [number = number](const Frame& frame) {
+             return &(frame.*number);
+           }});
+    return elements;
+  }
+
+  void add_elements(const FrameFileRequest& request) {
+    for (const Element& each : list_elements(request.observables)) {
+      const std::string group = each.path.substr(0, each.path.rfind('/'));
+      if (series_.empty() || group != first_group) make_group(file_, group.c_str());
+      if (group != first_group) {
+        for (const char* key : {"/step", "/time"})
+          check(H5Lcreate_hard(file_, (first_group + std::string(key)).c_str(), file_, (group + key).c_str(),
+                               H5P_DEFAULT, H5P_DEFAULT));
+      }
+      add_series(each, request.is_compressed);
+    }
   }
 
   void add_box(hid_t particles, const std::optional<Cell>& cell) const {
@@ -216,43 +290,33 @@ struct H5mdTrajectory::File {
     const Handle boundary = check(H5Acreate2(box, "boundary", type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
     check(H5Awrite(boundary, type, text.data()));
     if (!cell) return;
-    add_fixed(box, "offset", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, {3}, cell->origin.data());
+    add_fixed(box, "offset", {3}, cell->origin.data());
     if (!cell->is_tilted()) {
       const double edges[] = {cell->xx, cell->yy, cell->zz};
-      add_fixed(box, "edges", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, {3}, edges);
+      add_fixed(box, "edges", {3}, edges);
     } else {  // one edge a row
       const double edges[] = {cell->xx, 0.0, 0.0, cell->xy, cell->yy, 0.0, cell->xz, cell->yz, cell->zz};
-      add_fixed(box, "edges", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, {3, 3}, edges);
+      add_fixed(box, "edges", {3, 3}, edges);
     }
   }
 
-  void add_particles(const Sample& sample) {
-    const Handle parent = make_group(file, "particles"), all = make_group(parent, "all");
-    add_box(all, sample.cell);
-    const hsize_t m = shown->num_points;
-    const std::vector<hsize_t> rows{m, 3};
-    position = add_element(all, "position", rows, sample.is_compressed);
-    velocity = add_element(all, "velocity", rows, sample.is_compressed);
-    force = add_element(all, "force", rows, sample.is_compressed);
-    constraint_force = add_element(all, "constraint_force", rows, sample.is_compressed);
-    add_fixed(all, "mass", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, {m}, sample.masses.data());
-    const std::vector<int> ids(shown->points.begin(), shown->points.end()),
-        species(shown->is_support.begin(), shown->is_support.end());
-    add_fixed(all, "id", H5T_STD_I32LE, H5T_NATIVE_INT, {m}, ids.data());
-    add_fixed(all, "species", H5T_STD_I32LE, H5T_NATIVE_INT, {m}, species.data());
+  void add_particles(const FrameFileRequest& request) {
+    const Handle parent = make_group(file_, "particles"), all = make_group(parent, "all");
+    add_box(all, request.cell);
+    const hsize_t m = shown_->num_points;
+    add_fixed(all, "mass", {m}, request.masses.data());
+    const std::vector<int> ids(shown_->points.begin(), shown_->points.end()),
+        species(shown_->is_support.begin(), shown_->is_support.end());
+    add_fixed(all, "id", {m}, ids.data());
+    add_fixed(all, "species", {m}, species.data());
     add_rods(all);
   }
 
   void add_rods(hid_t particles) const {
-    if (shown->rods.empty()) return;
-    std::vector<int> pairs;  // of the points' ids
-    for (const auto& [i, j] : shown->rods) {
-      const auto beyond = j - static_cast<std::int32_t>(shown->num_points);  // an image of a point
-      for (const std::int32_t end : {i, beyond < 0 ? j : shown->images[static_cast<std::size_t>(beyond)].point})
-        pairs.push_back(shown->points[static_cast<std::size_t>(end)]);
-    }
-    const Handle group = make_group(file, "connectivity");
-    const Handle rods = add_fixed(group, "rods", H5T_STD_I32LE, H5T_NATIVE_INT, {shown->rods.size(), 2}, pairs.data());
+    if (shown_->rods.empty()) return;
+    const std::vector<std::array<Index, 2>> pairs = shown_->rod_points();
+    const Handle group = make_group(file_, "connectivity");
+    const Handle rods = add_fixed(group, "rods", {pairs.size(), 2}, pairs.front().data());
     hobj_ref_t reference;
     check(H5Rcreate(&reference, particles, ".", H5R_OBJECT, -1));
     const Handle space = check(H5Screate(H5S_SCALAR), H5Sclose);
@@ -261,26 +325,20 @@ struct H5mdTrajectory::File {
     check(H5Awrite(made, H5T_STD_REF_OBJ, &reference));
   }
 
-  /// Returns the name of an observable's group, in which '/' would begin another.
+  /// Returns an observable's group, in whose name '/' would begin another.
   static std::string group_of(const Observed& each) {
-    std::string group = each.name;
-    std::ranges::replace(group, '/', '|');
-    return group == "tension" || group == "total_energy" || group.ends_with("_violation") ? "observed " + group : group;
+    std::string name = each.name;
+    std::ranges::replace(name, '/', '|');
+    const bool is_ours = name == "tension" || name == "total_energy" || name.ends_with("_violation");
+    return (is_ours ? "/observables/observed " : "/observables/") + name;
   }
-  static std::vector<hsize_t> shape_of(const Observed& each) {
-    std::vector<hsize_t> shape;
-    if (!each.members.empty()) shape.push_back(each.members.size());
-    if (!each.parts.empty()) shape.push_back(each.parts.size());
-    return shape;
-  }
-  void add_observed(hid_t group, const Observed& each, bool is_compressed) {
-    observed.push_back(add_element(group, group_of(each).c_str(), shape_of(each), is_compressed));
+  void add_words(const Observed& each) const {
+    const Handle value = check(H5Dopen2(file_, (group_of(each) + "/value").c_str(), H5P_DEFAULT), H5Dclose);
     const auto join = [](const std::vector<std::string>& names) {
       std::string all;
       for (const std::string& word : names) all += (all.empty() ? "" : ",") + word;
       return all;
     };
-    const hid_t value = observed.back().data;
     if (!each.unit.empty()) add_text(value, "unit", each.unit);
     if (each.text != each.name) add_text(value, "observable", each.text);
     if (!each.parts.empty()) add_text(value, "parts", join(each.parts));
@@ -289,197 +347,120 @@ struct H5mdTrajectory::File {
       add_text(value, "members", members);
   }
 
-  void add_observables(const Sample& sample) {
-    const Handle group = make_group(file, "observables");
-    for (const Observed& each : sample.observables) add_observed(group, each, sample.is_compressed);
-    if (!shown->rods.empty()) tension = add_element(group, "tension", {shown->rods.size()}, sample.is_compressed);
-    energy = add_element(group, "total_energy", {}, false);
-    position_violation = add_element(group, "position_violation", {}, false);
-    velocity_violation = add_element(group, "velocity_violation", {}, false);
-  }
-
-  void create(const Sample& sample) {
+  void create(const FrameFileRequest& request) {
     errno = 0;
-    file = check(H5Fcreate(name.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, open_mode()), H5Fclose);
-    reserve(room_for_groups + 64 * (shown->num_points + shown->rods.size()));
+    file_ = check(H5Fcreate(name_.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, open_mode()), H5Fclose);
+    reserve(room_for_groups + 64 * (shown_->num_points + shown_->rods.size()));
     {
-      const Handle h5md = make_group(file, "h5md"), author = make_group(h5md, "author"),
+      const Handle h5md = make_group(file_, "h5md"), author = make_group(h5md, "author"),
                    creator = make_group(h5md, "creator");
       add_integers(h5md, "version", {1, 1});
       add_text(author, "name", "user of tanor");
       add_text(creator, "name", "tanor");
       add_text(creator, "version", TANOR_VERSION);
-      add_text(file, "title", sample.title);
-      add_particles(sample);
-      add_observables(sample);
+      add_text(file_, "title", request.title);
+      add_particles(request);
+      make_group(file_, "observables");
+      add_elements(request);
+      for (const Observed& each : request.observables) add_words(each);
     }
-    check(H5Fstart_swmr_write(file));
-    check(H5Fflush(file, H5F_SCOPE_LOCAL));  // a full disk is reported now, not when the file closes
+    check(H5Fstart_swmr_write(file_));
+    check(H5Fflush(file_, H5F_SCOPE_LOCAL));  // a full disk is reported now, not when the file closes
   }
 
   /// Opens a file that is known to be ours, with the groups where `create` put them.
-  void open(std::uint64_t frames_before, std::span<const Observed> observables) {
+  void open(const FrameFileRequest& request) {
     errno = 0;
     {
       // A writer that was killed could not clear its mark.
       const Handle mode = open_mode();
       const hbool_t yes = true;
       check(H5Pset(mode, "clear_status_flags", &yes));
-      file = check(H5Fopen(name.c_str(), H5F_ACC_RDWR, mode), H5Fclose);
+      file_ = check(H5Fopen(name_.c_str(), H5F_ACC_RDWR, mode), H5Fclose);
     }
-    const hsize_t m = shown->num_points;
-    step = open_series("/particles/all/position/step", {}, true);
-    time = open_series("/particles/all/position/time", {});
-    position = open_series("/particles/all/position/value", {m, 3});
-    velocity = open_series("/particles/all/velocity/value", {m, 3});
-    force = open_series("/particles/all/force/value", {m, 3});
-    constraint_force = open_series("/particles/all/constraint_force/value", {m, 3});
-    if (!shown->rods.empty()) tension = open_series("/observables/tension/value", {shown->rods.size()});
-    energy = open_series("/observables/total_energy/value", {});
-    position_violation = open_series("/observables/position_violation/value", {});
-    velocity_violation = open_series("/observables/velocity_violation/value", {});
-    for (const Observed& each : observables)
-      observed.push_back(open_series(("/observables/" + group_of(each) + "/value").c_str(), shape_of(each)));
-    for (const Series* each : all_series()) {
-      if (count_frames(*each) < frames_before)
-        throw InputError(name, "has fewer frames than the checkpoint says; run without --resume");
+    for (const Element& each : list_elements(request.observables)) open_series(each);
+    for (const Series& each : series_) {
+      if (count_frames(each) < request.frames)
+        throw InputError(name_, "has fewer frames than the checkpoint says; run without --resume");
     }
-    resize(frames_before);
-    check(H5Fstart_swmr_write(file));
+    resize(request.frames);
+    check(H5Fstart_swmr_write(file_));
   }
 
-  Series open_series(const char* path, const std::vector<hsize_t>& shape, bool is_integer = false) const {
-    Handle data(H5Dopen2(file, path, H5P_DEFAULT), H5Dclose);
-    if (data < 0) throw InputError(name, std::string("has no ") + path + "; run without --resume");
+  void open_series(const Element& element) {
+    const auto& [path, shape, is_large, is_integer, numbers] = element;
+    Handle data(H5Dopen2(file_, path.c_str(), H5P_DEFAULT), H5Dclose);
+    if (data < 0) throw InputError(name_, "has no " + path + "; run without --resume");
     const Handle space(H5Dget_space(data), H5Sclose);
     std::vector<hsize_t> size(static_cast<std::size_t>(std::max(0, H5Sget_simple_extent_ndims(space))));
     if (!size.empty()) H5Sget_simple_extent_dims(space, size.data(), nullptr);
     if (size.empty() || !std::equal(size.begin() + 1, size.end(), shape.begin(), shape.end()))
-      throw InputError(name, std::string("has another shape of ") + path + "; run without --resume");
+      throw InputError(name_, "has another shape of " + path + "; run without --resume");
     std::vector<hsize_t> chunk(size.size());
     const Handle how(H5Dget_create_plist(data), H5Pclose);
     if (H5Pget_chunk(how, static_cast<int>(chunk.size()), chunk.data()) < 0)
-      throw InputError(name, std::string("has no chunks of ") + path + "; run without --resume");
+      throw InputError(name_, "has no chunks of " + path + "; run without --resume");
     hsize_t bytes = sizeof(double);
     for (const hsize_t extent : chunk) bytes *= extent;
-    return {std::move(data), shape, is_integer, bytes};
+    series_.push_back({std::move(data), element, bytes});
   }
 
   static std::uint64_t count_frames(const Series& series) {
     const Handle space(H5Dget_space(series.data), H5Sclose);
-    std::vector<hsize_t> size(1 + series.shape.size());
+    std::vector<hsize_t> size(1 + series.element.shape.size());
     return H5Sget_simple_extent_dims(space, size.data(), nullptr) < 0 ? 0 : size[0];
   }
 
-  std::vector<Series*> all_series() {
-    std::vector<Series*> all{&position,           &velocity, &force, &constraint_force, &energy, &position_violation,
-                             &velocity_violation, &time,     &step};
-    if (tension.data >= 0) all.push_back(&tension);
-    for (Series& each : observed) all.push_back(&each);
-    return all;
-  }
-
   void resize(std::uint64_t count) {
-    for (const Series* each : all_series()) {
+    for (const Series& each : series_) {
       std::vector<hsize_t> size{count};
-      size.insert(size.end(), each->shape.begin(), each->shape.end());
-      check(H5Dset_extent(each->data, size.data()));
+      size.insert(size.end(), each.element.shape.begin(), each.element.shape.end());
+      check(H5Dset_extent(each.data, size.data()));
     }
-    check(H5Fflush(file, H5F_SCOPE_LOCAL));
-    frames = count;
+    check(H5Fflush(file_, H5F_SCOPE_LOCAL));
+    frames_ = count;
   }
 
-  void append(const Series& series, const void* numbers) const {
-    std::vector<hsize_t> size{frames + 1}, first{frames}, count{1};
-    size.insert(size.end(), series.shape.begin(), series.shape.end());
-    count.insert(count.end(), series.shape.begin(), series.shape.end());
+  void append(const Series& series, const Frame& frame) const {
+    const std::vector<hsize_t>& shape = series.element.shape;
+    std::vector<hsize_t> size{frames_ + 1}, first{frames_}, count{1};
+    for (std::vector<hsize_t>* each : {&size, &count}) each->insert(each->end(), shape.begin(), shape.end());
     first.resize(size.size());
     check(H5Dset_extent(series.data, size.data()));
     const Handle in_file = check(H5Dget_space(series.data), H5Sclose),
                  in_memory = check(H5Screate_simple(static_cast<int>(count.size()), count.data(), nullptr), H5Sclose);
     check(H5Sselect_hyperslab(in_file, H5S_SELECT_SET, first.data(), nullptr, count.data(), nullptr));
-    check(H5Dwrite(series.data, series.is_integer ? H5T_NATIVE_INT64 : H5T_NATIVE_DOUBLE, in_memory, in_file,
-                   H5P_DEFAULT, numbers));
+    check(H5Dwrite(series.data, series.element.is_integer ? H5T_NATIVE_INT64 : H5T_NATIVE_DOUBLE, in_memory, in_file,
+                   H5P_DEFAULT, series.element.numbers(frame)));
   }
 
   void append(const Frame& frame) {
     reserve(room_of_a_frame());
-    is_touched = true;
+    is_touched_ = true;
     errno = 0;
-    append(position, frame.positions.data());
-    append(velocity, frame.velocities.data());
-    append(force, frame.forces.data());
-    append(constraint_force, frame.reactions.data());
-    if (tension.data >= 0) append(tension, frame.tensions.data());
-    append(energy, &frame.energy);
-    append(position_violation, &frame.position_violation);
-    append(velocity_violation, &frame.velocity_violation);
-    for (std::size_t k = 0; k < observed.size(); ++k) append(observed[k], frame.observables[k].values.data());
-    const auto steps = static_cast<std::int64_t>(frame.steps);
-    append(time, &frame.time);
-    append(step, &steps);
-    check(H5Fflush(file, H5F_SCOPE_LOCAL));
-    is_touched = false;
-    ++frames;
+    // Readers count the steps, which are therefore written last.
+    for (auto each = series_.rbegin(); each != series_.rend(); ++each) append(*each, frame);
+    check(H5Fflush(file_, H5F_SCOPE_LOCAL));
+    is_touched_ = false;
+    ++frames_;
   }
+
+  static constexpr const char* first_group = "/particles/all/position";
+
+  std::string name_;
+  const ShownParts* shown_;
+  Handle file_;
+  std::uint64_t frames_ = 0;
+  bool is_touched_ = false;  ///< by a frame that is not complete
+  std::vector<Series> series_;
 };
 
-H5mdTrajectory::H5mdTrajectory(const std::filesystem::path& path, const ShownParts* shown, const Sample& sample)
-    : file_(std::make_unique<File>(path, shown)) {
-  try {
-    file_->create(sample);
-  } catch (const WriteError&) {  // the file has no frame, and no reader would accept it
-    file_->abandon();
-    remove_file(path);
-    throw;
-  }
-}
-
-H5mdTrajectory::H5mdTrajectory(const std::filesystem::path& path, const ShownParts* shown, std::uint64_t frames,
-                               std::span<const Observed> observables)
-    : file_(std::make_unique<File>(path, shown)) {
-  file_->open(frames, observables);
-}
-
-H5mdTrajectory::~H5mdTrajectory() = default;
-
-void H5mdTrajectory::write(const Frame& frame) {
-  const std::uint64_t before = file_->frames;
-  try {
-    file_->append(frame);
-  } catch (const WriteError&) {
-    if (file_->is_touched) file_->abandon();
-    file_->frames = before;
-    throw;
-  }
-}
-
-std::uint64_t H5mdTrajectory::mark() const {
-  return file_->frames;
-}
-
-void H5mdTrajectory::cut(std::uint64_t frames) {
-  file_->resize(frames);
-}
-
-void H5mdTrajectory::synchronize() {
-  const int descriptor = ::open(file_->name.c_str(), O_RDONLY | O_CLOEXEC);
-  const bool is_done = descriptor >= 0 && (fdatasync(descriptor) == 0 || errno == EINVAL);
-  const int reason = errno;
-  if (descriptor >= 0) ::close(descriptor);
-  if (!is_done) throw WriteError(file_->name, std::strerror(reason));
-}
+}  // namespace
 
 }  // namespace tanor::report
 
 /// The function of the module, which the program calls by its name.
 extern "C" __attribute__((visibility("default"))) void tanor_open_frame_file(
     const tanor::report::FrameFileRequest& request, std::unique_ptr<tanor::report::FrameFile>* opened) {
-  using tanor::report::H5mdTrajectory;
-  if (request.frames > 0)
-    *opened = std::make_unique<H5mdTrajectory>(request.path, request.shown, request.frames, request.observables);
-  else
-    *opened = std::make_unique<H5mdTrajectory>(request.path, request.shown,
-                                               H5mdTrajectory::Sample{request.title, request.masses, request.cell,
-                                                                      request.observables, request.is_compressed});
+  *opened = std::make_unique<tanor::report::H5mdTrajectory>(request);
 }

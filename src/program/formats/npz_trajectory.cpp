@@ -226,12 +226,7 @@ void NpzTrajectory::synchronize() {
 void NpzTrajectory::save() const {
   const std::size_t frames = times_.size(), m = shown_->num_points, num_rods = shown_->rods.size();
   const std::vector<std::int32_t> points(shown_->points.begin(), shown_->points.end());
-  std::vector<std::int32_t> rods;
-  for (const auto& [i, j] : shown_->rods) {
-    const auto beyond = j - static_cast<std::int32_t>(m);  // an image of a point
-    for (const std::int32_t end : {i, beyond < 0 ? j : shown_->images[static_cast<std::size_t>(beyond)].point})
-      rods.push_back(points[static_cast<std::size_t>(end)]);
-  }
+  const std::vector<std::array<Index, 2>> rods = shown_->rod_points();
   replace_file(path_, [&](OutputFile* file) {
     ZipFile zip(is_compressed_, file);
     zip.add("time", "<f8", {frames}, times_);

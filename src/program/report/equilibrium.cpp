@@ -21,8 +21,9 @@
 #include "report/modes.hpp"
 #include "report/output_file.hpp"
 #include "report/shown_parts.hpp"
+#include "report/starting_places.hpp"
+#include "report/text_formats.hpp"
 #include "report/vtp_frame.hpp"
-#include "report/xyz_trajectory.hpp"
 
 namespace tanor::report {
 
@@ -179,37 +180,6 @@ void write_what_came_with_points(const System& system, Json* json) {
   }
 }
 
-/// The points of a member at the positions that the scene gives.
-struct StartingPlaces {
-  const std::vector<double>& positions;
-  std::span<const Index> points;
-
-  TripleOf<double> operator[](std::size_t p) const {
-    const std::size_t i = 3 * static_cast<std::size_t>(points[p]);
-    return {positions[i], positions[i + 1], positions[i + 2]};
-  }
-};
-
-template <class Member>
-std::span<const Index> points_of(const Member& member) {
-  if constexpr (std::is_same_v<Member, Index>)
-    return {&member, 1};
-  else
-    return member;
-}
-
-/// Returns the values of the "initial" numbers of a constraint or of coordinates. They belong to the positions that the
-/// scene had, and prescribed motions are taken at t = 0, as the search does.
-template <class Group>
-std::vector<double> measure_initial(const System& system, const Group& group) {
-  std::vector<double> numbers;
-  const auto& members = group.*KindOf<Group>::members;
-  const typename KindOf<Group>::template Definition<double> now(group, ClockOf<double>{0.0});
-  for (std::size_t k = 0; k < members.size(); ++k)
-    numbers.push_back(now.measure(StartingPlaces{system.positions, points_of(members[k])}, k));
-  return numbers;
-}
-
 std::vector<double> distances(const System& system, const std::vector<std::array<Index, 2>>& pairs) {
   std::vector<double> result;
   for (const auto& pair : pairs) {
@@ -232,12 +202,16 @@ const char* parameter_name() {
   return name;
 }
 
-/// Writes the numbers that the old positions gave, so that they stay as they were.
+/// Writes the numbers that the old positions gave, so that they stay as they were. Prescribed motions are taken at t =
+/// 0, as the search does.
 void write_initial_numbers(const System& system, Json* json) {
   const auto write_parameter = [&]<class Group>(const Group& group, Json* entry) {
     if constexpr (requires { KindOf<Group>::parameter; }) {
-      if ((group.*KindOf<Group>::parameter).is_initial())
-        (*entry)[parameter_name<Group>()] = measure_initial(system, group);
+      if (!(group.*KindOf<Group>::parameter).is_initial()) return;
+      std::vector<double> numbers;
+      for (std::size_t k = 0; k < (group.*KindOf<Group>::members).size(); ++k)
+        numbers.push_back(measure_initial(system, group, 0.0, k));
+      (*entry)[parameter_name<Group>()] = numbers;
     }
   };
   for (std::size_t k = 0; k < system.constraints.size(); ++k)
@@ -376,8 +350,8 @@ void write_equilibrium(const fs::path& directory, const scene::Scene& scene, con
   write_summary(directory, scene, found, modes);
   const ShownParts shown = choose_parts(scene.system, {});
   const std::vector<double> at_rest(found.positions.size(), 0.0);
-  XyzTrajectory(directory / places_at_rest_name, &shown, scene.system.cell)
-      .write({.time = scene.equilibrium.at, .positions = found.positions, .velocities = at_rest});
+  open_xyz(directory / places_at_rest_name, &shown, scene.system.cell)
+      ->write({.time = scene.equilibrium.at, .positions = found.positions, .velocities = at_rest});
   if (found.stability.status != Stability::None) write_scene(directory / scene_at_rest_name, scene, found);
 }
 
@@ -387,9 +361,6 @@ void write_frame_at_rest(const fs::path& directory, const System& system, const 
   std::vector<double> forces;
   if (std::ranges::any_of(find_held_points(system), std::identity{}))
     forces = find_guide_forces(shown, rest.positions, tensions, rest.reactions, rest.support_forces);
-  std::vector<Guide> guides = place_guides(system, rest.time, rest.time);
-  for (const auto& list : {list_ties(shown), list_guides_without_picture(system)})
-    guides.insert(guides.end(), list.begin(), list.end());
   VtpTrajectory(directory, &shown, false)
       .write({.time = rest.time,
               .positions = rest.positions,
@@ -397,7 +368,7 @@ void write_frame_at_rest(const fs::path& directory, const System& system, const 
               .accelerations = still,
               .tensions = tensions,
               .guide_forces = forces,
-              .guides = std::move(guides),
+              .guides = list_guides(system, shown, rest.time, rest.time),
               .gravity = find_gravity(system)});
 }
 

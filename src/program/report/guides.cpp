@@ -6,29 +6,18 @@
 #include <array>
 #include <cmath>
 #include <memory>
-#include <numbers>
-#include <numeric>
 #include <optional>
 #include <ranges>
 #include <type_traits>
 #include <utility>
 #include <variant>
 
-#include <tanor/kinds/line_frame.hpp>
-
 #include "report/shown_parts.hpp"
+#include "report/starting_places.hpp"
 
 namespace tanor::report {
 
 namespace {
-
-double dot(const Vector3& a, const Vector3& b) {
-  return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
-}
-
-Vector3 subtract(const Vector3& a, const Vector3& b) {
-  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-}
 
 /// Classification of groups by fields whose names constraints and coordinates share.
 template <class Group>
@@ -60,20 +49,15 @@ template <class Group>
 constexpr bool is_drawn =
     is_plane<Group> || is_circle<Group> || is_sphere<Group> || is_line<Group> || is_ellipsoid<Group> || is_helix<Group>;
 
-/// Evaluates vectors and points at one time.
+/// Evaluates vectors and numbers at one time.
 struct Now {
   double t;
-  std::span<const double> positions;
 
   Vector3 operator()(const VectorFunction& function) const {
     const auto jets = function(t);
     return {jets[0].value(), jets[1].value(), jets[2].value()};
   }
   Vector3 operator()(const Vector3& constant) const { return constant; }
-  Vector3 point(Index index) const {
-    const double* r = &positions[3 * static_cast<std::size_t>(index)];
-    return {r[0], r[1], r[2]};
-  }
   /// Returns the number of a member, or nothing if the start decides it.
   std::optional<double> number(const Parameter& parameter, std::size_t k) const {
     const auto of = [k](const auto& list) { return list[list.size() == 1 ? 0 : k]; };
@@ -83,49 +67,19 @@ struct Now {
   }
 };
 
-/// Returns the angle of a point around the axis of a helix, less the turns of its height.
-double measure_phase(const Vector3& arm, const Vector3& axis, double pitch) {
-  const auto [e1, e2] = line_frame(axis);
-  const double height = dot(arm, axis) / std::sqrt(dot(axis, axis));
-  return std::atan2(dot(arm, e2), dot(arm, e1)) - 2.0 * std::numbers::pi * height / pitch;
-}
-
-/// Returns the number that the start decides: the offset, radius or phase at which the point is there.
+/// Returns the numbers of the guide of a member at time t. What the system leaves to the start is measured there.
 template <class Group>
-double measure(const Group& group, const Now& start, std::size_t k) {
-  const Vector3 r = start.point(group.points[k]);
-  if constexpr (is_plane<Group>) {
-    return dot(start(group.normal), r);
-  } else if constexpr (is_circle<Group>) {
-    const Vector3 normal = start(group.normal), arm = subtract(r, start(group.center));
-    const double height = dot(arm, normal);
-    return std::sqrt(std::max(0.0, dot(arm, arm) - height * height / dot(normal, normal)));
-  } else if constexpr (is_sphere<Group>) {
-    const Vector3 arm = subtract(r, start(group.center));
-    return std::sqrt(dot(arm, arm));
-  } else {
-    return measure_phase(subtract(r, start(group.origin)), group.axis, group.pitch);
-  }
-}
-
-template <class Group>
-std::vector<double> place(const Group& group, const Now& now, const Now& start, std::size_t k) {
+std::vector<double> place(const System& system, const Group& group, double t_start, double t, std::size_t k) {
+  const Now now{t};
   std::vector<double> numbers;
   const auto add = [&](const Vector3& v) { numbers.insert(numbers.end(), v.begin(), v.end()); };
-  const auto add_number = [&](const Parameter& parameter) {
-    const std::optional<double> given = now.number(parameter, k);
-    if constexpr (!is_line<Group> && !is_ellipsoid<Group>) numbers.push_back(given ? *given : measure(group, start, k));
-  };
   if constexpr (is_plane<Group>) {
     add(now(group.normal));
-    add_number(group.offset);
   } else if constexpr (is_circle<Group>) {
     add(now(group.center));
     add(now(group.normal));
-    add_number(group.radius);
   } else if constexpr (is_sphere<Group>) {
     add(now(group.center));
-    add_number(group.radius);
   } else if constexpr (is_line<Group>) {
     add(now(group.origin));
     add(now(group.direction));
@@ -136,7 +90,10 @@ std::vector<double> place(const Group& group, const Now& now, const Now& start, 
     add(group.axis);
     numbers.push_back(group.radius);
     numbers.push_back(group.pitch);
-    add_number(group.phase);
+  }
+  if constexpr (requires { KindOf<Group>::parameter; }) {
+    const std::optional<double> given = now.number(group.*KindOf<Group>::parameter, k);
+    numbers.push_back(given ? *given : measure_initial(system, group, t_start, k));
   }
   return numbers;
 }
@@ -159,15 +116,11 @@ struct Placed {
 
 /// Returns the center, normal and radius of the circle in which a plane meets a sphere; the radius is 0 if it does not.
 std::vector<double> cut_sphere(const std::vector<double>& sphere, const std::vector<double>& plane) {
-  const Vector3 center{sphere[0], sphere[1], sphere[2]}, normal{plane[0], plane[1], plane[2]};
+  const TripleOf<double> center{sphere[0], sphere[1], sphere[2]}, normal{plane[0], plane[1], plane[2]};
   const double square = dot(normal, normal), shift = (plane[3] - dot(normal, center)) / square;
-  std::vector<double> circle(7);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    circle[axis] = center[axis] + shift * normal[axis];
-    circle[3 + axis] = normal[axis];
-  }
-  circle[6] = std::sqrt(std::max(0.0, sphere[3] * sphere[3] - shift * shift * square));
-  return circle;
+  const TripleOf<double> middle = center + shift * normal;
+  const double radius = std::sqrt(std::max(0.0, sphere[3] * sphere[3] - shift * shift * square));
+  return {middle.x, middle.y, middle.z, normal.x, normal.y, normal.z, radius};
 }
 
 /// Replaces a sphere and a plane that hold the same points.
@@ -186,15 +139,15 @@ void merge_rings(Placed* placed) {
 
 /// Adds one guide for all points, or one for each if their numbers differ at the start.
 template <class Group>
-void add_guides(const Group& group, const Now& now, const Now& start, std::size_t most, Placed* placed) {
+void add_guides(const System& system, const Group& group, double t_start, double t, std::size_t most, Placed* placed) {
   if constexpr (is_drawn<Group>) {
     const std::size_t first = placed->guides.size();
     std::vector<double> before;
     for (std::size_t k = 0; k < group.points.size() && placed->guides.size() < most; ++k) {
-      std::vector<double> numbers = place(group, start, start, k);
+      std::vector<double> numbers = place(system, group, t_start, t_start, k);
       if (are_close(numbers, before)) continue;
       before = std::move(numbers);
-      placed->guides.push_back({std::string(KindOf<Group>::name), group.name, place(group, now, start, k)});
+      placed->guides.push_back({std::string(KindOf<Group>::name), group.name, place(system, group, t_start, t, k)});
     }
     placed->points.resize(placed->guides.size());
     if (placed->guides.size() == first + 1) placed->points.back() = group.points;
@@ -255,14 +208,13 @@ void mark(const Points& points, std::vector<bool>* marks) {
 
 std::vector<Guide> place_guides(const System& system, double t_start, double t, std::size_t most) {
   Placed placed;
-  const Now then{t_start, system.positions}, now{t, {}};
   visit_groups(system, [&]<class Group>(const Group& group) {
     if constexpr (std::is_same_v<Group, UserConstraints>) {
       if (!has_surface(group) || placed.guides.size() >= most) return;
       placed.guides.push_back(place_surface(group, t));
       placed.points.emplace_back();
     } else {
-      add_guides(group, now, then, most, &placed);
+      add_guides(system, group, t_start, t, most, &placed);
     }
   });
   merge_rings(&placed);
@@ -292,6 +244,13 @@ std::vector<Guide> list_guides_without_picture(const System& system) {
         },
         each);
   }
+  return guides;
+}
+
+std::vector<Guide> list_guides(const System& system, const ShownParts& shown, double t_start, double t) {
+  std::vector<Guide> guides = place_guides(system, t_start, t);
+  for (const auto& list : {list_ties(shown), list_guides_without_picture(system)})
+    guides.insert(guides.end(), list.begin(), list.end());
   return guides;
 }
 

@@ -53,6 +53,9 @@ inline std::vector<Vector3> find_course(const Guide& tie, std::span<const double
 /// Returns the groups whose guides have no picture: angles, linear equations, and formulas that are no expressions.
 std::vector<Guide> list_guides_without_picture(const System& system);
 
+/// Returns what a frame stores: the guides at time t, the ties, and the groups without a picture.
+std::vector<Guide> list_guides(const System& system, const ShownParts& shown, double t_start, double t);
+
 /// Returns "saddle (formula)".
 std::string name_guide(const Guide& guide);
 

@@ -1,6 +1,7 @@
 #include "report/shown_parts.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numeric>
 #include <type_traits>
@@ -134,6 +135,19 @@ std::vector<double> gather_shifted_images(const ShownParts& shown, std::span<con
     for (std::size_t axis = 0; axis < 3; ++axis) *row++ += offset[axis];
   }
   return images;
+}
+
+double measure_diagonal(std::span<const double> positions) {
+  double square = 0.0;
+  for (std::size_t axis = 0; axis < 3 && !positions.empty(); ++axis) {
+    double low = positions[axis], high = low;
+    for (std::size_t i = axis; i < positions.size(); i += 3) {
+      low = std::min(low, positions[i]);
+      high = std::max(high, positions[i]);
+    }
+    square += (high - low) * (high - low);
+  }
+  return std::sqrt(square);
 }
 
 Vector3 find_gravity(const System& system) {

@@ -44,6 +44,18 @@ struct ShownParts {
     std::size_t row;                   ///< among the multipliers
   };
   std::vector<Tie> ties;  ///< the first 64
+
+  /// Returns the points of the system at both ends of each rod; an image stands for its point. Modules need it, which
+  /// hold nothing else of these sources.
+  std::vector<std::array<Index, 2>> rod_points() const {
+    const auto point = [this](std::int32_t end) {
+      const auto beyond = static_cast<std::size_t>(end) - num_points;  // number of an image
+      return points[static_cast<std::size_t>(end) < num_points ? end : images[beyond].point];
+    };
+    std::vector<std::array<Index, 2>> ends;
+    for (const auto& [i, j] : rods) ends.push_back({point(i), point(j)});
+    return ends;
+  }
 };
 
 /// Chooses what is shown. `chosen` names the points in their order; if it is empty, all points are shown.
@@ -63,6 +75,9 @@ std::vector<double> find_tie_tensions(const ShownParts& shown, std::span<const d
 std::vector<double> gather_images(const ShownParts& shown, std::span<const double> rows);
 /// Returns the same for positions, with the images shifted.
 std::vector<double> gather_shifted_images(const ShownParts& shown, std::span<const double> positions);
+
+/// Returns the diagonal of the box around points [3n], m; 0 if there are none.
+double measure_diagonal(std::span<const double> positions);
 
 /// Returns the gravity of a system, m/s^2; 0 if it has none.
 Vector3 find_gravity(const System& system);

@@ -7,15 +7,12 @@
 #include <system_error>
 
 #include "report/compression.hpp"
-#include "report/csv_trajectory.hpp"
 #include "report/frame_module.hpp"
 #include "report/guide_forces.hpp"
-#include "report/lammps_dump.hpp"
 #include "report/module.hpp"
-#include "report/observables_table.hpp"
 #include "report/output_file.hpp"
+#include "report/text_formats.hpp"
 #include "report/vtp_frame.hpp"
-#include "report/xyz_trajectory.hpp"
 
 namespace tanor::report {
 
@@ -24,28 +21,22 @@ using scene::TrajectoryFormat;
 
 namespace {
 
-constexpr const char *xyz_name = "trajectory.xyz", *dump_name = "trajectory.dump", *rods_name = "trajectory_rods.dump",
-                     *csv_name = "trajectory.csv", *h5md_name = "trajectory.h5", *npz_name = "trajectory.npz",
-                     *packed = ".gz";
+constexpr const char *rods_name = "trajectory_rods.dump", *packed = ".gz";
 
-/// Returns the file whose mark tells how far a format is written; for `lammps` it is that of the points.
+/// The file whose mark tells how far a format is written; for `lammps` it is that of the points.
+struct NamedFile {
+  TrajectoryFormat format;
+  const char* name;
+  bool is_packed;  ///< if the user wants compression
+};
+constexpr NamedFile named_files[] = {
+    {TrajectoryFormat::Xyz, "trajectory.xyz", true},  {TrajectoryFormat::Lammps, "trajectory.dump", true},
+    {TrajectoryFormat::Csv, "trajectory.csv", true},  {TrajectoryFormat::Vtp, VtpTrajectory::list_name, false},
+    {TrajectoryFormat::H5md, "trajectory.h5", false}, {TrajectoryFormat::Npz, "trajectory.npz", false}};
+
 std::string name_file(TrajectoryFormat format, bool is_compressed) {
-  const std::string suffix = is_compressed ? packed : "";
-  switch (format) {
-    case TrajectoryFormat::Xyz:
-      return xyz_name + suffix;
-    case TrajectoryFormat::Vtp:
-      return VtpTrajectory::list_name;
-    case TrajectoryFormat::Lammps:
-      return dump_name + suffix;
-    case TrajectoryFormat::H5md:
-      return h5md_name;
-    case TrajectoryFormat::Csv:
-      return csv_name + suffix;
-    case TrajectoryFormat::Npz:
-      break;
-  }
-  return npz_name;
+  const auto* const found = std::ranges::find(named_files, format, &NamedFile::format);
+  return std::string(found->name) + (is_compressed && found->is_packed ? packed : "");
 }
 
 void require_size(const fs::path& path, std::uint64_t size) {
@@ -122,11 +113,12 @@ void require_formats(const TrajectoryOptions& options, std::size_t num_points, d
 
 std::vector<fs::path> list_trajectory(const fs::path& directory) {
   std::vector<fs::path> files = list_frames(directory / VtpTrajectory::frame_folder);
-  for (const char* name : {xyz_name, dump_name, rods_name, csv_name}) {
-    files.push_back(directory / name);
-    files.push_back(directory / (std::string(name) + packed));
+  for (const NamedFile& each : named_files) {
+    files.push_back(directory / each.name);
+    if (each.is_packed) files.push_back(directory / (std::string(each.name) + packed));
   }
-  for (const char* name : {VtpTrajectory::list_name, h5md_name, npz_name, observables_name})
+  for (const std::string& name :
+       {std::string(rods_name), rods_name + std::string(packed), std::string(observables_name)})
     files.push_back(directory / name);
   return files;
 }
@@ -172,20 +164,20 @@ void Trajectory::open_files(const fs::path& directory, const TrajectoryOptions& 
     std::unique_ptr<FrameFile>& file = files_[name];
     switch (format) {
       case TrajectoryFormat::Xyz:
-        file = std::make_unique<XyzTrajectory>(path, shown_.get(), options.cell, size);
+        file = open_xyz(path, shown_.get(), options.cell, size);
         break;
       case TrajectoryFormat::Vtp:
         file = std::make_unique<VtpTrajectory>(directory, shown_.get(), is_compressed, size);
         break;
       case TrajectoryFormat::Lammps:
-        file = std::make_unique<LammpsDump>(path, shown_.get(), options.cell, size);
+        file = open_lammps_dump(path, shown_.get(), options.cell, size);
         if (!shown_->rods.empty()) {
           const std::string rods = rods_name + std::string(is_compressed ? packed : "");
-          files_[rods] = std::make_unique<LammpsRodDump>(directory / rods, shown_.get(), options.cell, before(rods));
+          files_[rods] = open_lammps_rod_dump(directory / rods, shown_.get(), options.cell, before(rods));
         }
         break;
       case TrajectoryFormat::Csv:
-        file = std::make_unique<CsvTrajectory>(path, *shown_, size);
+        file = open_csv(path, *shown_, size);
         break;
       case TrajectoryFormat::H5md:
       case TrajectoryFormat::Npz:
@@ -203,8 +195,8 @@ void Trajectory::open_files(const fs::path& directory, const TrajectoryOptions& 
     }
   }
   if (!options.observables.empty())
-    files_[observables_name] = std::make_unique<ObservablesTable>(directory / observables_name, options.observables,
-                                                                  options.units, before(observables_name));
+    files_[observables_name] =
+        open_observables(directory / observables_name, options.observables, options.units, before(observables_name));
 }
 
 /// Copies the rows of the shown points and rods from the simulation.
@@ -225,9 +217,6 @@ void Trajectory::write_frame(Simulation& simulation, std::span<const double> fri
   gather(simulation);
   if (!friction.empty()) gather_points(*shown_, friction, &friction_);
   const MotionReport& report = simulation.report();
-  std::vector<Guide> guides = place_guides(simulation.system(), t_start_, simulation.time());
-  for (Guide& each : list_ties(*shown_)) guides.push_back(std::move(each));
-  for (Guide& each : list_guides_without_picture(simulation.system())) guides.push_back(std::move(each));
   const Frame frame{.number = frames_,
                     .steps = report.steps,
                     .time = simulation.time(),
@@ -240,7 +229,7 @@ void Trajectory::write_frame(Simulation& simulation, std::span<const double> fri
                     .guide_forces = guide_forces_,
                     .friction_forces = friction_,
                     .observables = simulation.observe(),
-                    .guides = std::move(guides),
+                    .guides = list_guides(simulation.system(), *shown_, t_start_, simulation.time()),
                     .gravity = find_gravity(simulation.system()),
                     .energy = report.energy.now,
                     .position_violation = report.violation.position,
