@@ -22,16 +22,6 @@ void write(const SolveOptions& options, const report::Solution& solution) {
   if (!options.out || options.json) report::print_solution(solution);
 }
 
-void add_split(const Split& split, bool has_friction, report::Solution* solution) {
-  solution->split.tangent_accelerations = split.tangent_accelerations;
-  solution->split.normal_accelerations = split.normal_accelerations;
-  solution->split.mass_coupling = split.mass_coupling;
-  solution->split.tangent_forces = split.tangent_forces;
-  solution->split.normal_forces = split.normal_forces;
-  if (has_friction) solution->split.tangent_friction = split.tangent_friction;
-  if (has_friction) solution->split.normal_friction = split.normal_friction;
-}
-
 report::Solution describe_problem(const scene::Scene& scene, const Dynamics& dynamics) {
   report::Solution solution;
   solution.num_points = dynamics.num_points();
@@ -92,7 +82,7 @@ ExitCode execute(const SolveOptions& options) {
   if (scene.certificate.when != scene::CertificatePolicy::When::Off) solution.certificate = dynamics.certify(state);
 
   const Split split = dynamics.split(state);
-  if (split.outcome.ok()) add_split(split, has_friction, &solution);
+  if (split.outcome.ok()) solution.split = split;
   const ReactionsByCause by_cause = dynamics.reactions_by_cause(state);
   if (by_cause.outcome.ok()) solution.reactions_by_cause = by_cause.parts;
   write(options, solution);

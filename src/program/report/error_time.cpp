@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "report/checkpoint.hpp"
+#include "report/shown_parts.hpp"
 
 namespace tanor::report {
 
@@ -54,16 +55,8 @@ double coarsest_step(const scene::Scene& scene) {
 
 /// Diagonal of the box around the points, m, at most 1: absolute tolerances of small scenes are as small as they are.
 double small_size(const System& system) {
-  double square = 0.0;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    double low = 0.0, high = 0.0;
-    for (std::size_t i = axis; i < system.positions.size(); i += 3) {
-      low = i == axis ? system.positions[i] : std::min(low, system.positions[i]);
-      high = i == axis ? system.positions[i] : std::max(high, system.positions[i]);
-    }
-    square += (high - low) * (high - low);
-  }
-  return square > 0.0 ? std::min(1.0, std::sqrt(square)) : 1.0;
+  const double diagonal = measure_diagonal(system.positions);
+  return diagonal > 0.0 ? std::min(1.0, diagonal) : 1.0;
 }
 
 /// Level 0 is the coarsest. Each further level has half the step or a hundredth of the tolerance.

@@ -73,41 +73,30 @@ struct Range {
   Json json() const { return least <= most ? Json{least, most} : Json{0.0, 0.0}; }
 };
 
-using FrameArray = std::vector<float> RecordedFrame::*;
-
-Range find_range(const std::vector<float>& numbers) {
-  Range range;
-  for (const float number : numbers) range.take(number);
-  return range;
+/// Packs rows of numbers in 16 bits between the ends of ranges, which the page receives with them. With a range for
+/// each row a large force at one time takes no digits from others. In one range for all rows numbers that change little
+/// from row to row pack well.
+template <class Row>
+Json pack(std::string_view name, const std::vector<Row>& rows, bool in_one_range, PackedBytes* bytes) {
+  std::vector<Range> ranges(in_one_range ? 1 : rows.size());
+  const auto range_of = [&](std::size_t k) -> Range& { return ranges[in_one_range ? 0 : k]; };
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    for (const double number : rows[k]) range_of(k).take(number);
+  std::vector<std::uint16_t> numbers;
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    for (const double number : rows[k]) numbers.push_back(to_16_bits(number, range_of(k).least, range_of(k).most));
+  bytes->add_rows(name, numbers, rows.empty() ? 1 : std::max<std::size_t>(1, rows[0].size()));
+  Json list = Json::array();
+  for (const Range& range : ranges) list.push_back(range.json());
+  return list;
 }
 
-/// Packs rows of numbers in 16 bits between the ends of the range of each frame, which the page receives with them. A
-/// large force at one time then takes no digits from others.
-Json pack_forces(std::string_view name, const std::vector<RecordedFrame>& frames, FrameArray array,
-                 PackedBytes* bytes) {
-  Json ranges = Json::array();
-  std::vector<std::uint16_t> numbers;
-  for (const RecordedFrame& frame : frames) {
-    const Range range = find_range(frame.*array);
-    for (const float number : frame.*array) numbers.push_back(to_16_bits(number, range.least, range.most));
-    ranges.push_back(range.json());
-  }
-  bytes->add_rows(name, numbers, frames.empty() ? 1 : std::max<std::size_t>(1, (frames[0].*array).size()));
-  return ranges;
-}
-
-/// Packs positions in one range for all frames, because numbers that change little from frame to frame pack well.
-Json pack_positions(const std::vector<RecordedFrame>& frames, PackedBytes* bytes) {
-  Range range;
-  for (const RecordedFrame& frame : frames) {
-    for (const float number : frame.positions) range.take(number);
-  }
-  std::vector<std::uint16_t> numbers;
-  for (const RecordedFrame& frame : frames) {
-    for (const float number : frame.positions) numbers.push_back(to_16_bits(number, range.least, range.most));
-  }
-  bytes->add_rows("positions", numbers, frames.empty() ? 1 : std::max<std::size_t>(1, frames[0].positions.size()));
-  return Json::array({range.json()});
+/// Packs an array of all frames.
+Json pack(std::string_view name, const std::vector<RecordedFrame>& frames, std::vector<float> RecordedFrame::*array,
+          bool in_one_range, PackedBytes* bytes) {
+  std::vector<std::span<const float>> rows;
+  for (const RecordedFrame& frame : frames) rows.emplace_back(frame.*array);
+  return pack(name, rows, in_one_range, bytes);
 }
 
 std::span<const std::int32_t> flat(const std::vector<std::array<std::int32_t, 2>>& pairs) {
@@ -182,11 +171,12 @@ Json describe_motion(const System& system, const Recording& recording, const std
               {"without_picture", without_picture},
               {"up", {-gravity[0], -gravity[1], -gravity[2]}},
               {"has_friction", !system.friction.empty()}};
-  motion["ranges"] = {{"positions", pack_positions(frames, bytes)},
-                      {"tensions", pack_forces("tensions", frames, &RecordedFrame::tensions, bytes)},
-                      {"ties", pack_forces("ties", frames, &RecordedFrame::tie_tensions, bytes)},
-                      {"normal", pack_forces("normal", frames, &RecordedFrame::normal_reactions, bytes)},
-                      {"tangent", pack_forces("tangent", frames, &RecordedFrame::tangent_reactions, bytes)}};
+  using F = RecordedFrame;
+  motion["ranges"] = {{"positions", pack("positions", frames, &F::positions, true, bytes)},
+                      {"tensions", pack("tensions", frames, &F::tensions, false, bytes)},
+                      {"ties", pack("ties", frames, &F::tie_tensions, false, bytes)},
+                      {"normal", pack("normal", frames, &F::normal_reactions, false, bytes)},
+                      {"tangent", pack("tangent", frames, &F::tangent_reactions, false, bytes)}};
   motion["arrays"] = bytes->list();
   return motion;
 }
@@ -348,20 +338,6 @@ Json describe_rest(const System& system, const Rest& rest) {
           {"text", ""}};
 }
 
-/// Packs the shapes of modes, a row each, and returns their ranges.
-Json pack_shapes(const Modes& modes, PackedBytes* bytes) {
-  Json ranges = Json::array();
-  std::vector<std::uint16_t> numbers;
-  for (std::size_t k = 0; k < modes.count(); ++k) {
-    Range range;
-    for (const double number : modes.shape(k)) range.take(number);
-    for (const double number : modes.shape(k)) numbers.push_back(to_16_bits(number, range.least, range.most));
-    ranges.push_back(range.json());
-  }
-  bytes->add_rows("shapes", numbers, modes.count() > 0 ? modes.shape(0).size() : 1);
-  return ranges;
-}
-
 void write_page(const std::filesystem::path& directory, const Json& data, const PackedBytes& bytes) {
   const std::string_view page = html_page_template();
   const std::size_t place = page.find(place_of_data);
@@ -418,7 +394,9 @@ void write_rest_page(const std::filesystem::path& directory, const System& syste
             {"error_time", Json::array()}};
   if (rest.modes != nullptr) {
     data["modes"] = {{"omega", rest.modes->omega}, {"decay", rest.modes->decay}};
-    data["motion"]["ranges"]["shapes"] = pack_shapes(*rest.modes, &bytes);
+    std::vector<std::span<const double>> shapes;
+    for (std::size_t k = 0; k < rest.modes->count(); ++k) shapes.push_back(rest.modes->shape(k));
+    data["motion"]["ranges"]["shapes"] = pack("shapes", shapes, false, &bytes);
     data["motion"]["arrays"] = bytes.list();
   }
   write_page(directory, data, bytes);

@@ -36,16 +36,8 @@ Json frequencies(const Modes& modes) {
 
 /// Returns half of the diagonal of the box around the points, or 1 m if it has no size.
 double measure_size(std::span<const double> positions) {
-  double square = 0.0;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    double low = positions[axis], high = low;
-    for (std::size_t i = axis; i < positions.size(); i += 3) {
-      low = std::min(low, positions[i]);
-      high = std::max(high, positions[i]);
-    }
-    square += (high - low) * (high - low);
-  }
-  return square > 0.0 ? 0.5 * std::sqrt(square) : 1.0;
+  const double diagonal = measure_diagonal(positions);
+  return diagonal > 0.0 ? 0.5 * diagonal : 1.0;
 }
 
 double measure_move(std::span<const double> shape) {

@@ -42,25 +42,13 @@ std::string list_forces(const System& system) {
   return list.empty() ? "none" : list;
 }
 
-/// Returns "at t = 0.2 s to 11, at t = 0.25 s to 12".
-std::string list_changes(const RankChanges& changes, const Units& units) {
+/// Returns the first of `count` instants at which something happened, each in words.
+template <class Instant, class Describe>
+std::string list_instants(const std::vector<Instant>& first, std::size_t count, const Describe& describe) {
   constexpr std::size_t most_named = 5;
   std::string list;
-  for (std::size_t k = 0; k < std::min(changes.first.size(), most_named); ++k) {
-    list += fmt::format("{}at t = {} to {}", k > 0 ? ", " : "",
-                        with_unit(fmt::format("{:g}", changes.first[k].time), units.time), changes.first[k].rank);
-  }
-  return list + (changes.count > most_named ? fmt::format(", … ({} in all)", changes.count) : "");
-}
-
-/// Returns "passed at t = 0.5 s, 1.5 s".
-std::string list_passages(const SingularPassages& passages, const Units& units) {
-  constexpr std::size_t most_named = 5;
-  std::string list;
-  for (std::size_t k = 0; k < std::min(passages.first.size(), most_named); ++k) {
-    list += (k > 0 ? ", " : "passed at t = ") + with_unit(fmt::format("{:g}", passages.first[k].time), units.time);
-  }
-  return list + (passages.count > most_named ? fmt::format(", … ({} in all)", passages.count) : "");
+  for (std::size_t k = 0; k < std::min(first.size(), most_named); ++k) list += (k > 0 ? ", " : "") + describe(first[k]);
+  return list + (count > most_named ? fmt::format(", … ({} in all)", count) : "");
 }
 
 std::string line(const std::string& key, const std::string& text) {
@@ -105,10 +93,14 @@ std::string format_page(const RunFacts& facts, Simulation& simulation) {
     if (const std::string redundancy = describe_redundancy(simulation.rank()); !redundancy.empty())
       page += line("rank", redundancy);
   }
-  if (const std::string times_met = list_changes(report.rank_changes, units); !times_met.empty())
-    page += line("rank changes", times_met);
-  if (const std::string times_passed = list_passages(report.singular_passages, units); !times_passed.empty())
-    page += line("singular", times_passed + ": constraints depend on each other there");
+  const auto time_of = [&](const auto& instant) { return with_unit(fmt::format("{:g}", instant.time), units.time); };
+  if (const RankChanges& changes = report.rank_changes; !changes.first.empty())
+    page += line("rank changes", list_instants(changes.first, changes.count, [&](const RankChange& change) {
+                   return fmt::format("at t = {} to {}", time_of(change), change.rank);
+                 }));
+  if (const SingularPassages& passages = report.singular_passages; !passages.first.empty())
+    page += line("singular", "passed at t = " + list_instants(passages.first, passages.count, time_of) +
+                                 ": constraints depend on each other there");
   if (!plan.prestress_rigid_points.empty()) {
     page += line("rigid", fmt::format("{} points are held rigid by prestress, by rods under tension between supports; "
                                       "they do not move; the forces in "

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "report/field_json.hpp"
+
 namespace tanor::report {
 
 bool has_multipliers(const PlanSummary& plan) {
@@ -15,28 +17,19 @@ Json if_started(const RunFacts& facts, double number) {
 }
 
 Json describe_certificate(const std::optional<Certificate>& certificate) {
-  const auto figure = [&](double Certificate::*which) { return certificate ? Json(*certificate.*which) : Json(); };
-  Json checks = Json::array();
-  for (const CertificateCheck& check : certificate ? certificate->checks : std::vector<CertificateCheck>()) {
-    checks.push_back({{"words", check.words},
-                      {"identity", check.identity},
-                      {"error", check.error},
-                      {"allowed", check.allowed},
-                      {"where", json_or_null(check.where)}});
-  }
-  return {{"normal_identity", figure(&Certificate::normal_identity)},
-          {"tangent_identity", figure(&Certificate::tangent_identity)},
-          {"bases_orthogonal", figure(&Certificate::bases_orthogonal)},
-          {"orthogonality", figure(&Certificate::orthogonality)},
-          {"residual", figure(&Certificate::residual)},
-          {"forms_agree", figure(&Certificate::forms_agree)},
-          {"second_factorization", figure(&Certificate::second_factorization)},
-          {"power_balance", figure(&Certificate::power_balance)},
-          {"friction", figure(&Certificate::friction)},
-          {"reciprocal_condition", figure(&Certificate::reciprocal_condition)},
-          {"verdict", certificate ? Json(certificate->line()) : Json()},
-          {"checks", checks},
-          {"left_out", certificate ? certificate->left_out : std::vector<std::string>()}};
+  using C = Certificate;
+  using Check = CertificateCheck;
+  const C shown = certificate.value_or(C());
+  Json json = json_of_members<&C::normal_identity, &C::tangent_identity, &C::bases_orthogonal, &C::orthogonality,
+                              &C::residual, &C::forms_agree, &C::second_factorization, &C::power_balance, &C::friction,
+                              &C::reciprocal_condition>(shown);
+  json["verdict"] = certificate ? Json(shown.line()) : Json();
+  json["checks"] = Json::array();
+  for (const Check& check : shown.checks)
+    json["checks"].push_back(
+        json_of_members<&Check::words, &Check::identity, &Check::error, &Check::allowed, &Check::where>(check));
+  json["left_out"] = shown.left_out;
+  return json;
 }
 
 void add_rank(const std::optional<RankReport>& rank, JsonObjectFile* json) {

@@ -27,14 +27,20 @@ void write_causes(const ArrayWriter& arrays, const std::optional<std::vector<Rea
 }
 
 void write_members(const ArrayWriter& arrays, const Solution& solution, JsonObjectFile* json) {
+  const auto part = [&](std::vector<double> Split::*which) {
+    return solution.split ? Numbers((*solution.split).*which) : std::nullopt;
+  };
+  const auto friction = [&](std::vector<double> Split::*which) {
+    return solution.friction ? part(which) : std::nullopt;
+  };
   arrays.write_points("positions", solution.positions);
   arrays.write_points("velocities", solution.velocities);
   arrays.write_points("accelerations", solution.accelerations);
-  arrays.write_points("tangent_accelerations", solution.split.tangent_accelerations);
-  arrays.write_points("normal_accelerations", solution.split.normal_accelerations);
-  json->add("mass_coupling", json_or_null(solution.split.mass_coupling));
-  arrays.write_points("tangent_forces", solution.split.tangent_forces);
-  arrays.write_points("normal_forces", solution.split.normal_forces);
+  arrays.write_points("tangent_accelerations", part(&Split::tangent_accelerations));
+  arrays.write_points("normal_accelerations", part(&Split::normal_accelerations));
+  json->add("mass_coupling", solution.split ? Json(solution.split->mass_coupling) : Json());
+  arrays.write_points("tangent_forces", part(&Split::tangent_forces));
+  arrays.write_points("normal_forces", part(&Split::normal_forces));
   arrays.write_list("multipliers", solution.multipliers);
   arrays.write_booleans("multipliers_unique",
                         solution.rank ? std::optional(solution.rank->multipliers_unique) : std::nullopt);
@@ -42,8 +48,8 @@ void write_members(const ArrayWriter& arrays, const Solution& solution, JsonObje
   arrays.write_points("reactions", solution.reactions);
   write_causes(arrays, solution.reactions_by_cause, json);
   arrays.write_points("friction", solution.friction);
-  arrays.write_points("tangent_friction", solution.split.tangent_friction);
-  arrays.write_points("normal_friction", solution.split.normal_friction);
+  arrays.write_points("tangent_friction", friction(&Split::tangent_friction));
+  arrays.write_points("normal_friction", friction(&Split::normal_friction));
   json->add("friction_report", describe_friction_report(solution.friction_report));
   arrays.write_points("support_forces", solution.support_forces);
   json->add("certificate", describe_certificate(solution.certificate));

@@ -17,13 +17,7 @@ namespace tanor::report {
 struct Solution {
   std::size_t num_points = 0;
   Numbers positions, velocities, accelerations;
-  /// Parts in the tangent space and in the normal space.
-  struct Split {
-    Numbers tangent_accelerations, normal_accelerations;  ///< w_T (19), w_N (21)
-    Numbers tangent_forces, normal_forces;                ///< f_T, f_N
-    Numbers tangent_friction, normal_friction;            ///< tau_T, tau_N; none if the system has no friction
-    std::optional<double> mass_coupling;                  ///< 0: (44) holds here
-  } split;
+  std::optional<Split> split;  ///< parts in the tangent space and in the normal space
   Numbers multipliers, reactions, support_forces;
   Numbers friction;  ///< tau; none if the system has no friction
   std::optional<FrictionReport> friction_report;
