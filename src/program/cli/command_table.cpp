@@ -32,43 +32,33 @@ Value text(Word word, Target* target) {
           }};
 }
 
-Value positive(std::optional<double>* target) {
-  return {Word::Number, [target](const std::string& given) -> std::string {
-            const std::optional<double> number = read_number<double>(given);
-            if (!number || !(*number > 0.0) || !(*number < HUGE_VAL))
-              return "must be a finite number > 0, not '" + given + "'";
-            *target = number;
+/// Reads a number that satisfies a condition, which `wanted` tells in words.
+template <class Number, class Condition, class Target>
+Value checked(const Condition& condition, const std::string& wanted, Target* target) {
+  return {Word::Number, [=](const std::string& given) -> std::string {
+            const std::optional<Number> number = read_number<Number>(given);
+            if (!number || !condition(*number)) return "must be " + wanted + ", not '" + given + "'";
+            *target = *number;
             return {};
           }};
 }
 
+Value positive(std::optional<double>* target) {
+  return checked<double>([](double x) { return x > 0.0 && std::isfinite(x); }, "a finite number > 0", target);
+}
+
 Value number(std::optional<double>* target) {
-  return {Word::Number, [target](const std::string& given) -> std::string {
-            *target = read_number<double>(given);
-            return *target && std::isfinite(**target) ? "" : "must be a finite number, not '" + given + "'";
-          }};
+  return checked<double>([](double x) { return std::isfinite(x); }, "a finite number", target);
 }
 
 /// Reads a time that a clock can add, s.
 Value interval(std::optional<double>* target) {
-  return {Word::Number, [target](const std::string& given) -> std::string {
-            const std::optional<double> number = read_number<double>(given);
-            if (!number || !(*number >= 0.0 && *number <= 1e9))
-              return "must be a number from 0 to 1e9, not '" + given + "'";
-            target->emplace(*number);
-            return {};
-          }};
+  return checked<double>([](double x) { return x >= 0.0 && x <= 1e9; }, "a number from 0 to 1e9", target);
 }
 
 template <class Target>
 Value whole(int least, int most, const std::string& range, Target* target) {
-  return {Word::Number, [=](const std::string& given) -> std::string {
-            const std::optional<int> number = read_number<int>(given);
-            if (!number || *number < least || *number > most)
-              return "must be a whole number " + range + ", not '" + given + "'";
-            *target = *number;
-            return {};
-          }};
+  return checked<int>([=](int k) { return least <= k && k <= most; }, "a whole number " + range, target);
 }
 
 Value threads(std::optional<int>* target) {
@@ -347,15 +337,6 @@ Command describe_view() {
                     {"tanor view net.out --no-open --port 8080", "on a machine without a screen"}}});
 }
 
-Value instant(std::optional<double>* target) {
-  return {Word::Number, [target](const std::string& given) -> std::string {
-            const std::optional<double> number = read_number<double>(given);
-            if (!number || !std::isfinite(*number)) return "must be a finite number, not '" + given + "'";
-            *target = number;
-            return {};
-          }};
-}
-
 Command describe_picture() {
   const auto options = std::make_shared<PictureOptions>();
   picture::Style* style = &options->style;
@@ -369,7 +350,7 @@ Command describe_picture() {
            "positions follow a cubic polynomial, forces a straight line.",
        .arguments = {{"DIR", text(Word::Folder, &options->folder), "folder of the results, such as net.out"}},
        .options =
-           {{"--time", "T", instant(&options->time), "the instant, s; default: the last frame"},
+           {{"--time", "T", number(&options->time), "the instant, s; default: the last frame"},
             {"--out", "FILE", text(Word::File, &options->out), "the picture; default DIR/picture.png"},
             {"--size", "WxH", size_of_picture(style), "pixels; default 1600x1000"},
             {"--view", "VIEW", view_of_picture(style),

@@ -21,26 +21,37 @@ std::string list_commands(const std::vector<Command>& commands) {
   return names;
 }
 
-/// Returns what bash does for a value; `commands` are their names.
-std::string complete_in_bash(const Value& value, const std::string& commands) {
+/// The ways of a shell for words of each kind; {} stands for the words that it offers.
+struct Shell {
+  const char *file, *folder, *scene, *choice, *choices, *nothing;
+};
+constexpr Shell bash{"_tanor_files",      "_tanor_files /",
+                     "_tanor_files json", "COMPREPLY=($(compgen -W '{}' -- \"$cur\"))",
+                     "_tanor_list '{}'",  ":"};
+constexpr Shell zsh{"_files", "_files -/", "_files -g \"*.json\"", "({})", "_values -s , name {}", " "};
+
+/// Returns what a shell does for a value; `commands` are their names.
+std::string complete(const Shell& shell, const Value& value, const std::string& commands) {
+  const auto offer = [](const char* how, const std::string& words) { return fmt::format(fmt::runtime(how), words); };
+  const std::string offers = fmt::format("{}", fmt::join(value.offers, " "));
   switch (value.word) {
     case Word::File:
-      return "_tanor_files";
+      return shell.file;
     case Word::Folder:
-      return "_tanor_files /";
+      return shell.folder;
     case Word::Scene:
-      return "_tanor_files json";
+      return shell.scene;
     case Word::Choice:
-      return fmt::format("COMPREPLY=($(compgen -W '{}' -- \"$cur\"))", fmt::join(value.offers, " "));
+      return offer(shell.choice, offers);
     case Word::Choices:
-      return fmt::format("_tanor_list '{}'", fmt::join(value.offers, " "));
+      return offer(shell.choices, offers);
     case Word::Command:
-      return fmt::format("COMPREPLY=($(compgen -W '{}' -- \"$cur\"))", commands);
+      return offer(shell.choice, commands);
     case Word::Text:
     case Word::Number:
       break;
   }
-  return ":";
+  return shell.nothing;
 }
 
 /// Returns what bash completes behind a command: the value of an option, an option, or the command's first argument.
@@ -49,9 +60,9 @@ std::string complete_command_in_bash(const Command& command, const std::string& 
   for (const Option& each : command.options) {
     options += " " + each.name;
     if (!each.place.empty())
-      values += fmt::format("        {}) {}; return ;;\n", each.name, complete_in_bash(each.value, words));
+      values += fmt::format("        {}) {}; return ;;\n", each.name, complete(bash, each.value, words));
   }
-  const std::string argument = command.arguments.empty() ? ":" : complete_in_bash(command.arguments[0].value, words);
+  const std::string argument = command.arguments.empty() ? ":" : complete(bash, command.arguments[0].value, words);
   return fmt::format(R"(    {})
       case $prev in
 {}      esac
@@ -109,38 +120,17 @@ std::string quote_in_zsh(std::string_view text) {
   return quoted;
 }
 
-std::string complete_in_zsh(const Value& value, const std::string& commands) {
-  switch (value.word) {
-    case Word::File:
-      return "_files";
-    case Word::Folder:
-      return "_files -/";
-    case Word::Scene:
-      return "_files -g \"*.json\"";
-    case Word::Choice:
-      return fmt::format("({})", fmt::join(value.offers, " "));
-    case Word::Choices:
-      return fmt::format("_values -s , name {}", fmt::join(value.offers, " "));
-    case Word::Command:
-      return fmt::format("({})", commands);
-    case Word::Text:
-    case Word::Number:
-      break;
-  }
-  return " ";
-}
-
 std::string complete_command_in_zsh(const Command& command, const std::string& words) {
   std::string rules;
   for (const Option& each : command.options) {
     const std::string value =
-        each.place.empty() ? "" : fmt::format(":{}:{}", each.place, complete_in_zsh(each.value, words));
+        each.place.empty() ? "" : fmt::format(":{}:{}", each.place, complete(zsh, each.value, words));
     rules += fmt::format(" \\\n        '{}[{}]{}'", each.name, quote_in_zsh(each.what), value);
   }
   rules += " \\\n        '(- *)'{-h,--help}'[all about this command]'";
   for (const Argument& each : command.arguments)
     rules += fmt::format(" \\\n        '{}{}:{}'", each.is_required ? ":" : "::", quote_in_zsh(each.what),
-                         complete_in_zsh(each.value, words));
+                         complete(zsh, each.value, words));
   return fmt::format("    {})\n      _arguments{} ;;\n", command.name, rules);
 }
 
