@@ -231,14 +231,11 @@ from_      int [n]: number i was from_[i], or is a new point where that is -1; t
 masses     float [n] of all
 positions  float64 [n, 3], where the points are now; may be absent
 index      int32 [n], as in constrain_positions)doc")
-      .def(
-          "expect_edits",
-          [](HostHandle& handle) { return handle.run([](Constrainer& c) { return c.expect_edits(); }); },
-          "Plans in parts from now on: a host that is going to edit says so at once, else its first edit plans all "
-          "anew.")
-      .def(
-          "update_plan", [](HostHandle& handle) { return handle.run([](Constrainer& c) { return c.update_plan(); }); },
-          "Does now what the next call would; returns how many islands were planned.")
+      .def("expect_edits", &ask<HostHandle, &Constrainer::expect_edits>,
+           "Plans in parts from now on: a host that is going to edit says so at once, else its first edit plans all "
+           "anew.")
+      .def("update_plan", &ask<HostHandle, &Constrainer::update_plan>,
+           "Does now what the next call would; returns how many islands were planned.")
       .def("rows", &rows, arg("id"),
            "The rows of a constraint as a slice: multipliers[c.rows(id)]. Rows are numbered in the order of ids.")
       .def("save", &HostHandle::save,
@@ -359,12 +356,10 @@ The others as in constrain_positions.)doc")
           arg("row"), "\"rods[17]\", in the order in which the constraints were given.")
       .def_property_readonly("num_points", &HostHandle::num_points, "(int) number of points, supports included")
       .def_property_readonly("num_rows", &HostHandle::num_rows, "(int) number of equations")
-      .def_property_readonly(
-          "plan", [](HostHandle& handle) { return handle.run([](const Constrainer& c) { return c.plan(); }); },
-          "(PlanSummary) how the equations are solved, and why so")
-      .def_property_readonly(
-          "counters", [](HostHandle& handle) { return handle.run([](const Constrainer& c) { return c.counters(); }); },
-          "(Counters) work done so far by this handle")
+      .def_property_readonly("plan", &ask<HostHandle, &Constrainer::plan>,
+                             "(PlanSummary) how the equations are solved, and why so")
+      .def_property_readonly("counters", &ask<HostHandle, &Constrainer::counters>,
+                             "(Counters) work done so far by this handle")
       .def("__repr__",
            [](HostHandle& handle) {
              return "Constrainer(num_points=" + std::to_string(handle.num_points()) +

@@ -78,12 +78,12 @@ SolveReport solve(DynamicsProblem& self, const py::object& positions, const py::
   return self.run([&](Dynamics& d) { return d.solve(at, wanted); });
 }
 
-/// Returns a function of the arguments (positions, velocities, time) that runs call(dynamics, state).
-template <class Call>
-auto at_state(const Call& call) {
+/// Returns a function of the arguments (positions, velocities, time) that calls a method of Dynamics at that state.
+template <class Result>
+auto at_state(Result (Dynamics::*call)(const StateView&)) {
   return [call](DynamicsProblem& self, const py::object& positions, const py::object& velocities, double time) {
     const StateView at = state_of(self, positions, velocities, time);
-    return self.run([&](Dynamics& d) { return call(d, at); });
+    return self.run([&](Dynamics& d) { return (d.*call)(at); });
   };
 }
 
@@ -160,31 +160,23 @@ constexpr const char* state_doc = "positions, velocities  float64 [n, 3], m and 
 void bind_dynamics_calls(py::class_<DynamicsProblem>* type) {
   using py::arg;
   const py::none none;
-  const auto def = [&](const char* name, const auto& call, const std::string& text) {
+  const auto def = [&]<class Result>(const char* name, Result (Dynamics::*call)(const StateView&),
+                                     const std::string& text) {
     type->def(name, at_state(call), arg("positions"), arg("velocities") = py::none(), arg("time") = 0.0,
               (text + "\n\n" + state_doc).c_str());
   };
-  def(
-      "solution", [](Dynamics& d, const StateView& at) { return d.solution(at); },
-      "The state with accelerations, multipliers, reactions and loads, as a value.");
-  def(
-      "split", [](Dynamics& d, const StateView& at) { return d.split(at); },
+  def("solution", &Dynamics::solution, "The state with accelerations, multipliers, reactions and loads, as a value.");
+  def("split", &Dynamics::split,
       "The Euclidean split of accelerations, forces and friction into tangent and normal parts.");
-  def(
-      "reactions_by_cause", [](Dynamics& d, const StateView& at) { return d.reactions_by_cause(at); },
+  def("reactions_by_cause", &Dynamics::reactions_by_cause,
       "Multipliers and reactions by what causes them: each force, friction, inertia, drives.");
-  def(
-      "friction_by_blocks", [](Dynamics& d, const StateView& at) { return d.friction_by_blocks(at); },
+  def("friction_by_blocks", &Dynamics::friction_by_blocks,
       "Friction once more, by the three blocks of (43). Raises InputError where there is no friction.");
-  def(
-      "certify", [](Dynamics& d, const StateView& at) { return d.certify(at); },
+  def("certify", &Dynamics::certify,
       "Proves the answer at a state, which is found anew for it: identities, and second ways to the same numbers.");
-  def(
-      "position_violation", [](Dynamics& d, const StateView& at) { return d.position_violation(at); },
+  def("position_violation", &Dynamics::position_violation,
       "Largest relative violation of a constraint by positions, |xi|/|gradient|/length.");
-  def(
-      "velocity_violation", [](Dynamics& d, const StateView& at) { return d.velocity_violation(at); },
-      "Largest relative violation of a constraint by velocities.");
+  def("velocity_violation", &Dynamics::velocity_violation, "Largest relative violation of a constraint by velocities.");
   type->def(
       "rank",
       [](DynamicsProblem& self, const py::object& positions, const py::object& velocities, double time,
@@ -226,16 +218,11 @@ friction_forces        float64 [n, 3], written, N)doc")
       .def_property_readonly(
           "system", [](const DynamicsProblem& self) { return self.system; }, "(System | Scene) as it was given")
       .def_property_readonly("num_points", &DynamicsProblem::num_points, "(int) supports included")
-      .def_property_readonly(
-          "num_equations",
-          [](DynamicsProblem& self) { return self.run([](const Dynamics& d) { return d.num_equations(); }); },
-          "(int) rows of the multipliers")
-      .def_property_readonly(
-          "plan", [](DynamicsProblem& self) { return self.run([](const Dynamics& d) { return d.plan(); }); },
-          "(PlanSummary) how the equations are solved, and why so")
-      .def_property_readonly(
-          "counters", [](DynamicsProblem& self) { return self.run([](const Dynamics& d) { return d.counters(); }); },
-          "(Counters) work done so far");
+      .def_property_readonly("num_equations", &ask<DynamicsProblem, &Dynamics::num_equations>,
+                             "(int) rows of the multipliers")
+      .def_property_readonly("plan", &ask<DynamicsProblem, &Dynamics::plan>,
+                             "(PlanSummary) how the equations are solved, and why so")
+      .def_property_readonly("counters", &ask<DynamicsProblem, &Dynamics::counters>, "(Counters) work done so far");
   bind_dynamics_calls(&dynamics);
   bind_pickle<Dynamics>(&dynamics);
 
@@ -251,14 +238,10 @@ time                                  s)doc")
 where there are none, or where some have charts of their own.)doc")
       .def_property_readonly(
           "system", [](const InverseProblem& self) { return self.system; }, "(System | Scene) as it was given")
-      .def_property_readonly(
-          "num_equations",
-          [](InverseProblem& self) { return self.run([](const InverseDynamics& d) { return d.num_equations(); }); },
-          "(int) rows of the multipliers")
-      .def_property_readonly(
-          "num_coordinates",
-          [](InverseProblem& self) { return self.run([](const InverseDynamics& d) { return d.num_coordinates(); }); },
-          "(int) numbers that place all points");
+      .def_property_readonly("num_equations", &ask<InverseProblem, &InverseDynamics::num_equations>,
+                             "(int) rows of the multipliers")
+      .def_property_readonly("num_coordinates", &ask<InverseProblem, &InverseDynamics::num_coordinates>,
+                             "(int) numbers that place all points");
   bind_pickle<InverseDynamics>(&inverse);
 }
 

@@ -33,4 +33,10 @@ class Handle {
   Turns turns_;
 };
 
+/// Returns what a method of the library returns, called without the interpreter's lock. `Self` has run(call).
+template <class Self, auto method>
+auto ask(Self& self) {
+  return self.run([](auto& library) { return (library.*method)(); });
+}
+
 }  // namespace tanor::python

@@ -11,6 +11,7 @@
 #include "python/arrays.hpp"
 #include "python/bindings.hpp"
 #include "python/functions.hpp"
+#include "python/handle.hpp"
 #include "python/kinds.hpp"
 
 namespace tanor::python {
@@ -77,8 +78,7 @@ class Run {
   const Simulation& now() const { return simulation_; }
   /// Returns what pickle and deepcopy keep: the description and the bytes of `save`.
   py::tuple state() {
-    const std::vector<std::byte> saved = run([](Simulation& s) { return s.save(); });
-    return py::make_tuple(system, motion_, solver_, t_start_, to_bytes(saved));
+    return py::make_tuple(system, motion_, solver_, t_start_, to_bytes(ask<Run, &Simulation::save>(*this)));
   }
   static std::unique_ptr<Run> from_state(const py::tuple& state) {
     auto result = std::make_unique<Run>(state[0], state[1], state[2], state[3].cast<double>());
@@ -130,6 +130,12 @@ py::dict list_groups(const Run& self) {
   return groups;
 }
 
+/// Returns what a method tells of the state that the last call left.
+template <auto method>
+auto present(const Run& self) {
+  return (self.now().*method)();
+}
+
 std::size_t add_observable(Run& self, const std::string& what, const std::string& name, bool every_step) {
   return self.run(
       [&](Simulation& s) { return s.add_observable({.name = name, .text = what, .every_step = every_step}); });
@@ -157,7 +163,7 @@ std::size_t add_event(Run& self, const py::object& function, const py::object& d
 }
 
 py::bytes save(Run& self) {
-  return to_bytes(self.run([](Simulation& s) { return s.save(); }));
+  return to_bytes(ask<Run, &Simulation::save>(self));
 }
 
 void restore(Run& self, const std::string& saved) {
@@ -252,33 +258,25 @@ of         what is taken out; "": the member of which the condition speaks)doc")
             return std::vector<Passage>(all.begin(), all.end());
           },
           "(list[Passage]) of events, in the order of time")
-      .def(
-          "solution", [](Run& self) { return self.run([](Simulation& s) { return s.solution(); }); },
-          "The present state as a value, also inside a progress callback.")
+      .def("solution", &ask<Run, &Simulation::solution>,
+           "The present state as a value, also inside a progress callback.")
       .def(
           "friction_forces",
           [](Run& self) { return copy(self.run([](Simulation& s) { return s.friction_forces(); }), 3); },
           "float64 [n, 3], N: what friction does to each point at the present state, also inside a progress callback.")
-      .def(
-          "certify", [](Run& self) { return self.run([](Simulation& s) { return s.certify(); }); },
-          "Proves the answer at the present state, also inside a progress callback.")
-      .def(
-          "rank", [](Run& self) { return self.run([](Simulation& s) { return s.rank(); }); },
-          "The rank of K at the present state.")
+      .def("certify", &ask<Run, &Simulation::certify>,
+           "Proves the answer at the present state, also inside a progress callback.")
+      .def("rank", &ask<Run, &Simulation::rank>, "The rank of K at the present state.")
       .def("save", &save, "The present state as bytes, for restore of a simulation of an equal system.")
       .def("restore", &restore, arg("saved"),
            "Goes on from saved bytes. Raises InputError for bytes that are damaged or of another system.")
       .def_readonly("system", &Run::system, "(System | Scene) as it was given")
-      .def_property_readonly(
-          "plan", [](const Run& self) { return self.now().plan(); },
-          "(PlanSummary) how the equations are solved, and why so")
-      .def_property_readonly(
-          "outcome", [](const Run& self) { return self.now().outcome(); },
-          "(Outcome) of the start, the last advance_to or restore")
-      .def_property_readonly(
-          "report", [](const Run& self) { return self.now().report(); }, "(MotionReport) of the motion so far")
-      .def_property_readonly(
-          "time", [](const Run& self) { return self.now().time(); }, "(float) s")
+      .def_property_readonly("plan", &present<&Simulation::plan>,
+                             "(PlanSummary) how the equations are solved, and why so")
+      .def_property_readonly("outcome", &present<&Simulation::outcome>,
+                             "(Outcome) of the start, the last advance_to or restore")
+      .def_property_readonly("report", &present<&Simulation::report>, "(MotionReport) of the motion so far")
+      .def_property_readonly("time", &present<&Simulation::time>, "(float) s")
       .def("__repr__", [](const py::object& self) {
         return "Simulation(time=" + std::to_string(self.cast<const Run&>().now().time()) + ")";
       });
