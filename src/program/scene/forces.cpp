@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include "base/text.hpp"
-#include "scene/along.hpp"
 #include "scene/kind.hpp"
 
 namespace tanor::scene {
@@ -184,61 +183,11 @@ struct Extra<Potential> {
   }
 };
 
-/// Refuses a key that the law does not read, because it would have no effect.
-void refuse_key_of_other_laws(const Cursor& entry, std::string_view key) {
-  if (entry[key])
-    entry[key].complain(fmt::format("found beside the law \"{}\", which does not read it", entry["law"].string()));
-}
-template <HasEnergy Group>
-void refuse_numbers_of_other_laws(const Cursor& entry, const Group& group) {
-  for_each_field<Group>([&](const auto& field) {
-    const auto numbers = KindOf<Group>::law_numbers(group);
-    const bool is_read = std::ranges::any_of(
-        numbers, [&](const LawNumber& number) { return std::string_view(number.name) == field.name; });
-    if (!is_read) refuse_key_of_other_laws(entry, field.name);
-  });
-}
-
-/// Reads members one by one, or "along" for those of rods in sequence.
-template <class Group>
-void read_members_or_along(const Cursor& entry, const Context& context, Group* group) {
-  const Cursor list = entry[list_name<Group>()], along = entry["along"];
-  auto* const members = &(group->*KindOf<Group>::members);
-  if (along && list) along.complain(fmt::format(R"(found beside "{}"; one of both is right)", list_name<Group>()));
-  along ? read_along(along, context, members) : scene::read_members(list, context, members);
-}
-
-template <>
-struct Extra<Bonds> {
-  static constexpr std::array<std::string_view, 8> keys{"name",        "pairs", "law",   "stiffness",
-                                                        "rest_length", "limit", "depth", "width"};
-  static void read_law(const Cursor& entry, Bonds* bonds) {
-    bonds->law = entry["law"].choice<BondLaw>();
-    refuse_numbers_of_other_laws(entry, *bonds);
-  }
-};
-template <>
-struct Extra<Bendings> {
-  static constexpr std::array<std::string_view, 6> keys{"name", "triples", "along", "law", "stiffness", "rest"};
-  static void read_members(const Cursor& entry, const Context& context, Bendings* bendings) {
-    read_members_or_along(entry, context, bendings);
-  }
-  static void read_law(const Cursor& entry, Bendings* bendings) {
-    bendings->law = entry["law"].choice<BendingLaw>();
-    refuse_numbers_of_other_laws(entry, *bendings);
-  }
-};
 template <>
 struct Extra<Torsions> {
   static constexpr std::array<std::string_view, 9> keys{"name",      "quadruples",   "along", "law", "coefficients",
                                                         "stiffness", "multiplicity", "phase", "rest"};
-  static void read_members(const Cursor& entry, const Context& context, Torsions* torsions) {
-    read_members_or_along(entry, context, torsions);
-  }
-  static void read_law(const Cursor& entry, Torsions* torsions) {
-    torsions->law = entry["law"].choice<TorsionLaw>();
-    refuse_numbers_of_other_laws(entry, *torsions);
-    const TorsionLaw law = torsions->law;
+  static void check_law(const Cursor& entry, TorsionLaw law) {
     if (law != TorsionLaw::Opls && law != TorsionLaw::Multi) refuse_key_of_other_laws(entry, "coefficients");
     if (law != TorsionLaw::Periodic) refuse_key_of_other_laws(entry, "multiplicity");
   }

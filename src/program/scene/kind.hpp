@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -8,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "scene/along.hpp"
 #include "scene/entries.hpp"
 
 namespace tanor::scene {
@@ -36,8 +38,8 @@ Entry read_kind(const Cursor& entry, const std::vector<Kind<Entry>>& kinds,
 // ---- kinds whose fields are plain data ----
 
 /// Parts of a Group that its fields do not describe. `keys` are all keys, if there are more than the fields' names.
-/// read(entry, context, &group) reads the rest after the fields. read_members(entry, context, &group) is needed if
-/// members can be given in several ways, and read_law(entry, &group) if everything else depends on a law.
+/// read(entry, context, &group) reads the rest after the fields, and check_law(entry, law) refuses what an energy's law
+/// does not read beside the fields.
 template <class Group>
 struct Extra {};
 
@@ -50,6 +52,43 @@ inline void read_members(const Cursor& list, const Context& context, std::vector
 template <std::size_t N>
 void read_members(const Cursor& list, const Context& context, std::vector<std::array<Index, N>>* tuples) {
   *tuples = context.tuples<N>(list);
+}
+
+/// True for energies whose members may be given by rods in sequence, along which they lie.
+template <class Group>
+concept MayLieAlong = HasEnergy<Group> && requires(const Cursor& along, const Context& context, Group group) {
+  read_along(along, context, &(group.*KindOf<Group>::members));
+};
+
+/// Reads the members one by one, or "along" for those of rods in sequence.
+template <class Group>
+void read_members_of(const Cursor& entry, const Context& context, Group* group) {
+  auto* const members = &(group->*KindOf<Group>::members);
+  const Cursor list = entry[list_name<Group>()];
+  if constexpr (MayLieAlong<Group>) {
+    const Cursor along = entry["along"];
+    if (along && list) along.complain(fmt::format(R"(found beside "{}"; one of both is right)", list_name<Group>()));
+    if (along) return read_along(along, context, members);
+  }
+  if (list || !requires { Extra<Group>::members_are_optional; }) read_members(list, context, members);
+}
+
+/// Refuses a key that the law does not read, because it would have no effect.
+inline void refuse_key_of_other_laws(const Cursor& entry, std::string_view key) {
+  if (entry[key])
+    entry[key].complain(fmt::format("found beside the law \"{}\", which does not read it", entry["law"].string()));
+}
+
+/// Reads the law of an energy, on which depends what else it has.
+template <HasEnergy Group>
+void read_law(const Cursor& entry, Group* group) {
+  group->law = entry["law"].choice<decltype(group->law)>();
+  const auto numbers = KindOf<Group>::law_numbers(*group);
+  for_each_field<Group>([&](const auto& field) {
+    const auto is_it = [&](const LawNumber& number) { return std::string_view(number.name) == field.name; };
+    if (std::ranges::none_of(numbers, is_it)) refuse_key_of_other_laws(entry, field.name);
+  });
+  if constexpr (requires { Extra<Group>::check_law(entry, group->law); }) Extra<Group>::check_law(entry, group->law);
 }
 
 /// Reads a number. It must be in the given range if this has a text for the reader.
@@ -110,6 +149,8 @@ std::vector<std::string_view> list_keys() {
   std::vector<std::string_view> keys = {"name"};
   if constexpr (requires(Group group) { group.at; }) keys.emplace_back("at");
   if constexpr (requires { KindOf<Group>::members; }) keys.emplace_back(list_name<Group>());
+  if constexpr (MayLieAlong<Group>) keys.emplace_back("along");
+  if constexpr (HasEnergy<Group>) keys.emplace_back("law");
   for_each_field<Group>([&](const auto& field) { keys.emplace_back(field.name); });
   return keys;
 }
@@ -121,15 +162,9 @@ Group read_group(const Cursor& entry, const Context& context) {
   if constexpr (requires { Extra<Group>::read_alone; }) {
     Extra<Group>::read(entry, context, &group);
   } else {
-    if constexpr (requires { Extra<Group>::read_law(entry, &group); }) Extra<Group>::read_law(entry, &group);
+    if constexpr (HasEnergy<Group>) read_law(entry, &group);
     if constexpr (requires { group.at; }) group.at = read_guides(entry["at"]);
-    if constexpr (requires { Extra<Group>::read_members(entry, context, &group); }) {
-      Extra<Group>::read_members(entry, context, &group);
-    } else if constexpr (requires { KindOf<Group>::members; }) {
-      const Cursor list = entry[list_name<Group>()];
-      if (list || !requires { Extra<Group>::members_are_optional; })
-        read_members(list, context, &(group.*KindOf<Group>::members));
-    }
+    if constexpr (requires { KindOf<Group>::members; }) read_members_of(entry, context, &group);
     for_each_field<Group>([&](const auto& field) { read_field(entry[field.name], context, field, &group); });
     if constexpr (requires { Extra<Group>::read(entry, context, &group); }) Extra<Group>::read(entry, context, &group);
   }
