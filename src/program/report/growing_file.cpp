@@ -34,24 +34,17 @@ bool write_at(int descriptor, std::uint64_t offset, std::string_view bytes) {
 
 }  // namespace
 
+GrowingFile::GrowingFile(const fs::path& path, std::string_view tail, int flags)
+    : name_(path.string()), tail_(tail), descriptor_(open_or_throw(path, flags)) {}
+
 GrowingFile::GrowingFile(const fs::path& path, std::string_view head, std::string_view tail)
-    : name_(path.string()), tail_(tail), descriptor_(open_or_throw(path, O_CREAT | O_TRUNC)) {
-  try {
-    append(head);
-  } catch (...) {
-    close(descriptor_);
-    throw;
-  }
+    : GrowingFile(path, tail, O_CREAT | O_TRUNC) {
+  append(head);
 }
 
 GrowingFile::GrowingFile(const fs::path& path, std::uint64_t body_size, std::string_view tail)
-    : name_(path.string()), tail_(tail), descriptor_(open_or_throw(path, 0)) {
-  try {
-    cut(body_size);
-  } catch (...) {
-    close(descriptor_);
-    throw;
-  }
+    : GrowingFile(path, tail, 0) {
+  cut(body_size);
 }
 
 GrowingFile::~GrowingFile() {

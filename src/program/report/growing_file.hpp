@@ -30,6 +30,8 @@ class GrowingFile {
   std::uint64_t body_size() const { return body_size_; }
 
  private:
+  /// Opens the file; once this is done, the destructor closes it even if another constructor fails.
+  GrowingFile(const std::filesystem::path& path, std::string_view tail, int flags);
   /// Writes the tail after the body and cuts the file there. Returns false, with the reason in errno, if that fails.
   bool end_body();
 
