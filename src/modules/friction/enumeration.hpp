@@ -28,20 +28,20 @@ struct SlidingSolutions {
   /// The solutions s [m] that the enumeration found, each once; empty if rho(R) < 1, or if nothing could be tried.
   std::vector<Eigen::VectorXd> found;
   bool is_complete = false;          ///< true if there are no others than `found`
-  bool determinant_changes = false;  ///< true if det(I - diag(mu n) W) changes its sign over the signs n (Painleve)
+  bool determinant_changes = false;  ///< true if det(I - sigma mu n.W) changes its sign over the signs (Painleve)
 };
 
 constexpr std::size_t most_enumerated = 10;
-constexpr std::size_t few_boxes = 300;
 
 /// Proves uniqueness by rho(R) < 1 or finds the solutions. For up to `most_enumerated` contacts it tries all signs if
-/// each normal force keeps to one line, a quadratic equation for one contact on a wire, otherwise corners of polygons
-/// around the circles of normal directions (which may prove uniqueness), and boxes if these change the sign.
-SlidingSolutions find_sliding(const SlidingContacts& contacts, std::size_t most_boxes = few_boxes);
+/// each normal force keeps to one line, else it searches boxes.
+SlidingSolutions find_sliding(const SlidingContacts& contacts);
 
 /// Adds all solutions by a search in boxes. Returns false if there are too many boxes or a solution is nearly a double
 /// one.
-bool find_sizes_by_boxes(const SlidingContacts& contacts, std::size_t most_boxes, std::vector<Eigen::VectorXd>* found);
+bool find_sizes_by_boxes(const SlidingContacts& contacts, std::vector<Eigen::VectorXd>* found);
+/// Adds a solution unless it is known.
+void add_new(const Eigen::VectorXd& s, std::vector<Eigen::VectorXd>* found);
 
 /// Adds the limit of (43), if it converges, which is certain for rho(R) < 1.
 void add_by_iteration(const SlidingContacts& contacts, std::vector<Eigen::VectorXd>* found);

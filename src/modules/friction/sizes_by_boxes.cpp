@@ -143,9 +143,10 @@ Verdict Search::examine(Box* box, VectorXd* solution) const {
 
 }  // namespace
 
-bool find_sizes_by_boxes(const SlidingContacts& contacts, std::size_t most_boxes, std::vector<VectorXd>* found) {
+bool find_sizes_by_boxes(const SlidingContacts& contacts, std::vector<VectorXd>* found) {
   constexpr double smallest = 1e-9;
   const auto m = static_cast<Eigen::Index>(contacts.size());
+  const std::size_t most_boxes = 20000 / (contacts.size() * contacts.size());
   double unit = 0.0;
   for (Eigen::Index c = 0; c < m; ++c)
     unit = std::max(unit, contacts.mu[static_cast<std::size_t>(c)] * contacts.N0.col(c).norm());
@@ -175,7 +176,7 @@ bool find_sizes_by_boxes(const SlidingContacts& contacts, std::size_t most_boxes
         break;
       case Verdict::Solved:
         // theta = 0 is a solution at infinity
-        if (z(0) > 1e-12 && z.minCoeff() > -1e-9) found->push_back(unit / z(0) * z.tail(m).cwiseMax(0.0));
+        if (z(0) > 1e-12 && z.minCoeff() > -1e-9) add_new(unit / z(0) * z.tail(m).cwiseMax(0.0), found);
         break;
       case Verdict::Cut: {
         Eigen::Index widest = 0;
