@@ -1,6 +1,6 @@
 #include "friction/contraction.hpp"
 
-#include <algorithm>
+#include <Eigen/Core>
 #include <cmath>
 #include <limits>
 
@@ -10,38 +10,29 @@ namespace tanor::detail {
 /// positive pivots (Berman and Plemmons 1994, ch. 6). Then x = (I - R)^-1 1 >= 1, and |e| <= (I - R)^-1 |F(s) - s|.
 double ContractionBound::amplification(const SlidingContacts& contacts) {
   constexpr double unproven = std::numeric_limits<double>::quiet_NaN();
-  const std::size_t m = contacts.size();
-  R_.resize(m * m);
-  A_.resize(m * m);
-  x_.assign(m, 1.0);
-  for (std::size_t c = 0; c < m; ++c) {
-    for (std::size_t j = 0; j < m; ++j) {
-      R_[c * m + j] = contacts.mu[c] * contacts.W[j].col(static_cast<Eigen::Index>(c)).norm();
-      A_[c * m + j] = (c == j ? 1.0 : 0.0) - R_[c * m + j];
-    }
+  const auto m = static_cast<Eigen::Index>(contacts.size());
+  R_.resize(m, m);
+  for (Eigen::Index j = 0; j < m; ++j)
+    R_.col(j) = contacts.W[static_cast<std::size_t>(j)].colwise().norm().transpose().cwiseProduct(
+        Eigen::Map<const Eigen::VectorXd>(contacts.mu.data(), m));
+  // A = L U
+  A_ = -R_;
+  A_.diagonal().array() += 1.0;
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const Eigen::Index rest = m - k - 1;
+    if (!(A_(k, k) > 0.0)) return unproven;
+    A_.col(k).tail(rest) /= A_(k, k);
+    A_.bottomRightCorner(rest, rest).noalias() -= A_.col(k).tail(rest) * A_.row(k).tail(rest);
   }
-  // A = L U and L y = 1, …
-  for (std::size_t k = 0; k < m; ++k) {
-    const double pivot = A_[k * m + k];
-    if (!(pivot > 0.0)) return unproven;
-    for (std::size_t c = k + 1; c < m; ++c) {
-      const double factor = A_[c * m + k] / pivot;
-      for (std::size_t j = k; j < m; ++j) A_[c * m + j] -= factor * A_[k * m + j];
-      x_[c] -= factor * x_[k];
-    }
-  }
-  // … U x = y.
-  for (std::size_t c = m; c-- > 0;) {
-    for (std::size_t j = c + 1; j < m; ++j) x_[c] -= A_[c * m + j] * x_[j];
-    x_[c] /= A_[c * m + c];
-  }
+  x_.setOnes(m);
+  A_.triangularView<Eigen::UnitLower>().solveInPlace(x_);
+  A_.triangularView<Eigen::Upper>().solveInPlace(x_);
   // If I - R is nearly singular, x has no correct digits and proves nothing.
   double largest = 1.0;
-  for (std::size_t c = 0; c < m; ++c) {
-    double rest = x_[c] - 1.0;
-    for (std::size_t j = 0; j < m; ++j) rest -= R_[c * m + j] * x_[j];
-    if (!(std::abs(rest) < 1e-3 && x_[c] >= 1.0 - 1e-9)) return unproven;
-    largest = std::max(largest, x_[c]);
+  for (Eigen::Index c = 0; c < m; ++c) {
+    const double rest = x_(c) - 1.0 - R_.row(c).dot(x_);
+    if (!(std::abs(rest) < 1e-3 && x_(c) >= 1.0 - 1e-9)) return unproven;
+    largest = std::max(largest, x_(c));
   }
   return std::isfinite(largest) ? largest : unproven;
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <vector>
+#include <Eigen/Core>
 
 #include "friction/enumeration.hpp"
 
@@ -13,7 +13,8 @@ class ContractionBound {
   double amplification(const SlidingContacts& contacts);
 
  private:
-  std::vector<double> A_, R_, x_;  // R and I - R with its factors, [m][m] row by row; [m]
+  Eigen::MatrixXd R_, A_;  // [m][m], and I - R with its factors
+  Eigen::VectorXd x_;      // [m]
 };
 
 }  // namespace tanor::detail
