@@ -1,5 +1,6 @@
 #include "certificate/second_factor.hpp"
 
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,53 +18,11 @@ namespace {
 
 constexpr std::size_t most_rows_of_qr = 200000;  // limit for systems with fill, by the memory of R
 
-/// An entry of one row of C.
-struct RowEntry {
-  int column;
-  double value;
-};
+using Sparse = Eigen::SparseMatrix<double>;
 
-Groups<RowEntry> group_by_row(const SparseColumns& C) {
-  return {static_cast<std::size_t>(C.num_rows), [&](const auto& add) {
-            for (std::size_t j = 0; j < C.num_columns(); ++j) {
-              for (auto k = static_cast<std::size_t>(C.start[j]); k < static_cast<std::size_t>(C.start[j + 1]); ++k)
-                add(C.rows[k], RowEntry{static_cast<int>(j), C.values[k]});
-            }
-          }};
-}
-
-/// Returns one triangle of C'C with its rows and columns at `place`, column by column, summed over the rows of C.
-TrianglePattern multiply(const SparseColumns& C, const Groups<RowEntry>& by_row, std::span<const int> order,
-                         std::span<const int> place, bool lower, std::vector<double>* values) {
-  const std::size_t d = C.num_columns();
-  TrianglePattern pattern;
-  std::vector<double> sum(d, 0.0);
-  std::vector<int> seen(d, -1), found;
-  for (std::size_t column = 0; column < d; ++column) {
-    const auto j = static_cast<std::size_t>(order[column]);
-    found.clear();
-    for (int e = C.start[j]; e < C.start[j + 1]; ++e) {
-      const auto row = static_cast<std::size_t>(C.rows[static_cast<std::size_t>(e)]);
-      for (const RowEntry& entry : by_row[row]) {
-        const int other = place[static_cast<std::size_t>(entry.column)];
-        const auto at = static_cast<std::size_t>(other);
-        if (lower ? at < column : at > column) continue;
-        if (seen[at] != static_cast<int>(column)) {
-          seen[at] = static_cast<int>(column);
-          sum[at] = 0.0;
-          found.push_back(other);
-        }
-        sum[at] += C.values[static_cast<std::size_t>(e)] * entry.value;
-      }
-    }
-    std::ranges::sort(found);
-    for (const int at : found) {
-      pattern.rows.push_back(at);
-      if (values != nullptr) values->push_back(sum[static_cast<std::size_t>(at)]);
-    }
-    pattern.start.push_back(static_cast<int>(pattern.rows.size()));
-  }
-  return pattern;
+TrianglePattern pattern_of(const Sparse& A) {
+  const int *const start = A.outerIndexPtr(), *const rows = A.innerIndexPtr();
+  return {{start, start + A.cols() + 1}, {rows, rows + A.nonZeros()}};
 }
 
 }  // namespace
@@ -111,21 +70,29 @@ void SecondFactor::keep_apart(const Model& model, const double* blocks, std::spa
   R_ = factorize_columns(C.expand(), wanted, -1.0, factorize_qr);
 }
 
-/// Factorizes C'C, which is summed by rows of C, in its own ordering.
-void SecondFactor::factorize(const SparseColumns& C, Ordering ordering) {
-  const std::size_t d = C.num_columns();
-  std::vector<int> place(d);
-  row_of_.resize(d);
-  std::iota(row_of_.begin(), row_of_.end(), 0);
-  std::iota(place.begin(), place.end(), 0);
-  const Groups<RowEntry> by_row = group_by_row(C);
-  const SymbolicAnalysis analysis = analyze(multiply(C, by_row, row_of_, place, true, nullptr), ordering);
-  if (!analysis.permutation.empty()) row_of_ = analysis.permutation;
-  for (std::size_t k = 0; k < d; ++k) place[static_cast<std::size_t>(row_of_[k])] = static_cast<int>(k);
-  std::vector<double> values;
-  TrianglePattern pattern = multiply(C, by_row, row_of_, place, analysis.supernodal, &values);
-  L_.emplace(std::move(pattern), analysis.supernodal);
-  std::ranges::copy(values, L_->values());
+/// Factorizes C'C in its own ordering.
+void SecondFactor::factorize(const SparseColumns& columns, Ordering ordering) {
+  const auto d = static_cast<Eigen::Index>(columns.num_columns());
+  const Eigen::Map<const Sparse> C(columns.num_rows, d, static_cast<Eigen::Index>(columns.values.size()),
+                                   columns.start.data(), columns.rows.data(), columns.values.data());
+  const Sparse product = C.transpose() * C, lower = product.triangularView<Eigen::Lower>();
+  const SymbolicAnalysis analysis = analyze(pattern_of(lower), ordering);
+  row_of_ = analysis.permutation;
+  if (row_of_.empty()) {
+    row_of_.resize(columns.num_columns());
+    std::iota(row_of_.begin(), row_of_.end(), 0);
+  }
+  const Eigen::PermutationMatrix<Eigen::Dynamic> order(Eigen::Map<const Eigen::VectorXi>(row_of_.data(), d)),
+      place(order.transpose());
+  Sparse turned, half;
+  turned = product.twistedBy(place);
+  const Sparse ordered = turned.transpose();  // sorts each column
+  if (analysis.supernodal)
+    half = ordered.triangularView<Eigen::Lower>();
+  else
+    half = ordered.triangularView<Eigen::Upper>();
+  L_.emplace(pattern_of(half), analysis.supernodal);
+  std::copy_n(half.valuePtr(), half.nonZeros(), L_->values());
   if (!L_->factorize().positive_definite) trouble_ = "K'K is singular to rounding, and too large for a QR";
 }
 
