@@ -35,28 +35,25 @@ void for_pairs_of_rows(const Groups<Incidence>& by_row, const Visit& visit) {
 AugmentedStiffness::AugmentedStiffness(const EquilibriumEquations& equations, Ordering ordering)
     : equations_(equations), model_(equations.model()), pattern_version_(equations.stiffness().pattern_version()) {
   std::vector<std::pair<int, int>> entries;
-  for_each_stiffness_block([&](int i, int j, std::size_t) { entries.push_back(std::minmax(i, j)); });
+  equations_.stiffness().for_each_block([&](std::size_t i, std::size_t j, std::size_t) {
+    entries.push_back({static_cast<int>(std::min(i, j)), static_cast<int>(std::max(i, j))});
+  });
   const Groups<Incidence> by_row = group_by_row();
   for_pairs_of_rows(by_row,
                     [&](const Incidence& a, const Incidence& b) { entries.push_back(std::minmax(a.point, b.point)); });
   order_points(ordering, std::move(entries));
 
   stiffness_slots_.assign(equations_.stiffness().columns().size(), -1);
-  for_each_stiffness_block([&](int i, int j, std::size_t k) { stiffness_slots_[k] = slot(i, j); });
+  equations_.stiffness().for_each_block([&](std::size_t i, std::size_t j, std::size_t k) {
+    stiffness_slots_[k] = slot(static_cast<int>(i), static_cast<int>(j));
+  });
   list_products(by_row);
-  expand_pattern();
-  transpose_pattern();
-}
-
-/// Calls visit(i, j, k) for block k of W, which stands in the row of point i and the column of point j.
-template <class Visit>
-void AugmentedStiffness::for_each_stiffness_block(const Visit& visit) const {
-  const StiffnessMatrix& W = equations_.stiffness();
-  for (int i = 0; i < static_cast<int>(W.num_points()); ++i) {
-    const auto begin = static_cast<std::size_t>(W.start()[static_cast<std::size_t>(i)]);
-    const auto end = static_cast<std::size_t>(W.start()[static_cast<std::size_t>(i) + 1]);
-    for (std::size_t k = begin; k < end; ++k) visit(i, W.columns()[k], k);
-  }
+  lower_.start.assign(3 * num_points() + 1, 0);
+  for_each_number([&](std::size_t column, int row, int, int, int) {
+    lower_.rows.push_back(row);
+    lower_.start[column + 1] = static_cast<int>(lower_.rows.size());
+  });
+  values_.resize(lower_.rows.size());
 }
 
 /// Returns the blocks of K that belong to moving points, row by row.
@@ -80,12 +77,12 @@ void AugmentedStiffness::order_points(Ordering ordering, std::vector<std::pair<i
 
   for (auto& [i, j] : entries) {
     const auto [row, column] = std::minmax(place_[static_cast<std::size_t>(i)], place_[static_cast<std::size_t>(j)]);
-    i = column, j = row;
+    i = row, j = column;
   }
   const TrianglePattern points = make_triangle(n, std::move(entries));
   start_ = points.start;
-  rows_ = points.rows;
-  blocks_.resize(rows_.size());
+  columns_ = points.rows;
+  blocks_.resize(columns_.size());
 }
 
 void AugmentedStiffness::list_products(const Groups<Incidence>& by_row) {
@@ -95,33 +92,17 @@ void AugmentedStiffness::list_products(const Groups<Incidence>& by_row) {
   });
 }
 
-/// Expands the pattern of blocks to numbers: column c of point j has 3 rows of each block above the diagonal, then rows
-/// 0 to c of the diagonal block.
-void AugmentedStiffness::expand_pattern() {
-  for (std::size_t j = 0; j + 1 < start_.size(); ++j) {
-    for (int c = 0; c < 3; ++c) {
-      for (int k = start_[j]; k < start_[j + 1]; ++k) {
-        const int first = 3 * rows_[static_cast<std::size_t>(k)], count = k + 1 < start_[j + 1] ? 3 : c + 1;
-        for (int row = 0; row < count; ++row) upper_.rows.push_back(first + row);
+/// Calls visit(column, row, k, r, c) for the numbers of the lower triangle, column by column, which are those of the
+/// upper one row by row: entry (r, c) of block k. Of the diagonal block, the first one, the columns r to 2 count.
+template <class Visit>
+void AugmentedStiffness::for_each_number(const Visit& visit) const {
+  for (std::size_t i = 0; i + 1 < start_.size(); ++i) {
+    for (int r = 0; r < 3; ++r) {
+      for (int k = start_[i]; k < start_[i + 1]; ++k) {
+        for (int c = k == start_[i] ? r : 0; c < 3; ++c)
+          visit(3 * i + static_cast<std::size_t>(r), 3 * columns_[static_cast<std::size_t>(k)] + c, k, r, c);
       }
-      upper_.start.push_back(static_cast<int>(upper_.rows.size()));
     }
-  }
-  values_.resize(upper_.rows.size());
-}
-
-/// Finds the lower triangle, the transpose of the upper one, by counting.
-void AugmentedStiffness::transpose_pattern() {
-  const Groups<std::pair<int, int>> lower(upper_.size(), [&](const auto& add) {
-    for (std::size_t column = 0; column < upper_.size(); ++column) {
-      for (int k = upper_.start[column]; k < upper_.start[column + 1]; ++k)
-        add(upper_.rows[static_cast<std::size_t>(k)], std::pair{static_cast<int>(column), k});
-    }
-  });
-  lower_.start.assign(lower.start.begin(), lower.start.end());
-  for (const auto& [row, k] : lower.entries) {
-    lower_.rows.push_back(row);
-    transposed_.push_back(k);
   }
 }
 
@@ -129,14 +110,14 @@ void AugmentedStiffness::transpose_pattern() {
 int AugmentedStiffness::slot(int i, int j) const {
   const int row = place_[static_cast<std::size_t>(i)], column = place_[static_cast<std::size_t>(j)];
   if (row > column) return -1;
-  const auto begin = rows_.begin() + start_[static_cast<std::size_t>(column)];
-  const auto end = rows_.begin() + start_[static_cast<std::size_t>(column) + 1];
-  return static_cast<int>(std::lower_bound(begin, end, row) - rows_.begin());
+  const auto begin = columns_.begin() + start_[static_cast<std::size_t>(row)];
+  const auto end = columns_.begin() + start_[static_cast<std::size_t>(row) + 1];
+  return static_cast<int>(std::lower_bound(begin, end, column) - columns_.begin());
 }
 
-/// Returns the position of the point's diagonal block, which is the last one of its column.
+/// Returns the position of the point's diagonal block, which is the first one of its row.
 std::size_t AugmentedStiffness::own_slot(std::size_t point) const {
-  return static_cast<std::size_t>(start_[place(point) + 1] - 1);
+  return static_cast<std::size_t>(start_[place(point)]);
 }
 
 // ---- the values ----
@@ -155,7 +136,9 @@ void AugmentedStiffness::assemble(const std::vector<double>& shifts, double stif
   for (const auto& [row, a, b, sign, at] : products_)
     blocks_[static_cast<std::size_t>(at)].add_product(sign * (*penalties)[static_cast<std::size_t>(row)], load(K, a),
                                                       load(K, b));
-  expand_values();
+  double* value = values_.data();
+  for_each_number(
+      [&](std::size_t, int, int k, int r, int c) { *value++ = blocks_[static_cast<std::size_t>(k)](r, c); });
 }
 
 /// Sets C_a = penalty (stiffness of the row's points)/|gradient|^2, and 0 for a row that moves no point.
@@ -189,24 +172,6 @@ std::vector<double> AugmentedStiffness::stiffness_of_points(const std::vector<do
         result[i] = std::max(result[i], std::abs(own(row, c) - (row == c ? mass : 0.0)) + std::abs(mass));
     }
   }
-  return result;
-}
-
-void AugmentedStiffness::expand_values() {
-  double* value = values_.data();
-  for (std::size_t j = 0; j + 1 < start_.size(); ++j) {
-    for (int c = 0; c < 3; ++c) {
-      for (int k = start_[j]; k < start_[j + 1]; ++k) {
-        const int count = k + 1 < start_[j + 1] ? 3 : c + 1;
-        for (int row = 0; row < count; ++row) *value++ = blocks_[static_cast<std::size_t>(k)](row, c);
-      }
-    }
-  }
-}
-
-std::vector<double> AugmentedStiffness::lower_values() const {
-  std::vector<double> result(transposed_.size());
-  for (std::size_t k = 0; k < result.size(); ++k) result[k] = values_[static_cast<std::size_t>(transposed_[k])];
   return result;
 }
 

@@ -29,11 +29,9 @@ class AugmentedStiffness {
   /// the model], N/m over squared gradients: `stiffer` times a stiffness of the points that a row joins.
   void assemble(const std::vector<double>& shifts, double stiffer, std::vector<double>* penalties);
 
-  /// The upper triangle of the last A, and the lower one, which is factorized.
-  const TrianglePattern& upper() const { return upper_; }
-  const std::vector<double>& upper_values() const { return values_; }
+  /// The lower triangle of the last A.
   const TrianglePattern& lower() const { return lower_; }
-  std::vector<double> lower_values() const;
+  const std::vector<double>& lower_values() const { return values_; }
 
  private:
   /// A product of two blocks of K, and the block of A to which it is added.
@@ -42,33 +40,28 @@ class AugmentedStiffness {
     double sign;
     int slot;
   };
-  template <class Visit>
-  void for_each_stiffness_block(const Visit& visit) const;
   Groups<Incidence> group_by_row() const;
   void order_points(Ordering ordering, std::vector<std::pair<int, int>> entries);
   void list_products(const Groups<Incidence>& by_row);
-  void expand_pattern();
-  void transpose_pattern();
+  template <class Visit>
+  void for_each_number(const Visit& visit) const;
   int slot(int i, int j) const;
   std::size_t own_slot(std::size_t point) const;
   void find_penalties(const std::vector<double>& shifts, double stiffer, std::vector<double>* penalties) const;
   std::vector<double> stiffness_of_points(const std::vector<double>& shifts) const;
-  void expand_values();
 
   const EquilibriumEquations& equations_;
   const Model& model_;
   std::size_t pattern_version_;
-  // The upper triangle of A by blocks, with the columns of points in elimination order. Entries start_[j] … start_[j +
-  // 1] - 1 have increasing rows and end with the diagonal block. Unknowns have the order of their points.
+  // The upper triangle of A by blocks, with the rows of points in elimination order. Entries start_[i] … start_[i + 1]
+  // - 1 have increasing columns and begin with the diagonal block. Unknowns have the order of their points.
   std::vector<int> place_;  // [moving point] -> place in the elimination
-  std::vector<int> start_, rows_;
+  std::vector<int> start_, columns_;
   std::vector<Block3> blocks_;
   std::vector<int> stiffness_slots_;  // [block of W]; -1 if the block is in the other triangle
   std::vector<Product> products_;
-  TrianglePattern upper_;
-  std::vector<double> values_;
   TrianglePattern lower_;
-  std::vector<int> transposed_;  // [entry of the lower triangle] -> entry of the upper one
+  std::vector<double> values_;
 };
 
 }  // namespace tanor::detail

@@ -35,18 +35,14 @@ struct ChangeOfWork {
 ChangeOfWork compare_work(const StiffnessMatrix& A, const StiffnessMatrix& B, const std::vector<double>& y,
                           const std::vector<double>& z) {
   ChangeOfWork result;
-  for (std::size_t i = 0; i < A.num_points(); ++i) {
-    for (int k = A.start()[i]; k < A.start()[i + 1]; ++k) {
-      const auto block = static_cast<std::size_t>(k), j = static_cast<std::size_t>(A.columns()[block]);
-      for (std::size_t entry = 0; entry < 9; ++entry) {
-        const double term = y[3 * i + entry / 3] *
-                            (A.blocks()[block].entries[entry] - B.blocks()[block].entries[entry]) *
-                            z[3 * j + entry % 3];
-        result.sum += term;
-        result.terms += std::abs(term);
-      }
+  A.for_each_block([&](std::size_t i, std::size_t j, std::size_t k) {
+    for (std::size_t entry = 0; entry < 9; ++entry) {
+      const double term =
+          y[3 * i + entry / 3] * (A.blocks()[k].entries[entry] - B.blocks()[k].entries[entry]) * z[3 * j + entry % 3];
+      result.sum += term;
+      result.terms += std::abs(term);
     }
-  }
+  });
   return result;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 #include "statics/equilibrium_equations.hpp"
 
@@ -48,26 +49,36 @@ std::vector<int> find_joined_points(const Model& model) {
   return sets.representatives();
 }
 
-std::vector<int> find_statics_islands(const EquilibriumEquations& equations) {
-  const StiffnessMatrix& W = equations.stiffness();
-  PointSets sets(W.num_points());
-  for (std::size_t i = 0; i < W.num_points(); ++i) {
-    for (int k = W.start()[i]; k < W.start()[i + 1]; ++k)
-      sets.join(static_cast<int>(i), W.columns()[static_cast<std::size_t>(k)]);
+std::vector<Eigen::Index> StaticsIsland::coordinates() const {
+  std::vector<Eigen::Index> result;
+  for (const std::size_t i : points) {
+    for (Eigen::Index axis = 0; axis < 3; ++axis) result.push_back(3 * static_cast<Eigen::Index>(i) + axis);
   }
-  sets.join_rows(equations.model());
-  return sets.representatives();
+  return result;
 }
 
-std::vector<double> find_island_stiffness(const EquilibriumEquations& equations, const std::vector<int>& island) {
+StaticsIslands::StaticsIslands(const EquilibriumEquations& equations) {
   const StiffnessMatrix& W = equations.stiffness();
-  std::vector<double> largest(island.size(), 1e-150), result;
-  for (std::size_t i = 0; i < island.size(); ++i) {
-    double& own = largest[static_cast<std::size_t>(island[i])];
-    own = std::max(own, W.largest_of(i));
+  PointSets sets(W.num_points());
+  W.for_each_block(
+      [&](std::size_t i, std::size_t j, std::size_t) { sets.join(static_cast<int>(i), static_cast<int>(j)); });
+  sets.join_rows(equations.model());
+  const std::vector<int> representatives = sets.representatives();
+  std::vector<std::size_t> number;
+  for (std::size_t i = 0, next = 0; i < representatives.size(); ++i)
+    number.push_back(representatives[i] == static_cast<int>(i) ? next++ : next);
+  for (std::size_t i = 0; i < representatives.size(); ++i) {
+    of_point.push_back(number[static_cast<std::size_t>(representatives[i])]);
+    list.resize(std::max(list.size(), of_point[i] + 1));
+    StaticsIsland& own = list[of_point[i]];
+    own.points.push_back(i);
+    own.stiffness = std::max(own.stiffness, W.largest_of(i));
   }
-  for (const int own : island) result.push_back(largest[static_cast<std::size_t>(own)]);
-  return result;
+  std::vector<char> is_listed(equations.model().num_rows(), 0);
+  for (const Incidence& incidence : equations.model().incidences) {
+    const auto row = static_cast<std::size_t>(incidence.row), point = static_cast<std::size_t>(incidence.point);
+    if (point < of_point.size() && !std::exchange(is_listed[row], 1)) list[of_point[point]].rows.push_back(row);
+  }
 }
 
 }  // namespace tanor::detail

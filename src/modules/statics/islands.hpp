@@ -1,5 +1,7 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <cstddef>
 #include <vector>
 
 namespace tanor::detail {
@@ -10,11 +12,21 @@ class Model;
 /// Groups the moving points that constraints join: [point] -> number of a point that represents them.
 std::vector<int> find_joined_points(const Model& model);
 
-/// Groups the moving points that constraints or forces join.
-std::vector<int> find_statics_islands(const EquilibriumEquations& equations);
+/// Moving points that constraints or forces join.
+struct StaticsIsland {
+  std::vector<std::size_t> points, rows;
+  double stiffness = 1e-150;  ///< largest |W_ij|, N/m; without any, a number whose square is still positive
 
-/// Returns for each point the largest |W_ij| in its island, N/m, where the equations were linearised last. Islands
-/// without stiffness have 1e-150, whose square is still a positive number.
-std::vector<double> find_island_stiffness(const EquilibriumEquations& equations, const std::vector<int>& island);
+  /// Returns x, y, z of each point in the order of unknowns.
+  std::vector<Eigen::Index> coordinates() const;
+};
+
+/// The islands where the equations were linearised last.
+struct StaticsIslands {
+  explicit StaticsIslands(const EquilibriumEquations& equations);
+
+  std::vector<StaticsIsland> list;
+  std::vector<std::size_t> of_point;  ///< [moving point]
+};
 
 }  // namespace tanor::detail

@@ -1,5 +1,6 @@
 #include "statics/kkt_solver.hpp"
 
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -53,7 +54,15 @@ std::optional<std::size_t> KktSolver::count_below(std::vector<double> omega2, do
   for (double& each : omega2) each = -each;
   follow_pattern();
   matrix_->assemble(omega2, stiffer, &penalties);
-  return count_negative_eigenvalues(matrix_->upper(), matrix_->upper_values());
+  const TrianglePattern& lower = matrix_->lower();
+  const auto size = static_cast<Eigen::Index>(lower.size()), nonzeros = static_cast<Eigen::Index>(lower.rows.size());
+  const Eigen::SparseMatrix<double> upper =
+      Eigen::Map<const Eigen::SparseMatrix<double>>(size, size, nonzeros, lower.start.data(), lower.rows.data(),
+                                                    matrix_->lower_values().data())
+          .transpose();
+  const int *const start = upper.outerIndexPtr(), *const rows = upper.innerIndexPtr();
+  return count_negative_eigenvalues({{start, start + size + 1}, {rows, rows + nonzeros}},
+                                    {upper.valuePtr(), upper.valuePtr() + nonzeros});
 }
 
 /// Computes x := A^-1 x.

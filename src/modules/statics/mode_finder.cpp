@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numeric>
 #include <optional>
 #include <random>
@@ -76,24 +75,12 @@ ModeFinder::ModeFinder(const EquilibriumEquations& equations, KktSolver& kkt, st
 /// Groups coordinates and freedoms by islands. All form one group if the dependent rows do not tell which freedoms
 /// belong to which island.
 void ModeFinder::group_by_islands(const std::vector<std::size_t>& dependent) {
-  const std::vector<int> island = find_statics_islands(equations_);
-  std::map<int, Island> found;
-  for (std::size_t i = 0; i < island.size(); ++i) {
-    for (Rows axis = 0; axis < 3; ++axis) found[island[i]].coordinates.push_back(3 * static_cast<Rows>(i) + axis);
-    found[island[i]].freedoms += 3;
-  }
-  std::vector<int> of_row(equations_.model().num_rows(), -1);
-  for (const Incidence& incidence : equations_.model().incidences) {
-    const auto point = static_cast<std::size_t>(incidence.point);
-    if (point < island.size()) of_row[static_cast<std::size_t>(incidence.row)] = island[point];
-  }
-  std::vector<char> counts(of_row.size(), 1);
+  std::vector<char> counts(equations_.model().num_rows(), 1);
   for (const std::size_t row : dependent) counts[row] = 0;
-  for (std::size_t row = 0; row < of_row.size(); ++row) {
-    if (of_row[row] >= 0 && counts[row] != 0) --found[of_row[row]].freedoms;
-  }
   Rows sum = 0;
-  for (auto& [number, own] : found) {
+  for (const StaticsIsland& island : StaticsIslands(equations_).list) {
+    const auto rows = std::ranges::count_if(island.rows, [&](std::size_t row) { return counts[row] != 0; });
+    Island own{island.coordinates(), static_cast<Rows>(3 * island.points.size()) - rows};
     sum += own.freedoms;
     if (own.freedoms > 0) islands_.push_back(std::move(own));
   }
@@ -107,13 +94,11 @@ void ModeFinder::group_by_islands(const std::vector<std::size_t>& dependent) {
 void ModeFinder::find_stiffness_scale() {
   const StiffnessMatrix& W = equations_.stiffness();
   double largest = 0.0;
-  for (std::size_t i = 0; i < W.num_points(); ++i) {
-    for (auto k = static_cast<std::size_t>(W.start()[i]); k < static_cast<std::size_t>(W.start()[i + 1]); ++k) {
-      if (W.columns()[k] != static_cast<int>(i)) continue;
-      for (const double value : W.blocks()[k].entries)
-        largest = std::max(largest, std::abs(value) / equations_.model().mass[i]);
-    }
-  }
+  W.for_each_block([&](std::size_t i, std::size_t j, std::size_t k) {
+    if (i != j) return;
+    for (const double value : W.blocks()[k].entries)
+      largest = std::max(largest, std::abs(value) / equations_.model().mass[i]);
+  });
   if (largest > 0.0) scale_ = largest;
 }
 

@@ -32,25 +32,17 @@ void StiffnessMatrix::make_pattern(const double* r) {
 
   const int n = static_cast<int>(model_.num_moving());
   std::vector<std::pair<int, int>> entries;
+  const auto add_both = [&](int i, int j) {  // both triangles have one pattern
+    if (i < n && j < n) entries.insert(entries.end(), {{i, j}, {j, i}});
+  };
   for (int i = 0; i < n; ++i) entries.push_back({i, i});
-  for (const auto& [i, j] : influences) {
-    if (i >= n || j >= n) continue;
-    entries.push_back({i, j});
-    entries.push_back({j, i});  // both triangles have one pattern
-  }
-  for (const CoupledBlocks& coupling : couplings_) {
-    const auto [i, j] = coupling.points;
-    if (i >= n || j >= n) continue;
-    entries.push_back({i, j});
-    entries.push_back({j, i});
-  }
+  for (const auto& [i, j] : influences) add_both(i, j);
+  for (const CoupledBlocks& coupling : couplings_) add_both(coupling.points.i, coupling.points.j);
   num_pairs_ = 0;
   if (r != nullptr) {
     work_.forces.for_each_pair_stiffness(model_.parallel, r, [&](int i, int j, const Block3&) {
       ++num_pairs_;
-      if (i >= n || j >= n) return;
-      entries.push_back({i, j});
-      entries.push_back({j, i});
+      add_both(i, j);
     });
   }
   compress_pairs(static_cast<std::size_t>(n), std::move(entries), &start_, &columns_);
@@ -68,10 +60,12 @@ void StiffnessMatrix::make_pattern(const double* r) {
   for (const auto& [i, j] : influences) influence_slots_.push_back(i < n && j < n ? slot(i, j) : -1);
 }
 
+/// Returns the number of block (i, j), or -1 if there is none.
 int StiffnessMatrix::slot(int i, int j) const {
   const auto begin = columns_.begin() + start_[static_cast<std::size_t>(i)];
   const auto end = columns_.begin() + start_[static_cast<std::size_t>(i) + 1];
-  return static_cast<int>(std::lower_bound(begin, end, j) - columns_.begin());
+  const auto at = std::lower_bound(begin, end, j);
+  return at != end && *at == j ? static_cast<int>(at - columns_.begin()) : -1;
 }
 
 namespace {
@@ -82,12 +76,6 @@ void add(double sign, const Block3& from, Block3* to) {
 
 }  // namespace
 
-bool StiffnessMatrix::has_block(int i, int j) const {
-  const auto begin = columns_.begin() + start_[static_cast<std::size_t>(i)];
-  const auto end = columns_.begin() + start_[static_cast<std::size_t>(i) + 1];
-  return std::binary_search(begin, end, j);
-}
-
 /// Returns true if the interacting pairs at r are those that the pattern was made for.
 bool StiffnessMatrix::knows_all_pairs(const double* r) {
   std::size_t count = 0;
@@ -95,7 +83,7 @@ bool StiffnessMatrix::knows_all_pairs(const double* r) {
   const int n = static_cast<int>(num_points());
   work_.forces.for_each_pair_stiffness(model_.parallel, r, [&](int i, int j, const Block3&) {
     ++count;
-    has_all = has_all && (i >= n || j >= n || has_block(i, j));
+    has_all = has_all && (i >= n || j >= n || slot(i, j) >= 0);
   });
   return has_all && count == num_pairs_;
 }
@@ -203,41 +191,32 @@ void StiffnessMatrix::multiply(const double* x, double* y) const {
 
 double StiffnessMatrix::sum_terms(const double* x) const {
   double sum = 0.0;
-  for (std::size_t i = 0; i < num_points(); ++i) {
-    for (auto k = static_cast<std::size_t>(start_[i]); k < static_cast<std::size_t>(start_[i + 1]); ++k) {
-      const auto j = static_cast<std::size_t>(columns_[k]);
-      for (std::size_t entry = 0; entry < 9; ++entry)
-        sum += std::abs(x[3 * i + entry / 3] * blocks_[k].entries[entry] * x[3 * j + entry % 3]);
-    }
-  }
+  for_each_block([&](std::size_t i, std::size_t j, std::size_t k) {
+    for (std::size_t entry = 0; entry < 9; ++entry)
+      sum += std::abs(x[3 * i + entry / 3] * blocks_[k].entries[entry] * x[3 * j + entry % 3]);
+  });
   return sum;
 }
 
 std::vector<double> StiffnessMatrix::sum_rows() const {
-  std::vector<double> result(num_points());
-  for (std::size_t i = 0; i < result.size(); ++i) {
-    std::array<double, 3> sums{};
-    for (int k = start_[i]; k < start_[i + 1]; ++k) {
-      const Block3& block = blocks_[static_cast<std::size_t>(k)];
-      for (std::size_t entry = 0; entry < 9; ++entry) sums[entry / 3] += std::abs(block.entries[entry]);
-    }
-    result[i] = std::ranges::max(sums);
-  }
+  std::vector<std::array<double, 3>> sums(num_points());
+  for_each_block([&](std::size_t i, std::size_t, std::size_t k) {
+    for (std::size_t entry = 0; entry < 9; ++entry) sums[i][entry / 3] += std::abs(blocks_[k].entries[entry]);
+  });
+  std::vector<double> result;
+  for (const std::array<double, 3>& each : sums) result.push_back(std::ranges::max(each));
   return result;
 }
 
 double StiffnessMatrix::asymmetry() const {
   double worst = 0.0;
-  for (int i = 0; i < static_cast<int>(num_points()); ++i) {
-    for (int k = start_[static_cast<std::size_t>(i)]; k < start_[static_cast<std::size_t>(i) + 1]; ++k) {
-      const Block3& block = blocks_[static_cast<std::size_t>(k)];
-      const Block3& other = blocks_[static_cast<std::size_t>(slot(columns_[static_cast<std::size_t>(k)], i))];
-      for (int row = 0; row < 3; ++row) {
-        for (int column = 0; column < 3; ++column)
-          worst = larger(worst, std::abs(block(row, column) - other(column, row)));
-      }
+  for_each_block([&](std::size_t i, std::size_t j, std::size_t k) {
+    const Block3& other = blocks_[static_cast<std::size_t>(slot(static_cast<int>(j), static_cast<int>(i)))];
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 3; ++column)
+        worst = larger(worst, std::abs(blocks_[k](row, column) - other(column, row)));
     }
-  }
+  });
   const double scale = largest();
   return scale > 0.0 ? worst / scale : 0.0;
 }

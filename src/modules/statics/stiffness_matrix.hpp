@@ -41,6 +41,14 @@ class StiffnessMatrix {
   std::span<const int> start() const { return start_; }
   std::span<const int> columns() const { return columns_; }
   std::span<const Block3> blocks() const { return blocks_; }
+  /// Calls visit(i, j, k) for all blocks k, which stand in the row of point i and the column of point j, row by row.
+  template <class Visit>
+  void for_each_block(const Visit& visit) const {
+    for (std::size_t i = 0; i < num_points(); ++i) {
+      for (auto k = static_cast<std::size_t>(start_[i]); k < static_cast<std::size_t>(start_[i + 1]); ++k)
+        visit(i, static_cast<std::size_t>(columns_[k]), k);
+    }
+  }
 
   /// Computes y = W x [3 num_points()].
   void multiply(const double* x, double* y) const;
@@ -60,7 +68,6 @@ class StiffnessMatrix {
   void make_pattern(const double* r);
   bool knows_all_pairs(const double* r);
   void add_pairs(const double* r);
-  bool has_block(int i, int j) const;
   int slot(int i, int j) const;
   void add_coupling(std::size_t k, const Block3& derivative);
 

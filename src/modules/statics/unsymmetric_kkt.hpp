@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/SparseCore>
-#include <array>
 #include <memory>
 #include <vector>
 
@@ -18,7 +17,7 @@ namespace tanor::detail {
 /// A tiny compliance in the zero block lets rows depend on each other; iterative refinement removes its effect.
 class UnsymmetricKkt {
  public:
-  explicit UnsymmetricKkt(const EquilibriumEquations& equations);
+  explicit UnsymmetricKkt(const EquilibriumEquations& equations) : equations_(equations), model_(equations.model()) {}
 
   /// A damping matrix D, whose entries lie within the pattern of W.
   struct Damped {
@@ -34,17 +33,12 @@ class UnsymmetricKkt {
   void multiply(const std::vector<double>& x, std::vector<double>* y) const;
 
  private:
-  void make_pattern();
-  int slot(std::size_t row, std::size_t column) const;
-  void assemble();
+  Eigen::SparseMatrix<double> assemble() const;
 
   const EquilibriumEquations& equations_;
   const Model& model_;
-  std::size_t pattern_version_ = 0;  // of W, for which the pattern was made
-  SquarePattern pattern_;
+  std::size_t pattern_version_ = 0;  // of W, for which the factor was made
   std::unique_ptr<SparseLu<double>> factor_;
-  std::vector<int> stiffness_slots_;                // [9 block of W]
-  std::vector<std::array<int, 2>> gradient_slots_;  // [3 incidence] slots of K and of K'
   double shift_ = 0.0;
   Damped damped_;
 };

@@ -3,52 +3,31 @@
 #include <algorithm>
 #include <cmath>
 
-#include "statics/islands.hpp"
-
 namespace tanor::detail {
 
 namespace {
 
 using Rows = Eigen::Index;
 
-/// Size and stiffness of an island, and whether constraints act on it.
-struct Island {
-  double points = 0.0, stiffness = 0.0;  // the stiffest row, N/m
-  bool has_rows = false;
-};
-
-std::vector<Island> describe(const EquilibriumEquations& equations, const std::vector<int>& island,
-                             const std::vector<double>& stiffness) {
-  std::vector<Island> result(island.size());
-  for (std::size_t i = 0; i < island.size(); ++i) {
-    Island& own = result[static_cast<std::size_t>(island[i])];
-    own.points += 1.0;
-    own.stiffness = std::max(own.stiffness, stiffness[i]);
-  }
-  for (const Incidence& incidence : equations.model().incidences) {
-    const auto point = static_cast<std::size_t>(incidence.point);
-    if (point < island.size()) result[static_cast<std::size_t>(island[point])].has_rows = true;
-  }
-  return result;
-}
-
-double find_rounding(const Island& island, ZeroModes::Found found) {
+double find_rounding(const StaticsIsland& island, ZeroModes::Found found) {
   constexpr double of_dense_matrices = 1e-12, of_multipliers = 1e-9, least = 1e-13, short_chain = 100.0;
-  if (!island.has_rows) return found == ZeroModes::Found::ByDenseMatrices ? of_dense_matrices : least;
-  return std::max(least, of_multipliers * std::min(1.0, std::pow(short_chain / island.points, 2)));
+  if (island.rows.empty()) return found == ZeroModes::Found::ByDenseMatrices ? of_dense_matrices : least;
+  return std::max(least,
+                  of_multipliers * std::min(1.0, std::pow(short_chain / static_cast<double>(island.points.size()), 2)));
 }
 
 /// Returns the forces that act at each point of islands where all of them are rounding of the places, as of springs at
 /// their lengths far out, else 0.
-std::vector<double> find_forces_of_rounding(const EquilibriumEquations& equations, const std::vector<int>& island) {
-  std::vector<double> largest(island.size(), 0.0), rounding(island.size(), 0.0), result(island.size(), 0.0);
-  const auto own = [&](std::size_t i) { return static_cast<std::size_t>(island[i]); };
-  for (std::size_t i = 0; i < island.size(); ++i) {
-    largest[own(i)] = std::max(largest[own(i)], equations.acting_force(i));
-    rounding[own(i)] = std::max(rounding[own(i)], equations.rounding_of_forces(i));
-  }
-  for (std::size_t i = 0; i < island.size(); ++i) {
-    if (largest[own(i)] <= rounding[own(i)]) result[i] = equations.acting_force(i);
+std::vector<double> find_forces_of_rounding(const EquilibriumEquations& equations,
+                                            const std::vector<StaticsIsland>& islands) {
+  std::vector<double> result(equations.size() / 3, 0.0);
+  for (const StaticsIsland& island : islands) {
+    double largest = 0.0, rounding = 0.0;
+    for (const std::size_t i : island.points) {
+      largest = std::max(largest, equations.acting_force(i));
+      rounding = std::max(rounding, equations.rounding_of_forces(i));
+    }
+    for (const std::size_t i : island.points) result[i] = largest <= rounding ? equations.acting_force(i) : 0.0;
   }
   return result;
 }
@@ -56,19 +35,21 @@ std::vector<double> find_forces_of_rounding(const EquilibriumEquations& equation
 }  // namespace
 
 ZeroModes::ZeroModes(const EquilibriumEquations& equations, Found found)
-    : model_(equations.model()), island_(find_statics_islands(equations)) {
+    : model_(equations.model()), islands_(StaticsIslands(equations).list), of_points_(equations.size() / 3) {
   constexpr double soft = 1e-3;  // relative to the stiffest row of the island, whose moves the point shares
   constexpr double beyond_blur = 100.0;
   const std::vector<double> stiffness = equations.stiffness().sum_rows();
-  const std::vector<Island> islands = describe(equations, island_, stiffness);
-  for (std::size_t i = 0; i < island_.size(); ++i) {
-    const Island& own = islands[static_cast<std::size_t>(island_[i])];
-    // If nothing is stiff, all modes are zero modes whatever the bound is.
-    const double of_row = own.stiffness > 0.0 ? std::max(stiffness[i], soft * own.stiffness) / model_.mass[i] : 1.0;
-    of_points_.push_back(std::max({find_rounding(own, found) * of_row, beyond_blur * equations.blur(i) / model_.mass[i],
-                                   equations.rounding_of_loads(i) / (model_.smallest_length * model_.mass[i])}));
+  for (const StaticsIsland& island : islands_) {
+    double stiffest = 0.0;  // N/m
+    for (const std::size_t i : island.points) stiffest = std::max(stiffest, stiffness[i]);
+    for (const std::size_t i : island.points) {
+      // If nothing is stiff, all modes are zero modes whatever the bound is.
+      const double of_row = stiffest > 0.0 ? std::max(stiffness[i], soft * stiffest) / model_.mass[i] : 1.0;
+      of_points_[i] = std::max({find_rounding(island, found) * of_row, beyond_blur * equations.blur(i) / model_.mass[i],
+                                equations.rounding_of_loads(i) / (model_.smallest_length * model_.mass[i])});
+    }
   }
-  raise(find_forces_of_rounding(equations, island_));
+  raise(find_forces_of_rounding(equations, islands_));
 }
 
 double ZeroModes::of_mode(const Eigen::Ref<const Eigen::VectorXd>& shape) const {
@@ -87,12 +68,11 @@ double ZeroModes::least() const {
 }
 
 void ZeroModes::raise(const std::vector<double>& forces) {
-  std::vector<double> largest(island_.size(), 0.0);
-  const auto own = [&](std::size_t i) { return static_cast<std::size_t>(island_[i]); };
-  for (std::size_t i = 0; i < forces.size(); ++i) largest[own(i)] = std::max(largest[own(i)], forces[i]);
-  for (std::size_t i = 0; i < of_points_.size(); ++i) {
-    const double length = model_.smallest_length;
-    of_points_[i] = std::max(of_points_[i], share_of_residual * largest[own(i)] / (length * model_.mass[i]));
+  for (const StaticsIsland& island : islands_) {
+    double largest = 0.0;
+    for (const std::size_t i : island.points) largest = std::max(largest, forces[i]);
+    for (const std::size_t i : island.points)
+      of_points_[i] = std::max(of_points_[i], share_of_residual * largest / (model_.smallest_length * model_.mass[i]));
   }
 }
 

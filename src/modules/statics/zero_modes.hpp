@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "statics/islands.hpp"
 #include "statics/mode_finder.hpp"
 
 namespace tanor::detail {
@@ -34,7 +35,7 @@ class ZeroModes {
 
  private:
   const Model& model_;
-  std::vector<int> island_;        // [moving point]
+  const std::vector<StaticsIsland> islands_;
   std::vector<double> of_points_;  // [moving point], 1/s^2
 };
 
