@@ -77,9 +77,7 @@ struct ContactChoice {
     return sum;
   }
   /// Returns mu |N| of a member at x, N.
-  double limit(std::size_t member, const Eigen::VectorXd& at) const {
-    return problem.contacts[member].mu * problem.normal_force(member, at).norm();
-  }
+  double limit(std::size_t member, const Eigen::VectorXd& at) const { return problem.limit(member, at); }
   /// Returns true if a member at rest begins to move in the solution x.
   bool begins(std::size_t member) const { return !problem.contacts[member].moves && sticks[member] == 0; }
   /// Returns true if a member at rest bears at least the part `least` of its limit with the friction `given` [k].

@@ -407,7 +407,7 @@ Outcome ContactModes::check_rest(const ModeSwitch& at) const {
     for (int k = 0; k < state_.tangents[c].num_tangents(); ++k)
       a = larger(a, std::abs(rows[static_cast<std::size_t>(state_.tangents[c].first_row + k)]));
     const double scale = system_.acceleration_scales()[state_.neighbourhood(c)];
-    const double limit = (1.0 + ContactState::overload) * static_limit(state_.laws, c, lambda);
+    const double limit = (1.0 + ContactState::overload) * state_.laws.static_limit(c, lambda);
     const double held = state_.held(c, lambda);
     const bool is_still = a <= largest_miss * scale;
     if (is_still && held - limit <= largest_miss * std::max(limit, state_.mass(c) * scale)) continue;

@@ -27,7 +27,7 @@ double ContactProblem::residual(const VectorXd& x) const {
   double worst = 0.0, scale = x.lpNorm<Eigen::Infinity>();
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const auto [first, dimension, moves, mu] = contacts[c];
-    const double limit = mu * normal_force(c, x).norm();
+    const double limit = this->limit(c, x);
     scale = std::max(scale, limit);
     if (moves) {
       worst = std::max(worst, std::abs(x(first) - limit));

@@ -34,6 +34,10 @@ struct ContactProblem {
     const auto row = 3 * static_cast<Eigen::Index>(contact);
     return N0.segment<3>(row) + W.middleRows<3>(row) * x;
   }
+  /// Returns mu |N| of a contact at x, N.
+  double limit(std::size_t contact, const Eigen::VectorXd& x) const {
+    return contacts[contact].mu * normal_force(contact, x).norm();
+  }
   Eigen::VectorXd accelerations(const Eigen::VectorXd& x) const { return a0 + A * x; }
   /// Returns the largest term that cancels in the accelerations, m/s^2.
   double acceleration_scale(const Eigen::VectorXd& x) const;

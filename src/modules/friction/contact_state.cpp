@@ -41,11 +41,11 @@ void ContactState::set_sliding_speeds() {
 
 double ContactState::limit(std::size_t contact, const double* lambda) const {
   const double factor = !overloads.empty() && overloads[contact] != 0 ? 1.0 + overload : 1.0;
-  return factor * static_limit(laws, contact, lambda);
+  return factor * laws.static_limit(contact, lambda);
 }
 
 void ContactState::release(std::size_t contact, const double* lambda) {
-  const Vec3 held = held_friction(tangents, laws, contact, lambda);
+  const Vec3 held = laws.held(contact, lambda);
   const double size = norm(held);
   laws.set_slip_direction(contact, size > 0.0 ? (-1.0 / size) * held : tangents.directions(contact)[0]);
   tangents.set_stick(contact, false);

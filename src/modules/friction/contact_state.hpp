@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "dynamics/workspace.hpp"
-#include "friction/held_friction.hpp"
 #include "friction/held_places.hpp"
 #include "friction/laws.hpp"
 #include "schur/redundancy.hpp"
@@ -67,9 +66,7 @@ struct ContactState {
   void set_sliding_speeds();
 
   /// The friction that a sticking contact holds at lambda [rows], and the friction at which it gives way, N.
-  double held(std::size_t contact, const double* lambda) const {
-    return norm(held_friction(tangents, laws, contact, lambda));
-  }
+  double held(std::size_t contact, const double* lambda) const { return norm(laws.held(contact, lambda)); }
   double limit(std::size_t contact, const double* lambda) const;
   /// Lets the contact slide from now on, against the friction that holds it at lambda.
   void release(std::size_t contact, const double* lambda);

@@ -8,13 +8,12 @@ namespace tanor::detail {
 
 /// For R >= 0, rho(R) < 1 exactly if I - R is a nonsingular M-matrix, that is, if elimination without exchanges has
 /// positive pivots (Berman and Plemmons 1994, ch. 6). Then x = (I - R)^-1 1 >= 1, and |e| <= (I - R)^-1 |F(s) - s|.
-double ContractionBound::amplification(const SlidingContacts& contacts) {
+double ContractionBound::amplification(const ContactProblem& problem) {
   constexpr double unproven = std::numeric_limits<double>::quiet_NaN();
-  const auto m = static_cast<Eigen::Index>(contacts.size());
+  const Eigen::Index m = problem.size();
   R_.resize(m, m);
-  for (Eigen::Index j = 0; j < m; ++j)
-    R_.col(j) = contacts.W[static_cast<std::size_t>(j)].colwise().norm().transpose().cwiseProduct(
-        Eigen::Map<const Eigen::VectorXd>(contacts.mu.data(), m));
+  for (Eigen::Index c = 0; c < m; ++c)
+    R_.row(c) = problem.contacts[static_cast<std::size_t>(c)].mu * problem.W.middleRows<3>(3 * c).colwise().norm();
   // A = L U
   A_ = -R_;
   A_.diagonal().array() += 1.0;

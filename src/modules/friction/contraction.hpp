@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "friction/enumeration.hpp"
+#include "friction/contact_problem.hpp"
 
 namespace tanor::detail {
 
@@ -10,7 +10,7 @@ namespace tanor::detail {
 class ContractionBound {
  public:
   /// Returns the largest row sum of (I - R)^-1, R_cj = mu_c |W_cj|, if rho(R) < 1, else NaN.
-  double amplification(const SlidingContacts& contacts);
+  double amplification(const ContactProblem& problem);
 
  private:
   Eigen::MatrixXd R_, A_;  // [m][m], and I - R with its factors

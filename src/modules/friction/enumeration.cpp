@@ -16,13 +16,12 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 /// Returns the line of each normal force, as unit vectors [3][m], or nothing if some force leaves its line.
-std::optional<Matrix3Xd> find_lines(const SlidingContacts& contacts) {
+std::optional<Matrix3Xd> find_lines(const ContactProblem& problem) {
   constexpr double rounding = 1e-11;
-  const auto m = static_cast<Eigen::Index>(contacts.size());
+  const Eigen::Index m = problem.size();
   Matrix3Xd lines = Matrix3Xd::Zero(3, m), all(3, m + 1);
   for (Eigen::Index c = 0; c < m; ++c) {
-    all.col(0) = contacts.N0.col(c);
-    for (Eigen::Index j = 0; j < m; ++j) all.col(j + 1) = contacts.W[static_cast<std::size_t>(j)].col(c);
+    all << problem.N0.segment<3>(3 * c), problem.W.middleRows<3>(3 * c);
     for (Eigen::Index k = m; k >= 0; --k) {
       all.col(k).normalize();  // 0 stays
       if (!all.col(k).isZero(0.0)) lines.col(c) = all.col(k);
@@ -33,24 +32,16 @@ std::optional<Matrix3Xd> find_lines(const SlidingContacts& contacts) {
   return lines;
 }
 
-VectorXd defect(const SlidingContacts& contacts, const VectorXd& s) {
-  Matrix3Xd normal = contacts.N0;
-  for (Eigen::Index j = 0; j < s.size(); ++j) normal += s(j) * contacts.W[static_cast<std::size_t>(j)];
-  const Eigen::Map<const VectorXd> mu(contacts.mu.data(), s.size());
-  return mu.cwiseProduct(normal.colwise().norm().transpose()) - s;
-}
-
 /// Tries all signs sigma of the normal forces, N_c along sigma_c n_c: (I - sigma mu n.W) s = sigma mu n.N0 has one
 /// solution each, which obeys the law if no s is negative. One sign of all determinants proves uniqueness.
-void try_signs(const SlidingContacts& contacts, const Matrix3Xd& lines, SlidingSolutions* result) {
-  const auto m = static_cast<Eigen::Index>(contacts.size());
+void try_signs(const ContactProblem& problem, const Matrix3Xd& lines, SlidingSolutions* result) {
+  const Eigen::Index m = problem.size();
   VectorXd b(m), sigma(m);
   MatrixXd R(m, m);
   for (Eigen::Index c = 0; c < m; ++c) {
-    const double mu = contacts.mu[static_cast<std::size_t>(c)];
-    b(c) = mu * lines.col(c).dot(contacts.N0.col(c));
-    for (Eigen::Index j = 0; j < m; ++j)
-      R(c, j) = mu * lines.col(c).dot(contacts.W[static_cast<std::size_t>(j)].col(c));
+    const Eigen::Vector3d along = problem.contacts[static_cast<std::size_t>(c)].mu * lines.col(c);
+    b(c) = along.dot(problem.N0.segment<3>(3 * c));
+    R.row(c) = along.transpose() * problem.W.middleRows<3>(3 * c);
   }
   bool is_positive = false, is_negative = false;
   for (std::size_t signs = 0; signs < std::size_t{1} << m; ++signs) {
@@ -62,9 +53,10 @@ void try_signs(const SlidingContacts& contacts, const Matrix3Xd& lines, SlidingS
     if (determinant == 0.0) continue;
     const VectorXd s = lu.solve(sigma.cwiseProduct(b));
     const double size = s.lpNorm<Eigen::Infinity>();
-    const bool is_solution = std::isfinite(size) && s.minCoeff() >= -1e-12 * size &&
-                             defect(contacts, s).lpNorm<Eigen::Infinity>() <= 1e-9 * size;
-    if (is_solution) add_new(s, &result->found);
+    double missed = 0.0;
+    for (std::size_t c = 0; c < problem.contacts.size(); ++c)
+      missed = std::max(missed, std::abs(problem.limit(c, s) - s(static_cast<Eigen::Index>(c))));
+    if (std::isfinite(size) && s.minCoeff() >= -1e-12 * size && missed <= 1e-9 * size) add_new(s, &result->found);
   }
   result->is_complete = true;
   result->determinant_changes = is_positive && is_negative;
@@ -81,34 +73,20 @@ void add_new(const VectorXd& s, std::vector<VectorXd>* found) {
   if (std::ranges::none_of(*found, is_same)) found->push_back(s);
 }
 
-SlidingSolutions find_sliding(const SlidingContacts& contacts) {
+SlidingSolutions find_sliding(const ContactProblem& problem) {
   SlidingSolutions result;
-  result.amplification = ContractionBound().amplification(contacts);
+  result.amplification = ContractionBound().amplification(problem);
   if (!std::isnan(result.amplification)) result.uniqueness = Uniqueness::Proven;
-  if (result.uniqueness == Uniqueness::Proven || contacts.size() > most_enumerated) return result;
-  if (const std::optional<Matrix3Xd> lines = find_lines(contacts))
-    try_signs(contacts, *lines, &result);
+  if (result.uniqueness == Uniqueness::Proven || problem.contacts.size() > most_enumerated) return result;
+  if (const std::optional<Matrix3Xd> lines = find_lines(problem))
+    try_signs(problem, *lines, &result);
   else
-    result.is_complete = find_sizes_by_boxes(contacts, &result.found);
+    result.is_complete = find_sizes_by_boxes(problem, &result.found);
   if (result.uniqueness == Uniqueness::Proven) return result;
   const std::size_t count = result.found.size();
   if (count > 1 || result.is_complete)
     result.uniqueness = count > 1 ? Uniqueness::Several : count == 1 ? Uniqueness::Proven : Uniqueness::None;
   return result;
-}
-
-void add_by_iteration(const SlidingContacts& contacts, std::vector<VectorXd>* found) {
-  constexpr int most_iterations = 10000;
-  constexpr double rounding = 1e-14;  // below this the last digits may cycle
-  VectorXd s = VectorXd::Zero(static_cast<Eigen::Index>(contacts.size()));
-  for (int k = 0; k < most_iterations; ++k) {
-    const VectorXd rest = defect(contacts, s);
-    s += rest;
-    if (!(rest.lpNorm<Eigen::Infinity>() > rounding * s.lpNorm<Eigen::Infinity>())) {
-      if (s.allFinite()) found->push_back(s);
-      return;
-    }
-  }
 }
 
 }  // namespace tanor::detail

@@ -4,21 +4,12 @@
 #include <limits>
 #include <vector>
 
-#include <tanor/dynamics.hpp>
+#include "friction/contact_problem.hpp"
 
 namespace tanor::detail {
 
-/// Coulomb contacts of one island with fixed directions of sliding. The unknowns are magnitudes s >= 0,
-///
-///   s_c = mu_c |N_c|,   N_c = N0_c + sum_j W_cj s_j                          (the absolute value equation of (*))
-struct SlidingContacts {
-  std::vector<double> mu;           ///< [m]
-  Eigen::Matrix3Xd N0;              ///< [3][m]
-  std::vector<Eigen::Matrix3Xd> W;  ///< [contact j]: [3][m], the change of each N_c by s_j = 1
-
-  std::size_t size() const { return mu.size(); }
-};
-
+/// The sizes of friction s >= 0 of the contacts of one island that all slide in fixed directions, which solve the
+/// absolute value equation of (*), s_c = mu_c |N_c(s)|.
 struct SlidingSolutions {
   Uniqueness uniqueness = Uniqueness::Unproven;
   /// The largest row sum of (I - R)^-1 if rho(R) < 1, R_cj = mu_c |W_cj|, else NaN. If rho(R) < 1, (43) has one
@@ -35,15 +26,12 @@ constexpr std::size_t most_enumerated = 10;
 
 /// Proves uniqueness by rho(R) < 1 or finds the solutions. For up to `most_enumerated` contacts it tries all signs if
 /// each normal force keeps to one line, else it searches boxes.
-SlidingSolutions find_sliding(const SlidingContacts& contacts);
+SlidingSolutions find_sliding(const ContactProblem& problem);
 
 /// Adds all solutions by a search in boxes. Returns false if there are too many boxes or a solution is nearly a double
 /// one.
-bool find_sizes_by_boxes(const SlidingContacts& contacts, std::vector<Eigen::VectorXd>* found);
+bool find_sizes_by_boxes(const ContactProblem& problem, std::vector<Eigen::VectorXd>* found);
 /// Adds a solution unless it is known.
 void add_new(const Eigen::VectorXd& s, std::vector<Eigen::VectorXd>* found);
-
-/// Adds the limit of (43), if it converges, which is certain for rho(R) < 1.
-void add_by_iteration(const SlidingContacts& contacts, std::vector<Eigen::VectorXd>* found);
 
 }  // namespace tanor::detail

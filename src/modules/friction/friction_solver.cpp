@@ -7,7 +7,6 @@
 
 #include "base/stopwatch.hpp"
 #include "base/text.hpp"
-#include "friction/held_friction.hpp"
 
 namespace tanor::detail {
 
@@ -200,7 +199,7 @@ double FrictionSolver::measure(const double* lambda) {
 // ---- outputs ----
 
 Vec3 FrictionSolver::force(std::size_t contact, const double* lambda) const {
-  return tangents_.sticks(contact) ? held_friction(tangents_, laws_, contact, lambda) : load(now_.tau.data(), contact);
+  return tangents_.sticks(contact) ? laws_.held(contact, lambda) : load(now_.tau.data(), contact);
 }
 
 void FrictionSolver::write_contacts(const double* lambda, std::vector<double>* forces) const {
@@ -235,7 +234,7 @@ double FrictionSolver::power(const double* lambda, const double* v) const {
 double FrictionSolver::held_power(const double* lambda, const double* v) const {
   double sum = 0.0;
   for (std::size_t c = 0; c < tangents_.size(); ++c) {
-    if (tangents_.sticks(c)) sum += dot(held_friction(tangents_, laws_, c, lambda), load(v, tangents_[c].point));
+    if (tangents_.sticks(c)) sum += dot(laws_.held(c, lambda), load(v, tangents_[c].point));
   }
   return sum;
 }

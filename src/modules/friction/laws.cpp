@@ -169,6 +169,14 @@ Vec3 FrictionLaws::normal_force(std::size_t contact, const double* lambda) const
   return sum;
 }
 
+Vec3 FrictionLaws::held(std::size_t contact, const double* lambda) const {
+  const Tangents::Place& place = tangents_[contact];
+  Vec3 sum = reference(contact);
+  for (int k = 0; place.first_row >= 0 && k < place.num_tangents(); ++k)
+    sum = sum + lambda[place.first_row + k] * tangents_.directions(contact)[static_cast<std::size_t>(k)];
+  return sum;
+}
+
 /// Calls visit(contact, tau, d tau/d lambda [3][terms]) for all contacts whose law is a force. Laws are evaluated for
 /// some contacts at once.
 template <class Visit>

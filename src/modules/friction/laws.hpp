@@ -79,6 +79,13 @@ class FrictionLaws {
   Vec3 direction(std::size_t contact) const {
     return has_three_parts(contact) ? Vec3{} : -directions_[first_part(contact)];
   }
+  /// Returns the friction of a contact that sticks, N: its reference plus the multipliers of its own rows, lambda
+  /// [rows].
+  Vec3 held(std::size_t contact, const double* lambda) const;
+  /// Returns the largest friction that the contact could hold, mu_s |N| at lambda [rows], N.
+  double static_limit(std::size_t contact, const double* lambda) const {
+    return static_coefficient(contact) * norm(normal_force(contact, lambda));
+  }
   bool reads_full_reaction(std::size_t contact) const { return contacts_[contact].is_full; }
   /// Returns N of a Coulomb contact.
   Vec3 normal_force(std::size_t contact, const double* lambda) const;

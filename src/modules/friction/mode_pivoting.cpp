@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "base/text.hpp"
-#include "friction/held_friction.hpp"
 
 namespace tanor::detail {
 
@@ -146,7 +145,7 @@ bool ModePivoting::share_otherwise(Search* search) {
   double worst_load = -1.0;
   for (std::size_t c = 0; state_.shares_loads && c < state_.size(); ++c) {
     const bool counts = search->may_share[c] != 0 && state_.tangents.sticks(c);
-    const double limit = counts ? static_limit(state_.laws, c, lambda) : 0.0;
+    const double limit = counts ? state_.laws.static_limit(c, lambda) : 0.0;
     search->loads[c] = !counts ? -1.0 : limit > 0.0 ? state_.held(c, lambda) / limit : 1.0;
     if (limit > 0.0) worst_load = std::max(worst_load, search->loads[c]);
   }
@@ -196,7 +195,7 @@ void ModePivoting::release_met(Search* search) {
   for (std::size_t c = 0; !search->has_changed && !search->at.releases.empty() && c < state_.size(); ++c) {
     if (search->may_share[c] == 0 || !state_.tangents.sticks(c) || search->released[c] != 0) continue;
     const double limit =
-        (search->at.is_released(c) ? 1.0 - 1e-8 : 1.0 + limit_slack) * static_limit(state_.laws, c, lambda);
+        (search->at.is_released(c) ? 1.0 - 1e-8 : 1.0 + limit_slack) * state_.laws.static_limit(c, lambda);
     if (!(state_.held(c, lambda) >= limit)) continue;
     ++search->released[c];
     release(c);

@@ -29,10 +29,8 @@ class Equations {
   /// Returns the defect at x, and writes its derivative unless null.
   VectorXd evaluate(const VectorXd& x, MatrixXd* J) const;
   double limit(std::size_t c, const VectorXd& x) const {
-    return limits_ != nullptr ? (*limits_)(static_cast<Eigen::Index>(c))
-                              : problem_.contacts[c].mu * problem_.normal_force(c, x).norm();
+    return limits_ != nullptr ? (*limits_)(static_cast<Eigen::Index>(c)) : problem_.limit(c, x);
   }
-  double rho(std::size_t c) const { return rho_[c]; }
 
  private:
   const ContactProblem& problem_;
@@ -137,7 +135,7 @@ VectorXd find_one(const ContactProblem& problem, const VectorXd& guess) {
   VectorXd limits(static_cast<Eigen::Index>(problem.contacts.size()));
   for (int round = 0; round < most_rounds; ++round) {
     for (std::size_t c = 0; c < problem.contacts.size(); ++c)
-      limits(static_cast<Eigen::Index>(c)) = problem.contacts[c].mu * problem.normal_force(c, x).norm();
+      limits(static_cast<Eigen::Index>(c)) = problem.limit(c, x);
     solve_convex(problem, limits, &x);
     if (obeys(x)) return x;
     if (VectorXd found = refine(x); found.size() > 0) return found;

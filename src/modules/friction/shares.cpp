@@ -169,7 +169,7 @@ Sharing list_members(const ContactProblem& problem, const std::vector<char>& sha
   Sharing sharing;
   for (std::size_t c = 0; c < problem.contacts.size(); ++c) {
     const auto& [first, dimension, moves, mu] = problem.contacts[c];
-    const bool shares = shares_it[c] != 0 && mu * problem.normal_force(c, x).norm() > 0.0;
+    const bool shares = shares_it[c] != 0 && problem.limit(c, x) > 0.0;
     (shares ? sharing.members : sharing.others).push_back(c);
     for (Eigen::Index k = first; shares && k < first + dimension; ++k) sharing.rows.push_back(k);
   }
@@ -207,7 +207,7 @@ double find_least(const ContactProblem& problem, const Sharing& sharing, const M
   double load = 0.0;
   for (const std::size_t c : sharing.members) {
     const auto& [first, dimension, moves, mu] = problem.contacts[c];
-    load = std::max(load, x->segment(first, dimension).norm() / (mu * problem.normal_force(c, *x).norm()));
+    load = std::max(load, x->segment(first, dimension).norm() / problem.limit(c, *x));
   }
   return load;
 }

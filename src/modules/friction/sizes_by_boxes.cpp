@@ -143,21 +143,19 @@ Verdict Search::examine(Box* box, VectorXd* solution) const {
 
 }  // namespace
 
-bool find_sizes_by_boxes(const SlidingContacts& contacts, std::vector<VectorXd>* found) {
+bool find_sizes_by_boxes(const ContactProblem& problem, std::vector<VectorXd>* found) {
   constexpr double smallest = 1e-9;
-  const auto m = static_cast<Eigen::Index>(contacts.size());
-  const std::size_t most_boxes = 20000 / (contacts.size() * contacts.size());
+  const Eigen::Index m = problem.size();
+  const Eigen::Index most_boxes = 20000 / (m * m);
   double unit = 0.0;
-  for (Eigen::Index c = 0; c < m; ++c)
-    unit = std::max(unit, contacts.mu[static_cast<std::size_t>(c)] * contacts.N0.col(c).norm());
+  for (std::size_t c = 0; c < problem.contacts.size(); ++c) unit = std::max(unit, problem.limit(c, VectorXd::Zero(m)));
   if (unit == 0.0) unit = 1.0;
-  Homogeneous problem{contacts.mu, {}};
+  Homogeneous scaled;
   for (Eigen::Index c = 0; c < m; ++c) {
-    Matrix3Xd& G = problem.G.emplace_back(3, m + 1);
-    G.col(0) = contacts.N0.col(c) / unit;
-    for (Eigen::Index j = 0; j < m; ++j) G.col(j + 1) = contacts.W[static_cast<std::size_t>(j)].col(c);
+    scaled.mu.push_back(problem.contacts[static_cast<std::size_t>(c)].mu);
+    scaled.G.emplace_back(3, m + 1) << problem.N0.segment<3>(3 * c) / unit, problem.W.middleRows<3>(3 * c);
   }
-  const Search search(problem);
+  const Search search(scaled);
   std::vector<Box> boxes;
   for (Eigen::Index fixed = 0; fixed <= m; ++fixed) {
     Box box{VectorXd::Constant(m + 1, 0.5), VectorXd::Constant(m + 1, 0.5), fixed};
@@ -166,7 +164,7 @@ bool find_sizes_by_boxes(const SlidingContacts& contacts, std::vector<VectorXd>*
     boxes.push_back(std::move(box));
   }
   bool is_complete = true;
-  for (std::size_t count = 0; !boxes.empty(); ++count) {
+  for (Eigen::Index count = 0; !boxes.empty(); ++count) {
     if (count == most_boxes) return false;
     Box box = std::move(boxes.back());
     boxes.pop_back();

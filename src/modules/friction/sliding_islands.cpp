@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "friction/held_friction.hpp"
-
 namespace tanor::detail {
 
 SlidingIslands::SlidingIslands(const Workspace& work, const FrictionLaws& laws, const ContactIslands& islands,
@@ -36,21 +34,27 @@ void SlidingIslands::list_members() {
 void SlidingIslands::reduce() {
   std::size_t most = 0;
   for (const Island& island : islands_) most = std::max(most, island.members.size());
-  const auto as_eigen = [](Vec3 a) { return Eigen::Vector3d(a.x, a.y, a.z); };
   force_.resize(laws_.num_parts());
   lambda_.assign(model_.num_rows(), 0.0);
-  const auto fill = [&](const Island& island, Eigen::Matrix3Xd* N) {
-    N->resize(3, static_cast<Eigen::Index>(island.members.size()));
-    for (std::size_t c = 0; c < island.members.size(); ++c)
-      N->col(static_cast<Eigen::Index>(c)) = as_eigen(laws_.normal_force(island.members[c], lambda_.data()));
+  const auto fill = [&](const Island& island, auto&& N) {
+    for (std::size_t c = 0; c < island.members.size(); ++c) {
+      const Vec3 own = laws_.normal_force(island.members[c], lambda_.data());
+      N.template segment<3>(3 * static_cast<Eigen::Index>(c)) << own.x, own.y, own.z;
+    }
   };
   laws_.evaluate(model_.parallel, lambda_.data(), force_.data());  // friction that reads no multiplier stays
   response_.find_multipliers(force_.data(), lambda_.data());
   for (Island& island : islands_) {
-    island.contacts.mu.clear();
-    for (const std::size_t c : island.members) island.contacts.mu.push_back(laws_.coefficient(c));
-    fill(island, &island.contacts.N0);
-    island.contacts.W.resize(island.members.size());
+    ContactProblem& problem = island.problem;
+    problem.contacts.clear();
+    for (const std::size_t c : island.members)
+      problem.contacts.push_back({static_cast<Eigen::Index>(problem.contacts.size()), 1, true, laws_.coefficient(c)});
+    const auto m = static_cast<Eigen::Index>(island.members.size());
+    problem.A.setZero(m, m);
+    problem.a0.setZero(m);
+    problem.W.resize(3 * m, m);
+    problem.N0.resize(3 * m);
+    fill(island, problem.N0);
   }
   for (std::size_t j = 0; j < most; ++j) {
     std::fill(force_.begin(), force_.end(), 0.0);
@@ -59,7 +63,7 @@ void SlidingIslands::reduce() {
     }
     response_.find_change(force_.data(), lambda_.data());
     for (Island& island : islands_) {
-      if (j < island.members.size()) fill(island, &island.contacts.W[j]);
+      if (j < island.members.size()) fill(island, island.problem.W.col(static_cast<Eigen::Index>(j)));
     }
   }
 }
@@ -107,8 +111,7 @@ bool SlidingIslands::holds_what_sticks(const Island& island, const Eigen::Vector
   response_.find_multipliers(force.data(), lambda.data());
   constexpr double slack = 1.0 + 1e-9;
   return std::all_of(all.begin(), all.end(), [&](std::size_t c) {
-    return !tangents_.sticks(c) ||
-           norm(held_friction(tangents_, laws_, c, lambda.data())) <= slack * static_limit(laws_, c, lambda.data());
+    return !tangents_.sticks(c) || norm(laws_.held(c, lambda.data())) <= slack * laws_.static_limit(c, lambda.data());
   });
 }
 
@@ -147,7 +150,7 @@ void SlidingIslands::leave_out_uncoupled(std::size_t least_contacts) {
 
 /// Finds all solutions of an island. Two sizes of friction are two motions only if sticking contacts can bear both.
 SlidingSolutions SlidingIslands::count(const Island& island, const double* at) {
-  SlidingSolutions solutions = find_sliding(island.contacts);
+  SlidingSolutions solutions = find_sliding(island.problem);
   if (solutions.uniqueness != Uniqueness::Several) return solutions;
   std::erase_if(solutions.found, [&](const Eigen::VectorXd& s) { return !holds_what_sticks(island, s, at); });
   if (solutions.found.size() < 2)
@@ -182,7 +185,7 @@ Outcome SlidingIslands::verify_uniqueness(double t, const UniquenessCheck& check
   *amplification = is_proven ? 1.0 : std::numeric_limits<double>::quiet_NaN();
   for (Island& island : islands_) {
     if (island.members.empty()) continue;
-    const double own = contraction_.amplification(island.contacts);
+    const double own = contraction_.amplification(island.problem);
     *amplification = larger(*amplification, own);
     // The motion is unique, or all motions were counted before.
     if (!std::isnan(own) || is_counted(island, check)) continue;
@@ -230,7 +233,7 @@ Outcome SlidingIslands::enumerate(double t, const UniquenessCheck& check, double
 /// Writes the solution of one island nearest to the friction at lambda into `force` [parts].
 Outcome SlidingIslands::choose_nearest(const Island& island, double t, const UniquenessCheck& check,
                                        const double* lambda, double* force, FrictionReport* report) const {
-  SlidingSolutions solutions = find_sliding(island.contacts);
+  SlidingSolutions solutions = find_sliding(island.problem);
   if (solutions.uniqueness == Uniqueness::None) {
     report->uniqueness = Uniqueness::None;
     return fail_friction(
@@ -243,12 +246,13 @@ Outcome SlidingIslands::choose_nearest(const Island& island, double t, const Uni
     Outcome outcome = note_several(island, solutions.found.size(), t, check, report);
     if (!outcome.ok()) return outcome;
   }
-  if (solutions.found.empty()) add_by_iteration(island.contacts, &solutions.found);
-  if (solutions.found.empty()) return fail_friction(Status::NotConverged, t, name(island) + ": no iteration converges");
+  if (solutions.found.empty()) solutions.found.push_back(find_one(island.problem, {}));
+  if (solutions.found[0].size() == 0)
+    return fail_friction(Status::NotConverged, t, name(island) + ": no iteration converges");
   const auto distance = [&](const Eigen::VectorXd& s) {
     double sum = 0.0;
     for (std::size_t c = 0; c < island.members.size(); ++c) {
-      const double before = island.contacts.mu[c] * norm(laws_.normal_force(island.members[c], lambda));
+      const double before = island.problem.contacts[c].mu * norm(laws_.normal_force(island.members[c], lambda));
       sum += std::pow(s(static_cast<Eigen::Index>(c)) - before, 2);
     }
     return sum;

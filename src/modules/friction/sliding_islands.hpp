@@ -32,7 +32,7 @@ class SlidingIslands {
   struct Island {
     std::size_t number = 0;
     std::vector<std::size_t> members;  // sliding contacts; may be empty
-    SlidingContacts contacts;
+    ContactProblem problem;            // of all members, which move; friction changes no acceleration
   };
   void list_members();
   void reduce();
