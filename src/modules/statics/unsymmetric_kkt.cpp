@@ -1,25 +1,26 @@
 #include "statics/unsymmetric_kkt.hpp"
 
 #include <algorithm>
+#include <utility>
+
+#include "base/groups.hpp"
 
 namespace tanor::detail {
 
-Eigen::SparseMatrix<double> UnsymmetricKkt::assemble() const {
+/// Calls visit(row, column, value) for all terms of the entries, in an order that depends on the pattern alone.
+template <class Visit>
+void UnsymmetricKkt::for_each_term(const Visit& visit) const {
   constexpr double compliance = 1e-14;  // relative to the inverse of the largest stiffness
   const StiffnessMatrix& W = equations_.stiffness();
   const std::size_t n = equations_.size(), rows = equations_.num_rows();
-  std::vector<Eigen::Triplet<double>> entries;
-  const auto add = [&](std::size_t row, std::size_t column, double value) {
-    entries.emplace_back(static_cast<int>(row), static_cast<int>(column), value);
-  };
   W.for_each_block([&](std::size_t i, std::size_t j, std::size_t k) {
     for (std::size_t entry = 0; entry < 9; ++entry)
-      add(3 * i + entry / 3, 3 * j + entry % 3, W.blocks()[k].entries[entry]);
+      visit(3 * i + entry / 3, 3 * j + entry % 3, W.blocks()[k].entries[entry]);
   });
-  for (std::size_t i = 0; i < n; ++i) add(i, i, shift_ * model_.mass[i / 3]);
+  for (std::size_t i = 0; i < n; ++i) visit(i, i, shift_ * model_.mass[i / 3]);
   for (Eigen::Index j = 0; damped_.damping != nullptr && j < damped_.damping->outerSize(); ++j) {
     for (Eigen::SparseMatrix<double>::InnerIterator entry(*damped_.damping, j); entry; ++entry)
-      add(static_cast<std::size_t>(entry.row()), static_cast<std::size_t>(j), damped_.rate * entry.value());
+      visit(static_cast<std::size_t>(entry.row()), static_cast<std::size_t>(j), damped_.rate * entry.value());
   }
   for (const Incidence& incidence : model_.incidences) {
     const std::size_t row = n + static_cast<std::size_t>(incidence.row),
@@ -27,29 +28,41 @@ Eigen::SparseMatrix<double> UnsymmetricKkt::assemble() const {
     if (row >= n + rows || first >= n) continue;
     for (std::size_t c = 0; c < 3; ++c) {
       const double g = incidence.sign * equations_.gradients()[3 * static_cast<std::size_t>(incidence.block) + c];
-      add(first + c, row, g);
-      add(row, first + c, g);
+      visit(first + c, row, g);
+      visit(row, first + c, g);
     }
   }
   const double stiffness = std::max(W.largest(), 1e-300);
-  for (std::size_t row = n; row < n + rows; ++row) add(row, row, -compliance / stiffness);
-  const auto size = static_cast<Eigen::Index>(n + rows);
-  Eigen::SparseMatrix<double> result(size, size);
-  result.setFromTriplets(entries.begin(), entries.end());  // keeps entries that vanish
-  return result;
+  for (std::size_t row = n; row < n + rows; ++row) visit(row, row, -compliance / stiffness);
+}
+
+void UnsymmetricKkt::make_pattern() {
+  pattern_version_ = equations_.stiffness().pattern_version();
+  std::vector<std::pair<int, int>> entries;
+  for_each_term([&](std::size_t row, std::size_t column, double) {
+    entries.push_back({static_cast<int>(column), static_cast<int>(row)});
+  });
+  SquarePattern pattern;
+  compress_pairs(equations_.size() + equations_.num_rows(), entries, &pattern.start, &pattern.rows);
+  slots_.clear();
+  for (const auto& [column, row] : entries) {
+    const auto begin = pattern.rows.begin() + pattern.start[static_cast<std::size_t>(column)];
+    const auto end = pattern.rows.begin() + pattern.start[static_cast<std::size_t>(column) + 1];
+    slots_.push_back(static_cast<int>(std::lower_bound(begin, end, row) - pattern.rows.begin()));
+  }
+  factor_ = std::make_unique<SparseLu<double>>(std::move(pattern));
 }
 
 bool UnsymmetricKkt::factorize(double shift, const Damped& damped) {
+  const bool is_known = factor_ != nullptr && damped.damping == damped_.damping &&
+                        pattern_version_ == equations_.stiffness().pattern_version();
   shift_ = shift;
   damped_ = damped;
-  const Eigen::SparseMatrix<double> A = assemble();
-  const int* const start = A.outerIndexPtr();
-  const int* const rows = A.innerIndexPtr();
-  if (factor_ == nullptr || pattern_version_ != equations_.stiffness().pattern_version())
-    factor_ =
-        std::make_unique<SparseLu<double>>(SquarePattern{{start, start + A.cols() + 1}, {rows, rows + A.nonZeros()}});
-  pattern_version_ = equations_.stiffness().pattern_version();
-  std::copy_n(A.valuePtr(), A.nonZeros(), factor_->values());
+  if (!is_known) make_pattern();
+  double* const values = factor_->values();
+  std::fill_n(values, factor_->pattern().rows.size(), 0.0);
+  const int* slot = slots_.data();
+  for_each_term([&](std::size_t, std::size_t, double value) { values[*slot++] += value; });
   return factor_->factorize();
 }
 

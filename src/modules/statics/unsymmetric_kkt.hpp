@@ -33,12 +33,15 @@ class UnsymmetricKkt {
   void multiply(const std::vector<double>& x, std::vector<double>* y) const;
 
  private:
-  Eigen::SparseMatrix<double> assemble() const;
+  template <class Visit>
+  void for_each_term(const Visit& visit) const;
+  void make_pattern();
 
   const EquilibriumEquations& equations_;
   const Model& model_;
   std::size_t pattern_version_ = 0;  // of W, for which the factor was made
   std::unique_ptr<SparseLu<double>> factor_;
+  std::vector<int> slots_;  // [term] the entry that it is added to
   double shift_ = 0.0;
   Damped damped_;
 };
