@@ -12,7 +12,6 @@
 
 #include "base/numbers.hpp"
 #include "base/quiet_traps.hpp"
-#include "statics/dot.hpp"
 #include "statics/given_equilibrium.hpp"
 #include "statics/mode_finder.hpp"
 
@@ -32,15 +31,6 @@ constexpr int most_iterations = 200;
 constexpr double rounding_of_factor = 1e-14, settled = 1e-11;
 /// Rounding error of both stiffnesses, relative to their terms, above which the load factor has no correct digits.
 constexpr double too_much_rounding = 1e-4;
-
-EquilibriumOptions describe_system(const BucklingOptions& options) {
-  EquilibriumOptions result;
-  result.at = options.time;
-  result.ignore_friction = options.ignore_friction;
-  result.freeze_time = options.freeze_time;
-  result.solver = options.solver;
-  return result;
-}
 
 System without_loads(const System& system, const std::vector<std::string>& loads) {
   System result = system;
@@ -178,7 +168,7 @@ std::optional<double> refine(LoadedStiffness* stiffness, double low, std::vector
 
 Buckling find_buckling(const System& system, std::span<const double> positions, const BucklingOptions& options) {
   const QuietTraps quiet;
-  const EquilibriumOptions same = describe_system(options);
+  const EquilibriumOptions same = system_options(options);
   const EquilibriumClaim claim{positions, {}, options.force_tolerance};
   const std::unique_ptr<GivenEquilibrium> loaded = GivenEquilibrium::stand_at(system, claim, same);
   GivenEquilibrium& state = *loaded;

@@ -11,7 +11,6 @@
 #include "dynamics/prestress_rigidity.hpp"
 #include "statics/damped_modes.hpp"
 #include "statics/damping_matrix.hpp"
-#include "statics/dot.hpp"
 #include "statics/forces_without_potential.hpp"
 #include "statics/mode_finder.hpp"
 #include "statics/newton_descent.hpp"

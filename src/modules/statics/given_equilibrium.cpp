@@ -7,7 +7,6 @@
 
 #include "base/text.hpp"
 #include "dynamics/prestress_rigidity.hpp"
-#include "statics/dot.hpp"
 #include "statics/kkt_solver.hpp"
 #include "statics/newton_descent.hpp"
 #include "statics/standing_corner.hpp"

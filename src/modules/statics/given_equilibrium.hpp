@@ -13,6 +13,18 @@
 
 namespace tanor::detail {
 
+/// Returns those of the options of modes or buckling that define the system.
+template <class Options>
+EquilibriumOptions system_options(const Options& options) {
+  EquilibriumOptions result;
+  result.at = options.time;
+  if constexpr (requires { options.prestress; }) result.prestress = options.prestress;
+  result.ignore_friction = options.ignore_friction;
+  result.freeze_time = options.freeze_time;
+  result.solver = options.solver;
+  return result;
+}
+
 /// An equilibrium that the caller claims, in the user's order.
 struct EquilibriumClaim {
   std::span<const double> positions;    ///< [3n]

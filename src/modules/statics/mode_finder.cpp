@@ -80,13 +80,13 @@ void ModeFinder::group_by_islands(const std::vector<std::size_t>& dependent) {
   Rows sum = 0;
   for (const StaticsIsland& island : StaticsIslands(equations_).list) {
     const auto rows = std::ranges::count_if(island.rows, [&](std::size_t row) { return counts[row] != 0; });
-    Island own{island.coordinates(), static_cast<Rows>(3 * island.points.size()) - rows};
+    Island own{island.coordinates(), sum, static_cast<Rows>(3 * island.points.size()) - rows};
     sum += own.freedoms;
     if (own.freedoms > 0) islands_.push_back(std::move(own));
   }
   if (sum == static_cast<Rows>(freedoms_)) return;
   islands_.resize(1);
-  islands_[0] = {{}, static_cast<Rows>(freedoms_)};
+  islands_[0] = {{}, 0, static_cast<Rows>(freedoms_)};
   for (Rows i = 0; i < mass_.size(); ++i) islands_[0].coordinates.push_back(i);
 }
 
@@ -139,20 +139,16 @@ std::optional<MatrixXd> ModeFinder::find_basis() {
   // moves.
   if (!factorize_below_all(10.0 * scale_)) return std::nullopt;
   MatrixXd forces = random_matrix(mass_.size(), s, 1);
-  for (Rows first = 0; const Island& island : islands_) {
-    const MatrixXd own = forces(island.coordinates, Eigen::seqN(first, island.freedoms));
-    forces.middleCols(first, island.freedoms).setZero();
-    forces(island.coordinates, Eigen::seqN(first, island.freedoms)) = own;
-    first += island.freedoms;
+  for (const Island& island : islands_) {
+    const MatrixXd own = forces(island.coordinates, island.columns());
+    forces(Eigen::all, island.columns()).setZero();
+    forces(island.coordinates, island.columns()) = own;
   }
   // The forces s M x give solutions of the size of the projected x.
   const MatrixXd moves = root_mass_.asDiagonal() * solve(shift_ * mass_.asDiagonal() * forces, of_moves).x;
   MatrixXd basis = MatrixXd::Zero(mass_.size(), s);
-  for (Rows first = 0; const Island& island : islands_) {
-    const auto columns = Eigen::seqN(first, island.freedoms);
-    basis(island.coordinates, columns) = dense::find_thin_qr(moves(island.coordinates, columns)).Q;
-    first += island.freedoms;
-  }
+  for (const Island& island : islands_)
+    basis(island.coordinates, island.columns()) = dense::find_thin_qr(moves(island.coordinates, island.columns())).Q;
   return MatrixXd(root_mass_.cwiseInverse().asDiagonal() * basis);
 }
 
@@ -166,15 +162,13 @@ ModeSet ModeFinder::find_all() {
   VectorXd omega2(Z.cols());
   MatrixXd shapes(mass_.size(), Z.cols());
   double rest = 0.0;
-  for (Rows first = 0; const Island& island : islands_) {
-    const Rows size = island.freedoms;
-    const MatrixXd own = stiffness.block(first, first, size, size);
+  for (const Island& island : islands_) {
+    const MatrixXd own = stiffness(island.columns(), island.columns());
     const dense::SymmetricEigen eigen = dense::find_eigen(own);
-    omega2.segment(first, size) = eigen.values;
-    shapes.middleCols(first, size) = Z.middleCols(first, size) * eigen.vectors;
+    omega2(island.columns()) = eigen.values;
+    shapes(Eigen::all, island.columns()) = Z(Eigen::all, island.columns()) * eigen.vectors;
     rest =
         std::max(rest, (own * eigen.vectors - eigen.vectors * eigen.values.asDiagonal()).colwise().norm().maxCoeff());
-    first += size;
   }
   std::vector<Rows> order(static_cast<std::size_t>(omega2.size()));
   std::iota(order.begin(), order.end(), Rows{0});
@@ -234,23 +228,24 @@ bool ModeFinder::move_shift(const BlockLanczos& lanczos, double tolerance) {
 MatrixXd ModeFinder::run_lanczos(std::size_t count, double tolerance, const MatrixXd& found) {
   count = std::min(count, freedoms_ - static_cast<std::size_t>(found.cols()));
   if (count == 0) return MatrixXd(mass_.size(), 0);
+  return run_lanczos(count, found, [&](BlockLanczos& lanczos) { return lanczos.run(tolerance); });
+}
+
+template <class Run>
+MatrixXd ModeFinder::run_lanczos(std::size_t count, const MatrixXd& found, const Run& run) {
   BlockLanczos lanczos = start_lanczos(count, found);
-  if (!lanczos.run(tolerance) && !is_precise_) {
+  if (!run(lanczos) && !is_precise_) {
     is_precise_ = true;
-    return run_lanczos(count, tolerance, found);
+    return run_lanczos(count, found, run);
   }
   return root_mass_.cwiseInverse().asDiagonal() * lanczos.vectors(lanczos.converged());
 }
 
 /// Returns the `count` lowest modes as starts of inverse iteration, and leaves the factor of a suitable shift.
 MatrixXd ModeFinder::find_starts(std::size_t count, double tolerance) {
-  BlockLanczos lanczos = start_lanczos(count, MatrixXd(mass_.size(), 0));
-  const bool is_done = lanczos.run(rough_tolerance) && (move_shift(lanczos, tolerance) || lanczos.run(tolerance));
-  if (!is_done && !is_precise_) {
-    is_precise_ = true;
-    return find_starts(count, tolerance);
-  }
-  return root_mass_.cwiseInverse().asDiagonal() * lanczos.vectors(lanczos.converged());
+  return run_lanczos(count, MatrixXd(mass_.size(), 0), [&](BlockLanczos& lanczos) {
+    return lanczos.run(rough_tolerance) && (move_shift(lanczos, tolerance) || lanczos.run(tolerance));
+  });
 }
 
 double ModeFinder::lowest_rayleigh_quotient(const MatrixXd& x) const {

@@ -77,6 +77,8 @@ class ModeFinder {
   bool move_shift(const BlockLanczos& lanczos, double tolerance);
   Eigen::MatrixXd find_starts(std::size_t count, double tolerance);
   Eigen::MatrixXd run_lanczos(std::size_t count, double tolerance, const Eigen::MatrixXd& found);
+  template <class Run>
+  Eigen::MatrixXd run_lanczos(std::size_t count, const Eigen::MatrixXd& found, const Run& run);
   ModeSet refine(Eigen::MatrixXd x, std::size_t wanted, double tolerance);
   ModeSet refine_or_search(Eigen::MatrixXd x, std::size_t wanted, double tolerance);
   bool meets(const ModeSet& modes, std::size_t wanted, double tolerance) const;
@@ -96,7 +98,8 @@ class ModeFinder {
   Eigen::VectorXd mass_, root_mass_;  // [3 moving points]
   struct Island {
     std::vector<Eigen::Index> coordinates;
-    Eigen::Index freedoms = 0;
+    Eigen::Index first = 0, freedoms = 0;
+    auto columns() const { return Eigen::seqN(first, freedoms); }  // of a basis
   };
   std::vector<Island> islands_;
   double scale_ = 1.0;  // of omega^2, 1/s^2

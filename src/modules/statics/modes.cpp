@@ -31,17 +31,6 @@ constexpr std::size_t most_dense_freedoms = 300, most_dense_numbers = 50'000'000
 /// Part of the scale of omega^2 below which damped modes count as zero.
 constexpr double rounding = 1e-12;
 
-/// Returns the options that define the system.
-EquilibriumOptions describe_system(const ModesOptions& options) {
-  EquilibriumOptions result;
-  result.at = options.time;
-  result.prestress = options.prestress;
-  result.ignore_friction = options.ignore_friction;
-  result.freeze_time = options.freeze_time;
-  result.solver = options.solver;
-  return result;
-}
-
 /// Notes the forces that act on velocities only and are left out.
 void leave_out_damping(const System& system, bool damped, std::vector<std::string>* left_out) {
   for (std::size_t k = 0; k < system.forces.size(); ++k) {
@@ -136,18 +125,12 @@ void write_damped_modes(const Model& model, const DampedModeSet& found, std::siz
   }
 }
 
-struct DampedModes {
-  Outcome outcome;
-  DampedModeSet modes;
-};
-
 /// Finds damped modes of a system with many freedoms. This needs Spectra.
-DampedModes find_lowest_damped_modes(GivenEquilibrium& state, Eigen::SparseMatrix<double> damping, std::size_t count,
-                                     double rate, double zero) {
+DampedModeFinder::Found find_lowest_damped_modes(GivenEquilibrium& state, Eigen::SparseMatrix<double> damping,
+                                                 std::size_t count, double rate, double zero) {
 #if __has_include(<Spectra/GenEigsSolver.h>)
-  DampedModeFinder finder(state.equations(), std::move(damping), rate, zero);
-  auto [outcome, modes] = finder.find_lowest(count, state.degrees_of_freedom());
-  return {std::move(outcome), std::move(modes)};
+  return DampedModeFinder(state.equations(), std::move(damping), rate, zero)
+      .find_lowest(count, state.degrees_of_freedom());
 #else
   throw InputError("/modes/damped", "found true with " + std::to_string(state.degrees_of_freedom()) +
                                         " degrees of freedom; this tanor was built without Spectra and finds damped "
@@ -187,7 +170,7 @@ Outcome find_obstacle(GivenEquilibrium& state, std::span<const double> positions
 Modes modes(const System& system, std::span<const double> positions, const ModesOptions& options) {
   const QuietTraps quiet;
   const std::unique_ptr<GivenEquilibrium> standing = GivenEquilibrium::stand_at(
-      system, {positions, options.multipliers, options.force_tolerance}, describe_system(options));
+      system, {positions, options.multipliers, options.force_tolerance}, system_options(options));
   GivenEquilibrium& state = *standing;
   const Model& model = state.model();
   Modes result;
@@ -216,7 +199,7 @@ Modes modes(const System& system, std::span<const double> positions, const Modes
   Eigen::SparseMatrix<double> D = find_coriolis(state.equations());
   if (options.damped) D += find_damping(state.equations().work(), options.time, state.positions().data());
   if (has_rates && !plan.is_dense) {
-    const DampedModes found =
+    const DampedModeFinder::Found found =
         find_lowest_damped_modes(state, std::move(D), plan.count, std::sqrt(finder.scale()), std::sqrt(zero));
     if (!found.outcome.ok()) return fail(result, found.outcome.status, found.outcome.what);
     write_damped_modes(model, found.modes, plan.count, zero, &result);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string>
 #include <type_traits>
+#include <variant>
 
 #include <tanor/system.hpp>
 
@@ -29,6 +30,25 @@ std::string name_moving_fields(const Group& group) {
     if (group.kernel.depends_on_time) add("formula");
   }
   return names;
+}
+inline std::string name_moving_fields(const Support& support) {
+  return support.displacement.is_constant() ? "" : "motion";
+}
+
+/// Calls visit(where, name, part) for each support, each group of constraints and each force of a system.
+template <class Visit>
+void for_each_part(const System& system, const Visit& visit) {
+  for (std::size_t k = 0; k < system.supports.size(); ++k) {
+    const Support& support = system.supports[k];
+    const std::string number = std::to_string(k);
+    visit("/supports/" + number, support.name.empty() ? "support" + number : support.name, support);
+  }
+  const auto visit_list = [&](const char* list, const auto& entries, const auto& name_of) {
+    for (std::size_t k = 0; k < entries.size(); ++k)
+      std::visit([&](const auto& each) { visit(list + std::to_string(k), name_of(system, k), each); }, entries[k]);
+  };
+  visit_list("/constraints/", system.constraints, constraint_name);
+  visit_list("/forces/", system.forces, force_name);
 }
 
 }  // namespace tanor::detail

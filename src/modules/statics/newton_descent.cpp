@@ -5,7 +5,6 @@
 
 #include "base/numbers.hpp"
 #include "base/text.hpp"
-#include "statics/dot.hpp"
 
 namespace tanor::detail {
 
@@ -23,6 +22,14 @@ double longest(const std::vector<double>& dr) {
   double result = 0.0;
   for (std::size_t i = 0; i < dr.size() / 3; ++i) result = larger(result, norm(load(dr.data(), i)));
   return result;
+}
+
+Outcome explain_failure(const Model& model, const StaticResidual& residual, int iterations, const std::string& why) {
+  return {Status::NotConverged, "no equilibrium was found: " + why + " after " + std::to_string(iterations) +
+                                    " iterations; best residual " + text(residual.force) + " N (the largest force is " +
+                                    text(residual.scale) + " N) at point " +
+                                    std::to_string(model.numbering.user_point[residual.worst_point]) + ", violation " +
+                                    text(residual.violation)};
 }
 
 Outcome explain_fading(const Model& model, const StaticResidual& residual, int iterations) {
@@ -386,15 +393,6 @@ bool NewtonDescent::take_step(const Step& step, double share, const std::vector<
   penalties_ = penalties_before;
   residual_ = measure(*state);
   return false;
-}
-
-Outcome NewtonDescent::explain(const char* why) const {
-  const auto point = model_.numbering.user_point[residual_.worst_point];
-  return {Status::NotConverged, std::string("no equilibrium was found: the search ") + why + " after " +
-                                    std::to_string(iterations_) + " iterations; best residual " +
-                                    text(residual_.force) + " N (the largest force is " + text(residual_.scale) +
-                                    " N) at point " + std::to_string(point) + ", violation " +
-                                    text(residual_.violation)};
 }
 
 }  // namespace tanor::detail

@@ -34,6 +34,9 @@ inline constexpr double short_step = 1e-4, held_rows = 1e-11;
 inline constexpr int most_long_steps = 40;
 /// Returns the longest move of a point, m.
 double longest(const std::vector<double>& dr);
+/// Returns the failure of a search that came no nearer than to `residual`: "no equilibrium was found: the search stalls
+/// after …".
+Outcome explain_failure(const Model& model, const StaticResidual& residual, int iterations, const std::string& why);
 /// Returns the failure that forces died away to `residual` after so many iterations.
 Outcome explain_fading(const Model& model, const StaticResidual& residual, int iterations);
 /// Returns the failure that a force or constraint is not finite after so many iterations, or 0, where it starts.
@@ -88,7 +91,9 @@ class NewtonDescent {
   bool take_full_step(StaticState* state, const Accepts& is_better);
   bool halves(StaticState* state);
   bool try_descent(StaticState* state);
-  Outcome explain(const char* why) const;
+  Outcome explain(const char* why) const {
+    return explain_failure(model_, residual_, iterations_, std::string("the search ") + why);
+  }
   bool factorize(double shift);
   bool factorize_nearly_exact();
   bool factorize_with_masses();

@@ -34,25 +34,6 @@ constexpr double disturbed = 0.1;
 /// So many other ones determine a frame: one bead has one rate in each, and a frame nine numbers.
 constexpr std::size_t num_configurations = 6;
 
-/// Calls visit(where, name, fields) for each entry that depends on time.
-template <class Visit>
-void for_each_moving(const System& system, const Visit& visit) {
-  for (std::size_t k = 0; k < system.supports.size(); ++k) {
-    const Support& support = system.supports[k];
-    const std::string number = std::to_string(k);
-    if (!support.displacement.is_constant())
-      visit("/supports/" + number, support.name.empty() ? "support" + number : support.name, "motion");
-  }
-  const auto visit_list = [&](const char* list, const auto& entries, const auto& name_of) {
-    for (std::size_t k = 0; k < entries.size(); ++k) {
-      const std::string fields = std::visit([](const auto& each) { return name_moving_fields(each); }, entries[k]);
-      if (!fields.empty()) visit(list + std::to_string(k), name_of(system, k), fields);
-    }
-  };
-  visit_list("/constraints/", system.constraints, constraint_name);
-  visit_list("/forces/", system.forces, force_name);
-}
-
 /// The coefficients of R(s) = 1 + first Omega x + second Omega x Omega x, a turn for the time tau, and of its
 /// integrals.
 template <class T>
@@ -133,8 +114,9 @@ std::string SteadyFrame::describe() const {
 
 std::vector<std::string> list_what_depends_on_time(const System& system) {
   std::vector<std::string> result;
-  for_each_moving(system, [&](const std::string&, const std::string& name, const std::string& fields) {
-    result.push_back(name + " (" + fields + ")");
+  for_each_part(system, [&](const std::string&, const std::string& name, const auto& part) {
+    if (const std::string fields = name_moving_fields(part); !fields.empty())
+      result.push_back(name + " (" + fields + ")");
   });
   return result;
 }

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "base/numbers.hpp"
-#include "statics/dot.hpp"
 #include "statics/newton_descent.hpp"
 
 namespace tanor::detail {

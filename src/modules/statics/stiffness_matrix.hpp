@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <numeric>
 #include <span>
 #include <vector>
 
@@ -8,6 +9,10 @@
 #include "dynamics/workspace.hpp"
 
 namespace tanor::detail {
+
+inline double dot(const std::vector<double>& a, const std::vector<double>& b) {
+  return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+}
 
 /// The response of forces and reactions to a small move of the points, at fixed lambda and t and at rest:
 ///

@@ -58,9 +58,8 @@ std::string name_unknown_field(const Group& group) {
   return name;
 }
 
-std::string support_name(const System& system, std::size_t k) {
-  const std::string& name = system.supports[k].name;
-  return name.empty() ? "support" + std::to_string(k) : name;
+std::string name_unknown_field(const Support& support) {
+  return std::ranges::all_of(support.displacement.components, is_known) ? "" : "motion";
 }
 
 /// The test of one system in one frame.
@@ -89,35 +88,32 @@ class SteadinessTest {
   }
 
   std::optional<UnsteadyPart> find() const {
-    for (std::size_t k = 0; k < system_.supports.size(); ++k) {
-      if (!moves_along(system_.supports[k])) return leaves("/supports/" + std::to_string(k), support_name(system_, k));
-    }
-    for (std::size_t k = 0; k < system_.constraints.size(); ++k) {
-      const bool is_steady = std::visit([&](const auto& group) { return holds(group); }, system_.constraints[k]);
-      if (!is_steady) return leaves("/constraints/" + std::to_string(k), constraint_name(system_, k));
-    }
-    for (std::size_t k = 0; k < system_.forces.size(); ++k) {
-      const std::string complaint = std::visit([&](const auto& force) { return complain(force); }, system_.forces[k]);
-      if (!complaint.empty()) return UnsteadyPart{"/forces/" + std::to_string(k), force_name(system_, k) + complaint};
-    }
-    return {};
+    std::optional<UnsteadyPart> result;
+    for_each_part(system_, [&](const std::string& where, const std::string& name, const auto& part) {
+      if (result) return;
+      if constexpr (requires { holds(part); }) {
+        if (!holds(part)) result = UnsteadyPart{where, leaves(name)};
+      } else if (const std::string complaint = complain(part); !complaint.empty()) {
+        result = UnsteadyPart{where, name + complaint};
+      }
+    });
+    return result;
   }
 
  private:
   using Places = std::vector<Vec3>;
 
-  UnsteadyPart leaves(const std::string& where, const std::string& name) const {
-    return {where,
-            "nothing rests: no frame that turns with a constant spin or accelerates evenly carries along all that "
-            "supports, constraints and forces prescribe; " +
-                name + " leaves " + (frame_.moves() ? "the frame " + frame_.describe() : "the frame at rest")};
+  std::string leaves(const std::string& name) const {
+    return "nothing rests: no frame that turns with a constant spin or accelerates evenly carries along all that "
+           "supports, constraints and forces prescribe; " +
+           name + " leaves " + (frame_.moves() ? "the frame " + frame_.describe() : "the frame at rest");
   }
   template <class Group>
   bool may_change(const Group& group) const {
     return frame_.moves() || !name_moving_fields(group).empty();
   }
 
-  bool moves_along(const Support& support) const {
+  bool holds(const Support& support) const {
     const TripleOf<Sum> moved = clock_(support.displacement);
     return std::ranges::all_of(support.points, [&](Index point) {
       const auto i = static_cast<std::size_t>(point);
@@ -131,6 +127,7 @@ class SteadinessTest {
   // ---- constraints ----
 
   template <class Group>
+  requires requires { KindOf<Group>::rows; }
   bool holds(const Group& group) const {
     if (!may_change(group)) return true;
     const typename KindOf<Group>::template Definition<Sum> now(group, clock_);
@@ -248,24 +245,15 @@ class SteadinessTest {
 }  // namespace
 
 std::optional<UnsteadyPart> find_unknown_function(const System& system) {
-  const auto refuse = [](const std::string& where, const std::string& name, const std::string& field) {
-    return UnsteadyPart{where, name + " (" + field +
-                                   ") is not known to move steadily: neither a polynomial of t nor sines and cosines "
-                                   "of constant frequency, as all motions of steady frames are"};
-  };
-  for (std::size_t k = 0; k < system.supports.size(); ++k) {
-    if (!std::ranges::all_of(system.supports[k].displacement.components, is_known))
-      return refuse("/supports/" + std::to_string(k), support_name(system, k), "motion");
-  }
-  const auto find = [&](const char* list, const auto& entries, const auto& name_of) -> std::optional<UnsteadyPart> {
-    for (std::size_t k = 0; k < entries.size(); ++k) {
-      const std::string field = std::visit([](const auto& each) { return name_unknown_field(each); }, entries[k]);
-      if (!field.empty()) return refuse(list + std::to_string(k), name_of(system, k), field);
-    }
-    return {};
-  };
-  if (auto part = find("/constraints/", system.constraints, constraint_name)) return part;
-  return find("/forces/", system.forces, force_name);
+  std::optional<UnsteadyPart> result;
+  for_each_part(system, [&](const std::string& where, const std::string& name, const auto& part) {
+    const std::string field = result ? "" : name_unknown_field(part);
+    if (field.empty()) return;
+    result = UnsteadyPart{where, name + " (" + field +
+                                     ") is not known to move steadily: neither a polynomial of t nor sines and "
+                                     "cosines of constant frequency, as all motions of steady frames are"};
+  });
+  return result;
 }
 
 std::optional<UnsteadyPart> find_unsteady_part(const System& system, const SteadyFrame& frame, double t,

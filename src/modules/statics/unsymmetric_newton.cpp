@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "base/numbers.hpp"
-#include "base/text.hpp"
 
 namespace tanor::detail {
 
@@ -49,13 +48,7 @@ Outcome UnsymmetricNewton::run(const NewtonLimits& limits, StaticState* state, s
   int long_steps = 0;
   StaticResidual now = measure_.measure(*state);
   const double first_scale = now.scale;
-  const auto fail = [&](const char* why) {
-    return Outcome{Status::NotConverged,
-                   std::string("no equilibrium was found: ") + why + " after " + std::to_string(iterations_) +
-                       " iterations; best residual " + text(now.force) + " N (the largest force is " + text(now.scale) +
-                       " N) at point " + std::to_string(model_.numbering.user_point[now.worst_point]) + ", violation " +
-                       text(now.violation)};
-  };
+  const auto fail = [&](const char* why) { return explain_failure(model_, now, iterations_, why); };
   for (;;) {
     residuals->push_back(now.force);
     if (!std::isfinite(now.force + now.scale + now.violation)) return explain_not_finite(model_, now, iterations_);
