@@ -13,6 +13,7 @@ namespace tanor::detail {
 /// corrected.
 void ConsistentStart::check(const double* r, const double* v) const {
   constexpr double allowed = 1e-3;
+  if (model_.num_rows() == 0) return;
   std::vector<double> position(model_.num_rows()), velocity(model_.num_rows());
   work_.constraints.measure(r, v, position.data(), velocity.data());
   const auto worst_position = std::max_element(position.begin(), position.end());
@@ -39,15 +40,22 @@ void ConsistentStart::check(const double* r, const double* v) const {
 StartReport ConsistentStart::find(double t, double* r, double* v, StartMode mode) {
   work_.set_time(t);
   work_.prescribe_all(t, r, v);
+  Team& team = work_.team();
+  for (double* const points : {r, v}) team.fetch_guests(points);
   StartReport report;
 
   work_.measure_velocity_scale(t, r, v);
-  if (model_.num_rows() == 0) return report;
+  if (!work_.has_rows()) return report;
 
-  if (mode == StartMode::Check) check(r, v);
+  if (mode == StartMode::Check) {
+    (void)team.together([&] {
+      check(r, v);
+      return Outcome{};
+    });
+  }
   const std::vector<double> r_given(r, r + 3 * model_.num_points());
   ProjectionReport positions;
-  if (mode == StartMode::Project) {
+  if (mode == StartMode::Project && team.is_alone()) {
     positions = NearestPoint(work_, linearization_, projector_).find(t, r);
   } else {
     positions.outcome = linearization_.update(t, r);
@@ -60,7 +68,7 @@ StartReport ConsistentStart::find(double t, double* r, double* v, StartMode mode
   }
   report.position_correction = model_.largest_move(r, r_given.data());
   // Where nothing has moved, S is that of the given positions, from which the projection began.
-  const bool has_moved = !std::ranges::equal(r_given, std::span(r, r_given.size()));
+  const bool has_moved = team.any(!std::ranges::equal(r_given, std::span(r, r_given.size())));
   if (has_moved) report.outcome = linearization_.update(t, r);
   if (!report.outcome.ok()) return report;
   const std::vector<double> v_given(v, v + 3 * model_.num_points());

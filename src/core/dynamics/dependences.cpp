@@ -27,7 +27,7 @@ double Dependences::largest_active(const std::vector<double>& rows, const std::v
     const double unit = units[work_.scales.of_row(a)] * (gradient_norms_.empty() ? 1.0 : gradient_norms_[a]);
     largest = larger(largest, std::abs(rows[a]) / unit);
   }
-  return largest;
+  return work_.team().largest(largest);
 }
 
 double Dependences::largest_dependent(const std::vector<double>& rows, const std::vector<double>& units) const {
@@ -37,7 +37,7 @@ double Dependences::largest_dependent(const std::vector<double>& rows, const std
     const double unit = units[work_.scales.of_row(a)] * gradient_norms_[a];
     if (is_dependent(a)) largest = larger(largest, std::abs(rows[a]) / unit);
   }
-  return largest;
+  return work_.team().largest(largest);
 }
 
 std::string Dependences::describe(const Found& found, const char* verb) const {

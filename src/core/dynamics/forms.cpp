@@ -11,14 +11,8 @@
 
 namespace tanor::detail {
 
-Forms::Forms(System system, const SolverOptions& options, double t, const MakeForm& make, Ranks* ranks)
-    : work(std::move(system), options, t), ranks_(ranks), start_time_(t) {
-  if (make) {
-    given = make(work);
-    main = given.get();
-    make_plan();
-    return;
-  }
+Forms::Forms(System system, const SolverOptions& options, double t, const Workspace::MakeTeam& make_team, Ranks* ranks)
+    : work(std::move(system), options, t, make_team), ranks_(ranks), start_time_(t) {
   const bool has_coordinates = some_rank_has(!work.coordinates.empty()),
              has_constraints = some_rank_has(model.num_rows() > 0);
   const auto refuse = [](const std::string& what) { throw InputError("/solver/form", what); };
@@ -80,7 +74,7 @@ void Forms::make_plan() {
   if (model.num_rows() > 0 && has_one_mass(model))
     left_out.push_back("second matrix for the split: all points have one mass");
   if (tangent == nullptr) left_out.push_back("coordinates: none are given");
-  if (normal == nullptr && given == nullptr) left_out.push_back("constraints: none are given");
+  if (normal == nullptr) left_out.push_back("constraints: none are given");
   if (normal != nullptr && tangent != nullptr)
     left_out.push_back(std::string(is_tangent() ? "steps by constraints: " : "steps in coordinates: ") + reason_);
   if (normal != nullptr) plan.normal_flops = normal->predicted_flops();
@@ -125,10 +119,6 @@ Outcome Forms::compare(const Kinematics& at, const Request& request, const doubl
 Outcome Forms::reactions(const Configuration& at, const Request& request, const Reactions& found, double* lambda,
                          double* eta) {
   if (eta != nullptr) main->write_reactions(at.own, found, eta);
-  if (given != nullptr) {
-    std::copy(found.lambda.begin(), found.lambda.end(), lambda);
-    given->minimize_multipliers(at.own, lambda);
-  }
   if (normal == nullptr) return {};
   if (is_tangent()) {
     scratch_.resize(3 * model.num_points());
@@ -147,14 +137,15 @@ Outcome Forms::reactions(const Configuration& at, const Request& request, const 
 }
 
 RankReport Forms::rank(const double* r, bool thoroughly) {
-  if (normal != nullptr) {
+  const bool is_alone = work.team().is_alone();
+  if (is_alone && normal != nullptr) {
     RankReport report = normal->gradient_rank().report(r, thoroughly);
     report.prestress_rigid_points = find_prestress_rigid_points(model.system, report.dependences);
     return report;
   }
   RankReport report;
   report.is_known = false;
-  if (given != nullptr) return report;
+  if (!is_alone) return report;
   // With coordinates alone there are as many degrees of freedom as coordinates.
   report.degrees_of_freedom = work.coordinates.num_coordinates();
   return report;

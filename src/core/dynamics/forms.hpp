@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <string>
 #include <utility>
@@ -18,20 +17,16 @@ namespace tanor::detail {
 class Forms {
  public:
   /// Validates the system, with checks and "initial" values at the time `t`. Throws InputError if the system cannot
-  /// have the requested form.
-  Forms(System system, const SolverOptions& options, double t = 0.0)
-      : Forms(std::move(system), options, t, nullptr, nullptr) {}
-  /// `make`(work) makes the only form. If it is empty, the forms of this library are used. `ranks` have parts of one
-  /// system, and choose the same form for all of them; null if the whole system is here. Collective.
-  using MakeForm = std::function<std::unique_ptr<EquationsOfMotion>(Workspace& work)>;
-  Forms(System system, const SolverOptions& options, double t, const MakeForm& make, Ranks* ranks);
+  /// have the requested form. `ranks` have parts of one system, and choose the same form for all of them; null if the
+  /// whole system is here. `make_team` is empty if nothing reaches from rank to rank. Collective.
+  Forms(System system, const SolverOptions& options, double t = 0.0, const Workspace::MakeTeam& make_team = {},
+        Ranks* ranks = nullptr);
 
   Workspace work;
   const Model& model{work.model()};
-  std::unique_ptr<MultiplierForm> normal;    ///< null if coordinates alone are given
-  std::unique_ptr<TangentForm> tangent;      ///< null if no coordinates are given
-  std::unique_ptr<EquationsOfMotion> given;  ///< a form from elsewhere in place of both, or null
-  EquationsOfMotion* main = nullptr;         ///< the form that steps and answers
+  std::unique_ptr<MultiplierForm> normal;  ///< null if coordinates alone are given
+  std::unique_ptr<TangentForm> tangent;    ///< null if no coordinates are given
+  EquationsOfMotion* main = nullptr;       ///< the form that steps and answers
   PlanSummary plan;
 
   double start_time() const { return start_time_; }  ///< the time of "initial" values

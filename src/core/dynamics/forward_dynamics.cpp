@@ -15,6 +15,7 @@ ForwardDynamics::ForwardDynamics(Workspace& work, Linearization& linearization, 
       linearization_(linearization),
       residuals_(residuals),
       contacts_(contacts),
+      has_idle_rows_(work.team().any(model_.numbering.first_idle_row() < model_.num_rows())),
       found_{std::vector<double>(model_.num_rows()), std::vector<double>(model_.num_rows()),
              std::vector<double>(3 * model_.num_points())},
       rows_(model_.num_rows()) {}
@@ -51,12 +52,13 @@ Outcome ForwardDynamics::find(const Kinematics& at, const Request& request, std:
   if (outcome = verify(at, check.is_wanted); !outcome.ok()) return outcome;  // K'w + phi = 0
   // w = w0 + M^-1 K lambda (23), (25)
   model_.add_to_moving(found_.dw.data(), w_);
+  work_.team().add_to_guests(found_.dw.data(), w_);
   if (FactorReuse* const reuse = linearization_.reuse()) reuse->note(at.t, found_.lambda);
   return {};
 }
 
 Power ForwardDynamics::find_power(const Kinematics& at) {
-  Power result = work_.power(work_.power_of_reactions(found_.dw.data(), at.v), at.x, at.v);
+  Power result = work_.power(work_.power_of_reactions(found_.dw.data(), at.v), at);
   if (contacts_ == nullptr) return result;
   result.friction = contacts_->power(found_.lambda.data(), at.v);
   // A part of the power of M^-1 K lambda belongs to contacts that stick.
@@ -110,7 +112,7 @@ void ForwardDynamics::refine() {
   // The noise of points without mass hides what other points still lack.
   constexpr int most_rounds = 4;
   passes.is_continued = true;
-  for (int round = 1; !is_enough(report_.residual); ++round) {
+  for (int round = 1; work_.team().is_alone() && !is_enough(report_.residual); ++round) {
     if (!settle_light_points(model_, linearization_.blocks().data(), rows_.data(), found_.dw.data())) break;
     passes.most_passes = passes.most_where_shared = round < most_rounds ? 1 : 0;
     if (linearization_.refine(passes, measure, is_enough) == 0) break;
@@ -137,7 +139,9 @@ void ForwardDynamics::write_reactions(const std::vector<double>& lambda, double*
 /// Finds tau at lambda, beginning with the last one, and makes it a part of w0 and b = phi + K'w0.
 Outcome ForwardDynamics::find_friction(const Kinematics& at, const UniquenessCheck& check) {
   if (contacts_ != nullptr) residuals_.measure_accelerations(problem());
-  if (Outcome outcome = check_idle_rows(at.t); !outcome.ok() || contacts_ == nullptr) return outcome;
+  Outcome idle;
+  if (has_idle_rows_) idle = work_.team().together([&] { return check_idle_rows(at.t); });
+  if (!idle.ok() || contacts_ == nullptr) return idle;
   const auto [t, r, v] = at;
   // The null space turns with K, so the rank is decided again.
   if (!work_.constraints.gradients_are_constant()) (void)linearization_.decide_rank_again(r);
@@ -182,7 +186,8 @@ Outcome ForwardDynamics::reconsider_rank(double t, const double* r) {
   }
   const Dependences& dependences = linearization_.dependences();
   std::vector<double> xi(model_.num_rows());
-  const double violation = work_.constraints.evaluate_values(model_.parallel, r, xi.data());
+  const double violation =
+      work_.team().largest(work_.constraints.evaluate_values(model_.parallel, r, xi.data()));
   const double allowed = std::max(rounding, spread * violation);
   const std::vector<double>& accelerations = residuals_.measure_accelerations(problem());
   const auto are_fine = [&] {

@@ -59,6 +59,7 @@ class ForwardDynamics {
   Linearization& linearization_;
   Residuals& residuals_;
   Contacts* contacts_;        // null if constraints are ideal
+  const bool has_idle_rows_;  // on some process
   bool exact_ = false;        // of the present solve
   SolveReport report_;        // of the present solve
   MultiplierSolution found_;  // by the present solve

@@ -62,7 +62,7 @@ RankReport GradientRank::describe(const Redundancy& redundancy) const {
 }
 
 void GradientRank::remember_gradients() {
-  if (!linearization_.dependences().is_found())
+  if (work_.team().is_alone() && !linearization_.dependences().is_found())
     before_ = linearization_.blocks();
   else
     before_.clear();

@@ -8,7 +8,8 @@
 
 namespace tanor::detail {
 
-/// Reports the rank of K, and how near K came to losing rank between two configurations.
+/// Reports the rank of K, and how near K came to losing rank between two configurations. Nothing is known of the latter
+/// where a team has parts of K.
 class GradientRank final : public RankMonitor {
  public:
   GradientRank(Workspace& work, Linearization& linearization)

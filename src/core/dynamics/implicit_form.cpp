@@ -90,7 +90,7 @@ Outcome ImplicitForm::evaluate(double t, const double* r, const double* v, const
     friction_.add_accelerations(v, model_.inverse_mass, w);
   }
   if (power != nullptr) {
-    *power = work_.power(work_.power_of_reactions(reactions_.data(), v), r, v);
+    *power = work_.power(work_.power_of_reactions(reactions_.data(), v), {t, r, v});
     power->friction = friction_.power(v);
   }
   return {};

@@ -65,22 +65,22 @@ Linearization::Linearization(Workspace& work, const SolverOptions& options, Cont
       model_(work.model()),
       contacts_(contacts),
       blocks_(3 * work.constraints.num_blocks()),
-      composite_(make_composite_solver(problem_of(work), options)),
-      all_rows_(work, options, blocks_, contacts),
-      summary_(composite_.is_empty() ? SchurSolver::Summary{{all_rows_.solver()}, {}, all_rows_.gram().summary().factor}
-                                     : composite_.summary()),
-      evaluator_(composite_.is_empty() ? static_cast<SchurFactor&>(all_rows_) : composite_),
-      conjugate_(work, all_rows_, blocks_),
+      composite_(work.team().is_alone() ? make_composite_solver(problem_of(work), options) : CompositeSolver()),
+      all_rows_(work.team().make_factor(work, options, blocks_, contacts)),
+      summary_(composite_.is_empty() ? all_rows_->summarize() : composite_.summary()),
+      evaluator_(composite_.is_empty() ? static_cast<SchurFactor&>(*all_rows_) : composite_),
+      conjugate_(work, *all_rows_, blocks_),
+      has_constant_gradients_(work.team().all(work.constraints.gradients_are_constant())),
       rows_(model_.num_rows()) {
-  if (composite_.is_empty() && options.reuse && all_rows_.solver() == LinearSolver::General)
-    reuse_ = FactorReuse::make(work, all_rows_.gram());
+  if (composite_.is_empty() && work.team().is_alone() && options.reuse && all_rows_->solver() == LinearSolver::General)
+    reuse_ = FactorReuse::make(work, all_rows_->gram());
 }
 
 // ---- the configuration ----
 
 Outcome Linearization::update(double t, const double* r, const PointSource* source) {
   work_.set_time(t);
-  if (model_.num_rows() == 0 || !is_needed()) {
+  if (!work_.has_rows() || !is_needed()) {
     bring(model_.parallel, source, 0, model_.num_points());
     return {};
   }
@@ -112,7 +112,7 @@ void Linearization::set_offsets(std::span<const Constraints::RowOffset> offsets)
 
 /// Factorizes S of the present K, evaluated at (t, r), for all rows together.
 Outcome Linearization::factorize(double t, const double* r) {
-  Outcome outcome = all_rows_.factorize(t, r);
+  Outcome outcome = all_rows_->factorize(t, r);
   note_all_rows();
   if (!outcome.ok()) state_ = State::None;
   return outcome;
@@ -121,24 +121,24 @@ Outcome Linearization::factorize(double t, const double* r) {
 /// Accepts a factor of the composite, unless it looks singular; then the factor of all rows decides.
 bool Linearization::note_composite(double reciprocal_condition) {
   reciprocal_condition_ = reciprocal_condition;
-  const bool is_regular = reciprocal_condition > all_rows_.suspect_below();
-  present_ = is_regular ? static_cast<SchurFactor*>(&composite_) : &all_rows_;
+  const bool is_regular = reciprocal_condition > all_rows_->suspect_below();
+  present_ = is_regular ? static_cast<SchurFactor*>(&composite_) : all_rows_.get();
   state_ = is_regular ? State::Fresh : State::None;
   return is_regular;
 }
 
 /// Notes that the factor of all rows was made anew.
 void Linearization::note_all_rows() {
-  present_ = &all_rows_;
+  present_ = all_rows_.get();
   state_ = State::Fresh;
-  reciprocal_condition_ = all_rows_.reciprocal_condition();
+  reciprocal_condition_ = all_rows_->reciprocal_condition();
   if (reuse_ != nullptr) reuse_->note_factor();
 }
 
 /// Returns the present factor, which is that of the present K.
 SchurFactor& Linearization::fresh_factor() {
   if (state_ == State::Stale) {
-    all_rows_.factorize_again();
+    all_rows_->factorize_again();
     note_all_rows();
   }
   return *present_;
@@ -146,7 +146,7 @@ SchurFactor& Linearization::fresh_factor() {
 
 double Linearization::estimate_reciprocal_condition() {
   // The matrix of S contains neither the rows of the composite nor those that QR solves.
-  if (present_ == &all_rows_ && !dependences().uses_qr()) return gram().estimate_reciprocal_condition();
+  if (present_ == all_rows_.get() && !dependences().uses_qr()) return gram().estimate_reciprocal_condition();
   return detail::estimate_reciprocal_condition(problem_of(work_), model_.parallel, blocks_.data(), *present_);
 }
 
@@ -202,12 +202,13 @@ Outcome Linearization::prepare(const Kinematics& at, const Request& request, dou
   {
     const Stopwatch watch(&work_.times.evaluate);
     const double free = evaluate_free(work_, at, request, w);
-    found->scale = larger(free, work_.constraints.evaluate_right_side(model_.parallel, at.x, at.v, w, found->b.data(),
-                                                                      is_new ? blocks_.data() : nullptr));
+    const double right_side = work_.constraints.evaluate_right_side(model_.parallel, at.x, at.v, w, found->b.data(),
+                                                                    is_new ? blocks_.data() : nullptr);
+    found->scale = work_.team().largest(larger(free, right_side));
   }
   found->residual = 0.0;
   found->refinements = 0;
-  found->is_complete = model_.num_rows() == 0;
+  found->is_complete = !work_.has_rows();
   if (!std::isfinite(found->scale)) return work_.not_finite(at.t, at.x);
   if (found->is_complete || !is_new) return {};
   const bool may_be_stale =
@@ -226,6 +227,7 @@ void Linearization::solve_once(const double* b, double* lambda, double* dw) {
   ++work_.counters.solves;
   fresh_factor().solve_negative(model_.parallel, b, lambda);  // (31)
   write_reactions(model_, blocks_, lambda, dw);
+  work_.team().fetch_guests(dw);
 }
 
 void Linearization::solve_negative(const double* b, double* x) {
@@ -302,14 +304,14 @@ std::optional<Projection> Linearization::project_velocities(double target, const
 // ---- rank ----
 
 bool Linearization::decide_rank_again(const double* r, RankScope scope) {
-  const bool is_new = all_rows_.decide_rank_again(r, scope);
+  const bool is_new = all_rows_->decide_rank_again(r, scope);
   if (is_new) note_all_rows();
   return is_new;
 }
 
 void Linearization::decide_rank_of_poor_parts(const double* r, const std::vector<double>& rows,
                                               const std::vector<double>& accelerations, double allowed) {
-  all_rows_.decide_rank_of_poor_parts(r, rows, accelerations, allowed);
+  all_rows_->decide_rank_of_poor_parts(r, rows, accelerations, allowed);
   note_all_rows();
 }
 
@@ -318,14 +320,14 @@ std::optional<Outcome> Linearization::improve_factor(double t, const double* r) 
     work_.constraints.evaluate_gradients(model_.parallel, r, blocks_.data());
     return factorize(t, r);
   }
-  if (!all_rows_.share_loads()) return std::nullopt;
-  all_rows_.factorize_again();
+  if (!all_rows_->share_loads()) return std::nullopt;
+  all_rows_->factorize_again();
   note_all_rows();
   return Outcome{};
 }
 
 void Linearization::exchange_memory(Memory& memory) {
-  all_rows_.exchange_memory(memory);
+  all_rows_->exchange_memory(memory);
   if (reuse_ != nullptr) reuse_->exchange_memory(memory);
 }
 

@@ -108,7 +108,8 @@ class Linearization {
   }
   /// Computes y = K'x + shift [d]; `shift` may be null. Returns the largest |y|/|gradient|.
   double apply_transposed(const double* x, const double* shift, double* y) const {
-    return work_.constraints.apply_transposed(model_.parallel, blocks_.data(), x, shift, y);
+    return work_.team().largest(
+        work_.constraints.apply_transposed(model_.parallel, blocks_.data(), x, shift, y));
   }
 
   // ---- violations ----
@@ -126,7 +127,7 @@ class Linearization {
   // ---- rank ----
 
   /// The rows of K that depend on others, by the last decision.
-  const Dependences& dependences() const { return all_rows_.dependences(); }
+  const Dependences& dependences() const { return all_rows_->dependences(); }
   /// Decides again which rows depend at r, if some do. Returns true if they have changed.
   bool decide_rank_again(const double* r, RankScope scope = RankScope::DependentIslands);
   /// See RankRevealingFactor.
@@ -144,7 +145,7 @@ class Linearization {
   /// Returns true if contacts that stick share a load.
   bool shares_loads() const { return contacts_ != nullptr && contacts_->shares_loads(); }
   /// The solver of S of all rows, in which the rows of contacts may be made compliant.
-  GramSolver& gram() { return all_rows_.gram(); }
+  GramSolver& gram() { return all_rows_->gram(); }
 
   /// Null if every configuration has its own factor.
   FactorReuse* reuse() const { return reuse_.get(); }
@@ -158,7 +159,7 @@ class Linearization {
     Stale   ///< that of another K, for all rows together
   };
   /// Returns true if there is no factor yet, or K changes.
-  bool is_needed() const { return state_ == State::None || !work_.constraints.gradients_are_constant(); }
+  bool is_needed() const { return state_ == State::None || !has_constant_gradients_; }
   /// Returns true if the composite may make the next factor.
   bool may_be_of_composite() const { return !composite_.is_empty() && !dependences().is_found(); }
   std::optional<Outcome> solve_in_one_pass(const Kinematics& at, const Request& request, double* w,
@@ -177,14 +178,15 @@ class Linearization {
   std::vector<double> blocks_;    // K
   CompositeSolver composite_;     // empty if the factor of all rows is no slower
   std::vector<Vec3> offsets_;     // [d] of rods; empty until they change
-  RankRevealingFactor all_rows_;  // decisions about the rank make it the present factor
+  std::unique_ptr<RankRevealingFactor> all_rows_;  // decisions about the rank make it the present factor
   const SchurSolver::Summary summary_;
   SchurFactor& evaluator_;             // of values and rates, the fastest
-  SchurFactor* present_ = &all_rows_;  // the present factor; it is the composite only while that is fresh
+  SchurFactor* present_ = all_rows_.get();  // the present factor; it is the composite only while that is fresh
   State state_ = State::None;
   double reciprocal_condition_ = 1.0;
   std::unique_ptr<FactorReuse> reuse_;              // null if it does not pay
   ConjugateResiduals conjugate_;                    // used where contacts share a load
+  const bool has_constant_gradients_;
   std::vector<double> rows_, right_side_, points_;  // [d], [d], [3n] scratch
 };
 

@@ -111,7 +111,7 @@ void MotionSeries::advance(int k, std::span<double* const> coefficients) {
 
 /// Solves S mu = -(K_0'r_{k+2} + the lower ones), then r_{k+2} += M^-1 K_0 mu, lambda_k = (k+1)(k+2) mu.
 void MotionSeries::solve_order(int k, int passes, SeriesFactor& factor, double* next) {
-  factor.complete(next);
+  work_.team().fetch_guests(next);
   const auto measure = [&] { factor.apply_transposed(next, right_side_.data(), rows_.data()); };
   measure();
   const double scale = (k + 1.0) * (k + 2.0);
@@ -124,15 +124,14 @@ void MotionSeries::solve_order(int k, int passes, SeriesFactor& factor, double* 
 }
 
 /// Since K'v + xi_t = 0, the power (K lambda).v is -lambda.(K_s'v_s + xi_t), which is exactly 0 where nothing moves.
-double MotionSeries::power_of_constraints(double t, const double* r, const double* v_supports, int terms,
-                                          std::span<const std::size_t> counted_elsewhere) {
+double MotionSeries::power_of_constraints(double t, const double* r, const double* v_supports, int terms) {
   const std::size_t d = model_.num_rows();
   if (multipliers_.empty() || d == 0) return 0.0;
   work_.set_time(t);
   (void)work_.constraints.evaluate_rates(model_.parallel, r, v_supports, rows_.data());
   const double s = t - begun_at_;
   constraints_.scale_rates(s, terms, rows_.data());
-  for (const std::size_t row : counted_elsewhere) rows_[row] = 0.0;
+  for (const std::size_t row : work_.team().rows_elsewhere()) rows_[row] = 0.0;
   double power = 0.0;
   for (int k = terms - 2; k >= 0; --k) {
     const double* const lambda = multipliers_.data() + static_cast<std::size_t>(k) * d;

@@ -15,8 +15,6 @@ namespace tanor::detail {
 /// K_0 and the factor of its S at the beginning of a series.
 class SeriesFactor {
  public:
-  /// Adds the contributions of other processes to coefficients [3n] that are not complete yet.
-  virtual void complete(double* points) = 0;
   /// Computes rows := K_0'points + shift [d].
   virtual void apply_transposed(const double* points, const double* shift, double* rows) = 0;
   /// Computes rows := -S^-1 rows [d], and adds M^-1 K_0 rows to points [3n].
@@ -50,9 +48,8 @@ class MotionSeries {
 
   /// Returns the power that enters through constraints that depend on time or hold moving supports, W, at the time t in
   /// the last series. The first `terms` of that series after r_0 give the positions r. `v_supports` [3n] is 0 except at
-  /// moving supports. Rows that are counted elsewhere are left out.
-  double power_of_constraints(double t, const double* r, const double* v_supports, int terms,
-                              std::span<const std::size_t> counted_elsewhere = {});
+  /// moving supports.
+  double power_of_constraints(double t, const double* r, const double* v_supports, int terms);
 
  private:
   void begin(double t, std::span<double* const> coefficients);

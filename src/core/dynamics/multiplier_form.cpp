@@ -18,6 +18,8 @@ MultiplierForm::MultiplierForm(Workspace& work, const SolverOptions& options)
       projector_(work, linearization_, residuals_, contacts_.get()),
       corners_(std::make_unique<PointCorners>(work, linearization_, projector_)),
       has_no_friction_but_viscous_(is_friction_viscous(work.model().system)),
+      is_prescribed_together_(!work.team().is_alone() &&
+                              work.team().any(work.is_rheonomic() || work.forces.depend_on_time())),
       dynamics_(work, linearization_, residuals_, contacts_.get()),
       steps_(work, linearization_, projector_, dynamics_, contacts_.get()),
       gradient_rank_(work, linearization_),
@@ -25,6 +27,14 @@ MultiplierForm::MultiplierForm(Workspace& work, const SolverOptions& options)
       rows_(model_.num_rows()) {}
 
 MultiplierForm::~MultiplierForm() = default;
+
+/// Goes to t with all that may end there, since no process can begin a call of the team alone.
+void MultiplierForm::prescribe(double t, double* r, double* v) {
+  work_.prescribe(t, r, v);
+  if (work_.team().is_alone()) return;
+  work_.set_time(t);
+  work_.forces.set_time(t);
+}
 
 double MultiplierForm::predicted_flops() const {
   const FactorSummary& factor = linearization_.summary().factor;
@@ -84,6 +94,7 @@ void MultiplierForm::exchange_memory(Memory& memory) {
 }
 
 ErrorRatios MultiplierForm::error_ratios(double, const StepErrors& errors, double atol, double rtol) {
+  StepErrors left = errors;
   if (work_.joints.allows_rounding() && !errors.are_of_projections) {
     // Remove the part that constraints take from errors, e - M^-1 K S^-1 K'e, since it is mostly rounding.
     const auto take = [&](const double* error, std::vector<double>* left) {
@@ -93,12 +104,13 @@ ErrorRatios MultiplierForm::error_ratios(double, const StepErrors& errors, doubl
       linearization_.correct(rows_.data(), left->data());
       return left->data();
     };
-    StepErrors left = errors;
     left.x = take(errors.x, &error_x_);
     left.v = take(errors.v, &error_v_);
-    return work_.error_ratios(left, atol, rtol);
   }
-  return work_.error_ratios(errors, atol, rtol);
+  // Errors of guests count where their owners are.
+  left.x = work_.team().without_guests(left.x, &error_x_);
+  left.v = work_.team().without_guests(left.v, &error_v_);
+  return work_.error_ratios(left, atol, rtol);
 }
 
 ProjectionReport MultiplierForm::project_point_positions(double t, double* r) {
@@ -113,7 +125,9 @@ ProjectionReport MultiplierForm::project_point_velocities(double t, const double
 
 StartReport MultiplierForm::start(double t, double* r, double* v, StartMode mode) {
   corners_->choose_sides(t, r, v);
-  return ConsistentStart(work_, linearization_, projector_).find(t, r, v, mode);
+  StartReport report = ConsistentStart(work_, linearization_, projector_).find(t, r, v, mode);
+  if (report.outcome.ok()) report.outcome = work_.team().check_start(*this, {t, r, v});
+  return report;
 }
 
 void MultiplierForm::resume(const Counters& counters, const PhaseTimes& times) {
@@ -126,8 +140,8 @@ Roles MultiplierForm::roles() {
   Roles roles = common_roles();
   roles.step_projector = &steps_;
   roles.inexact_solves = linearization_.reuse();
-  if (model_.may_lose_rank) roles.rank_monitor = &gradient_rank_;
-  if (has_no_friction_but_viscous_) {
+  if (work_.team().may_lose_rank(model_.may_lose_rank)) roles.rank_monitor = &gradient_rank_;
+  if (has_no_friction_but_viscous_ && work_.team().is_alone()) {
     // The state of other friction depends on the last call, so extra calls are ruled out with it.
     roles.rounding_groups = rounding();
     roles.implicit_formulation = &implicit_;

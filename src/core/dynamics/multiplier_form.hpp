@@ -28,7 +28,9 @@ class MultiplierForm final : public PointForm {
   MultiplierForm(Workspace& work, const SolverOptions& options);
   ~MultiplierForm() override;
 
-  bool has_work() const override { return model_.is_rheonomic() || work_.forces.has_work() || contacts_ != nullptr; }
+  bool has_work() const override { return work_.is_rheonomic() || work_.forces.has_work() || contacts_ != nullptr; }
+  void prescribe(double t, double* r, double* v) override;
+  bool is_prescribed_together() const override { return is_prescribed_together_; }
   Outcome linearise(double t, const double* r) override { return linearization_.update(t, r); }
   double reciprocal_condition() const override { return linearization_.reciprocal_condition(); }
   Outcome accelerations(const Kinematics& at, const Request& request, const AccelerationOutput& to) override {
@@ -89,7 +91,7 @@ class MultiplierForm final : public PointForm {
   Residuals residuals_;
   Projector projector_;
   std::unique_ptr<PointCorners> corners_;
-  const bool has_no_friction_but_viscous_;
+  const bool has_no_friction_but_viscous_, is_prescribed_together_;
   ForwardDynamics dynamics_;
   StepProjection steps_;
   GradientRank gradient_rank_;

@@ -19,9 +19,9 @@ MultiplierSeries::MultiplierSeries(Workspace& work, Linearization& linearization
   if (lanes_.serves_some()) rest_ = work.constraints.select(lanes_.left_rows());
 }
 
-/// Lanes eliminate S without a look at its rank.
+/// Lanes eliminate S without a look at its rank, or at other processes.
 bool MultiplierSeries::may_use_lanes() const {
-  return lanes_.serves_some() && !linearization_.dependences().is_found();
+  return lanes_.serves_some() && work_.team().is_alone() && !linearization_.dependences().is_found();
 }
 
 Outcome MultiplierSeries::expand(const Kinematics& at, const double* w, const Reactions& found,
@@ -78,27 +78,29 @@ void MultiplierSeries::clear_other_points(std::span<double* const> coefficients,
 }
 
 Power MultiplierSeries::power_along(const Kinematics& at, int terms) {
-  if (!model_.is_rheonomic()) {
+  if (!work_.is_rheonomic()) {
     work_.forces.evaluate_powers(model_.parallel, at.t, at.x, at.v);
-    return work_.power(0.0, at.x, at.v);
+    return work_.power(0.0, at);
   }
   points_.resize(3 * model_.num_points());
   work_.evaluate_free(at.t, at.x, at.v, points_.data());
   std::copy_n(at.v, points_.size(), points_.begin());
   std::fill_n(points_.begin(), 3 * model_.num_moving(), 0.0);
-  return work_.power(last_->power_of_constraints(at.t, at.x, points_.data(), terms), at.x, at.v);
+  const double* const v_supports = work_.team().without_guests(points_.data(), &points_);
+  return work_.power(last_->power_of_constraints(at.t, at.x, v_supports, terms), at);
 }
 
 void MultiplierSeries::apply_transposed(const double* points, const double* shift, double* rows) {
   if (!was_in_lanes_) {
-    (void)linearization_.apply_transposed(points, shift, rows);
+    const double* const blocks = linearization_.blocks().data();
+    (void)work_.constraints.apply_transposed(model_.parallel, blocks, points, shift, rows);
     return;
   }
   (void)work_.constraints.apply_transposed(model_.parallel, rest_, linearization_.blocks().data(), points, shift, rows);
 }
 
 void MultiplierSeries::correct(double* rows, double* points) {
-  if (model_.num_rows() > 0) linearization_.correct(rows, points);
+  if (work_.has_rows()) linearization_.correct(rows, points);
 }
 
 }  // namespace tanor::detail

@@ -25,18 +25,19 @@ class MultiplierSeries final : public SeriesExpansion, private SeriesFactor {
 
   Outcome expand(const Kinematics& at, const double* w, const Reactions& found, const SeriesDemand& wanted,
                  std::span<double* const> coefficients, SeriesExtent* extent) override;
-  bool has_cheap_terms() const override { return lanes_.share_left() <= plan::most_left_of_cheap_terms; }
+  bool has_cheap_terms() const override {
+    return work_.team().is_alone() && lanes_.share_left() <= plan::most_left_of_cheap_terms;
+  }
   bool leaves_out_terms() const override {
     return has_cheap_terms() && lanes_.num_groups() >= plan::groups_that_differ;
   }
   Power power_along(const Kinematics& at, int terms) override;
   std::span<const Index> neighbourhoods() const override { return work_.scales.of_points(); }
-  void find_largest(std::span<double>) override {}
+  void find_largest(std::span<double> of_neighbourhoods) override { work_.team().find_largest(of_neighbourhoods); }
 
  private:
   bool may_use_lanes() const;
   void clear_other_points(std::span<double* const> coefficients, std::span<std::uint8_t> last_term) const;
-  void complete(double*) override {}
   void apply_transposed(const double* points, const double* shift, double* rows) override;
   void correct(double* rows, double* points) override;
 

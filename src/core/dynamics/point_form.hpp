@@ -64,11 +64,14 @@ class PointForm : public EquationsOfMotion {
   }
   double largest(double own) override { return own; }
   double sum(double own) override { return own; }
-  void fetch_guests(double*, double*) override {}
+  void fetch_guests(double* r, double* v) override {
+    work_.team().fetch_guests(r);
+    if (v != nullptr) work_.team().fetch_guests(v);
+  }
   void prescribe(double t, double* r, double* v) override { work_.prescribe(t, r, v); }
   std::size_t rank() const final { return work_.rank; }
   Energy energy(double t, const double* r, const double* v) override { return work_.energy(t, r, v); }
-  double potential(double t, const double* r) override { return work_.forces.potential(model_.parallel, t, r); }
+  double potential(double t, const double* r) override { return work_.potential(t, r); }
 
   Outcome set_state(double, const double* r, const double* v, double* x, double* x_dot) final {
     std::copy(r, r + size(), x);

@@ -20,6 +20,7 @@ Projector::Projector(Workspace& work, Linearization& linearization, Residuals& r
       linearization_(linearization),
       residuals_(residuals),
       contacts_(contacts),
+      is_factor_cheap_(work.team().is_alone() && linearization.summary().factor.is_cheap()),
       rows_(model_.num_rows()) {}
 
 // ---- positions ----
@@ -28,7 +29,7 @@ ProjectionReport Projector::project_positions(double t, double* r, Turn turn) {
   // A smaller violation takes one or two iterations along any K.
   constexpr double far = 1e-10;
   return iterate_positions(t, r, nullptr, nullptr,
-                           turn == Turn::Large && linearization_.summary().factor.is_cheap() ? far : infinity, 0.0);
+                           turn == Turn::Large && is_factor_cheap_ ? far : infinity, 0.0);
 }
 
 /// Projects by chord iterations along M^-1 K of the last configuration, or of that at r if the violation is above
@@ -38,7 +39,7 @@ ProjectionReport Projector::iterate_positions(double t, double* r, const PointSo
                                               double tolerance) {
   work_.set_time(t);
   ProjectionReport report;
-  if (model_.num_rows() == 0) {
+  if (!work_.has_rows()) {
     bring(model_.parallel, source, 0, model_.num_points());
     return report;
   }
@@ -69,17 +70,22 @@ double Projector::evaluate_values(const double* r) {
 
 /// Names the row with the largest |xi| in `rows_`.
 Outcome Projector::explain_stall(double t, double violation) const {
+  Team& team = work_.team();
   const auto worst =
       std::max_element(rows_.begin(), rows_.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
   const auto row = static_cast<std::size_t>(worst - rows_.begin());
-  const std::string place = work_.name_row(row) + " at t = " + text(t) + ", violation " + text(violation);
-  if (row >= model_.numbering.first_idle_row()) {
+  const double size = rows_.empty() ? 0.0 : std::abs(*worst);
+  const bool is_here = size == team.largest(size) && !rows_.empty();
+  const std::string place = team.first_text(is_here ? work_.name_row(row) : std::string()) + " at t = " + text(t) +
+                            ", violation " + text(violation);
+  if (team.any(is_here && row >= model_.numbering.first_idle_row())) {
     return {Status::Contradictory, "what is prescribed at supports breaks " + place};
   }
   // The independent rows are satisfied, but rows that depend on them are not.
   const std::vector<double>& lengths = work_.scales.lengths();
   const Dependences& dependences = linearization_.dependences();
-  if (dependences.largest_active(rows_, lengths) < 1e-3 * dependences.largest_dependent(rows_, lengths)) {
+  const double active = dependences.largest_active(rows_, lengths);
+  if (active < 1e-3 * dependences.largest_dependent(rows_, lengths)) {
     const std::vector<double> nothing(work_.scales.size(), 0.0);
     if (Outcome outcome = dependences.explain_contradiction(t, rows_, nothing, 1e-9, " m"); !outcome.ok())
       return outcome;
@@ -95,7 +101,7 @@ Outcome Projector::explain_stall(double t, double violation) const {
 ProjectionReport Projector::project_velocities(double t, const double* r, double* v, double* sum, double speed) {
   work_.set_time(t);
   ProjectionReport report;
-  if (model_.num_rows() == 0) return report;
+  if (!work_.has_rows()) return report;
   constexpr double target = 1e-13;
   const double least_speed = speed > 0.0 ? speed : work_.scales.least_speed();
   if (const auto by_islands = linearization_.project_velocities(target * least_speed, r, v, sum)) {

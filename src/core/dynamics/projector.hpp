@@ -51,6 +51,7 @@ class Projector final : private ChordEquations {
   Linearization& linearization_;
   Residuals& residuals_;
   Contacts* contacts_;        // null if constraints are ideal
+  const bool is_factor_cheap_;
   std::vector<double> rows_;  // [d] residuals, then corrections
 };
 

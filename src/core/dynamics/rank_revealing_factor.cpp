@@ -20,13 +20,18 @@ RankRevealingFactor::RankRevealingFactor(Workspace& work, const SolverOptions& o
                                          const std::vector<double>& blocks, Contacts* contacts)
     : work_(work),
       model_(work.model()),
+      blocks_(blocks),
       ordering_(options.ordering),
       solver_(options.linear_solver == LinearSolver::Cholmod ? LinearSolver::Cholmod : LinearSolver::General),
-      blocks_(blocks),
       contacts_(contacts),
       dependences_(work),
       suspect_below_(first_suspicion) {
   if (contacts != nullptr) (void)gram();  // contacts that come and go leave no islands to other solvers
+}
+
+std::unique_ptr<RankRevealingFactor> Team::make_factor(Workspace& work, const SolverOptions& options,
+                                                       const std::vector<double>& blocks, Contacts* contacts) {
+  return std::make_unique<RankRevealingFactor>(work, options, blocks, contacts);
 }
 
 GramSolver& RankRevealingFactor::gram() {
@@ -79,14 +84,15 @@ void RankRevealingFactor::correct(const Parallel& parallel, const double* blocks
 void RankRevealingFactor::add_reactions(const Parallel& parallel, const double* blocks, const double* rows,
                                         double* points) {
   model_.gather.add_scaled(parallel, blocks, rows, model_.inverse_mass.data(), model_.num_moving(), points);
+  work_.team().fetch_guests(points);
 }
 
 double RankRevealingFactor::evaluate_values(const Parallel& parallel, const double* r, double* xi) {
-  return work_.constraints.evaluate_values(parallel, r, xi);
+  return work_.team().largest(work_.constraints.evaluate_values(parallel, r, xi));
 }
 
 double RankRevealingFactor::evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rates) {
-  return work_.constraints.evaluate_rates(parallel, r, v, rates);
+  return work_.team().largest(work_.constraints.evaluate_rates(parallel, r, v, rates));
 }
 
 // ---- the rank of K ----

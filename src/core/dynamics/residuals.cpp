@@ -57,6 +57,7 @@ const std::vector<double>& Residuals::measure_accelerations(const Problem& probl
     double& own = accelerations_[scales.of_row(a)];
     own = larger(own, std::abs(b[a]) / norms[a]);
   }
+  work_.team().find_largest(accelerations_);
   // Where all forces cancel, the accelerations that v itself brings about are the scale.
   for (std::size_t k = 0; k < accelerations_.size(); ++k) {
     if (!(accelerations_[k] > 0.0)) accelerations_[k] = scales.speed(k) * scales.speed(k) / scales.length(k);
@@ -74,7 +75,7 @@ double Residuals::relative_residual(const Problem& problem, const std::vector<do
   double worst = 0.0;
   for (std::size_t a = 0; a < model_.num_rows(); ++a)
     worst = larger(worst, std::abs(rows[a]) / (norms[a] * accelerations_[scales.of_row(a)]));
-  return worst;
+  return work_.team().largest(worst);
 }
 
 bool Residuals::are_rounding(const Problem& problem, const std::vector<double>& rows, const double* dw) {
@@ -84,10 +85,9 @@ bool Residuals::are_rounding(const Problem& problem, const std::vector<double>& 
     const Vec3 g = load(blocks_.data(), incidence.block), w = load(dw, incidence.point);
     terms_[static_cast<std::size_t>(incidence.row)] += std::abs(g.x * w.x) + std::abs(g.y * w.y) + std::abs(g.z * w.z);
   }
-  for (std::size_t a = 0; a < terms_.size(); ++a) {
-    if (!(std::abs(rows[a]) <= 2.0 * eps * terms_[a])) return false;
-  }
-  return true;
+  bool are_all = true;
+  for (std::size_t a = 0; a < terms_.size() && are_all; ++a) are_all = std::abs(rows[a]) <= 2.0 * eps * terms_[a];
+  return work_.team().all(are_all);
 }
 
 double Residuals::relative_rates(const std::vector<double>& rows, double largest) {
@@ -99,12 +99,12 @@ double Residuals::relative_rates(const std::vector<double>& rows, double largest
   double worst = 0.0;
   for (std::size_t a = 0; a < model_.num_rows(); ++a)
     worst = larger(worst, std::abs(rows[a]) / (norms[a] * scales.speed(scales.of_row(a))));
-  return worst;
+  return work_.team().largest(worst);
 }
 
 /// Returns the rounding eps |r|/L of the positions, below which |xi|/length cannot fall, at its largest.
 double Residuals::rounding_floor(const double* r) const {
-  return 4.0 * eps * std::max(1.0, model_.largest_norm(r) / model_.smallest_length);
+  return work_.team().largest(4.0 * eps * std::max(1.0, model_.largest_norm(r) / model_.smallest_length));
 }
 
 double Residuals::beyond_rounding(const double* r, const double* xi, double violation, double allowed, double times) {
@@ -112,10 +112,11 @@ double Residuals::beyond_rounding(const double* r, const double* xi, double viol
   if (!(violation <= std::max(allowed, times * rounding_floor(r)))) return violation;
   if (scales.are_one()) return 0.0;
   work_.largest_norms(r, &beyond_.places);
+  work_.team().find_largest(beyond_.places);
   find_lengths();
   // Gradients of rods are unit vectors, so that xi alone tells.
-  if (all_are_rods_ && !has_rod_beyond(xi, allowed, times)) return 0.0;
-  return largest_beyond(r, allowed, times);
+  const bool none = all_are_rods_ && !has_rod_beyond(xi, allowed, times);
+  return work_.team().largest(none ? 0.0 : largest_beyond(r, allowed, times));
 }
 
 /// Finds the lengths [d] of the rows, which are constant in most systems.

@@ -37,6 +37,7 @@ void Scales::set_speeds(std::span<const double> speeds) {
 void Scales::exchange_memory(Memory& memory) {
   memory.exchange(speed_);
   if (memory.reads()) derive_from_speeds();
+  if (!are_all_) memory.exchange(least_speed_, least_acceleration_);
 }
 
 void Scales::derive_from_speeds() {

@@ -20,7 +20,7 @@ class Scales {
 
   std::size_t size() const { return length_.size(); }
   /// Returns true if one neighbourhood holds all moving points.
-  bool are_one() const { return size() <= 2; }
+  bool are_one() const { return are_all_ && size() <= 2; }
   std::size_t of_point(std::size_t moving_point) const { return static_cast<std::size_t>(of_point_[moving_point]); }
   /// The neighbourhoods of all points; supports have the last one. Empty if one neighbourhood holds all.
   std::span<const Index> of_points() const { return are_one() ? std::span<const Index>() : of_all_points_; }
@@ -41,6 +41,13 @@ class Scales {
   /// The least speed V, and the least V^2/L, of neighbourhoods that have rows.
   double least_speed() const { return least_speed_; }
   double least_acceleration() const { return least_acceleration_; }
+  /// Sets those of all processes, once the speeds are set.
+  void set_least(double speed, double acceleration) {
+    least_speed_ = speed;
+    least_acceleration_ = acceleration;
+  }
+  /// Notes that other processes have neighbourhoods, too.
+  void stand_beside_others() { are_all_ = false; }
 
   /// The tolerances if no absolute tolerance is given: 1e-10 of the length and of the speed around a point, m and m/s,
   /// of all points, supports last.
@@ -62,6 +69,7 @@ class Scales {
   std::vector<Index> of_point_, of_all_points_, of_row_;
   std::vector<double> length_, speed_;
   std::vector<char> has_rows_;
+  bool are_all_ = true;  // no other process has neighbourhoods
   double least_speed_ = 1.0, least_acceleration_ = 1.0;
   std::vector<double> position_tolerance_, velocity_tolerance_, acceleration_;
 };

@@ -63,10 +63,9 @@ Outcome StepProjection::free_accelerations(const Kinematics& at, const Request& 
 /// steps saves iterations and does not change the solution.
 void StepProjection::guess_step(double h) {
   const double scale = h * h;
-  if (const std::size_t frames = work_.constraints.frames(); frames != step_.frames) {
-    forget_steps();
-    step_.frames = frames;
-  }
+  const std::size_t frames = work_.constraints.frames();
+  if (work_.team().any(frames != step_.frames)) forget_steps();
+  step_.frames = frames;
   // Divided by h^2 of a step that is short, e.g. cut at an event, the multipliers are rounding.
   constexpr double short_step = 0.1;
   const bool can_guess = std::min(step_.last_h, step_.before_h) >= short_step * std::abs(h);

@@ -24,7 +24,9 @@ class StepProjection final : public StepProjector {
   bool is_constant() const override {
     return contacts_ == nullptr && model_.uniform_free() != nullptr && !model_.has_moving_supports();
   }
-  const Vec3* uniform_acceleration() const override { return contacts_ == nullptr ? model_.uniform_free() : nullptr; }
+  const Vec3* uniform_acceleration() const override {
+    return contacts_ == nullptr && work_.team().is_alone() ? model_.uniform_free() : nullptr;
+  }
   std::size_t num_moving() const override { return model_.num_moving(); }
   Outcome free_accelerations(const Kinematics& at, const Request& request, double* w) override;
   ProjectionReport project_step(double t, double h, const PointSource& source, double* r,

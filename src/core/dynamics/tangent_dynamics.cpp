@@ -202,7 +202,7 @@ Power TangentDynamics::find_power() {
   // M^-1 eta = w - w0
   for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) points_[i] = w_[i] - w0_[i];
   const double *const r = linearization_.r().data(), *const v = linearization_.v().data();
-  Power result = work_.power(work_.power_of_reactions(points_.data(), v), r, v);
+  Power result = work_.power(work_.power_of_reactions(points_.data(), v), {t_, r, v});
   if (friction_ == nullptr) return result;
   for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) result.friction += tau_[i] * v[i];
   return result;

@@ -124,8 +124,12 @@ void describe_factor(const FactorSummary& factor, PlanSummary* plan) {
   plan->factorizations = factor.factorizations;
 }
 
-Workspace::Workspace(System given, const SolverOptions& options, double t)
-    : Workspace(NumberedSystem(std::move(given), options, t), t) {}
+Workspace::Workspace(System given, const SolverOptions& options, double t, const MakeTeam& make_team)
+    : Workspace(NumberedSystem(std::move(given), options, t), t) {
+  if (make_team) team_ = make_team(*this);
+  has_rows_ = team_->any(model_.num_rows() > 0);
+  is_rheonomic_ = team_->any(model_.is_rheonomic());
+}
 
 Workspace::Workspace(NumberedSystem numbered, double t)
     : Families(numbered, t),
@@ -182,7 +186,7 @@ void Workspace::write_support_accelerations(double t, double* w0) {
 double Workspace::evaluate_free(double t, const double* r, const double* v, double* w0, Forces::Which which) {
   forces.evaluate(model_.parallel, t, r, v, f.data(), which);
   write_support_accelerations(t, w0);
-  return model_.parallel.max_over_ranges(model_.num_moving(), [&](std::size_t begin, std::size_t end) {
+  const double largest = model_.parallel.max_over_ranges(model_.num_moving(), [&](std::size_t begin, std::size_t end) {
     double worst = 0.0;
     for (std::size_t i = begin; i < end; ++i) {
       const Vec3 a = model_.inverse_mass[i] * load(f.data(), i);
@@ -191,6 +195,8 @@ double Workspace::evaluate_free(double t, const double* r, const double* v, doub
     }
     return std::sqrt(worst);
   });
+  team_->fetch_guests(w0);
+  return largest;
 }
 
 double Workspace::write_unconstrained(double t, double* w0) {
@@ -205,6 +211,7 @@ void Workspace::write_uniform(double t, double* w0) {
   model_.parallel.for_ranges(model_.num_constrained(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) store(w0, i, *model_.uniform_free());
   });
+  team_->fetch_guests(w0);
 }
 
 GramSolver::Quality Workspace::factorize(GramSolver* solver, const double* blocks) {
@@ -235,7 +242,8 @@ void Workspace::measure_velocity_scale(double t, const double* r, const double* 
   const double acceleration = evaluate_free(t, r, v, w0.data());
   const double prescribed =
       model_.num_rows() > 0 ? constraints.evaluate_rates(model_.parallel, r, zero.data(), rows_.data()) : 0.0;
-  velocity_scale = std::max({model_.largest_norm(v), prescribed, std::sqrt(acceleration * model_.scene_size)});
+  velocity_scale = team_->largest(
+      std::max({model_.largest_norm(v), prescribed, std::sqrt(acceleration * model_.scene_size)}));
   if (!(velocity_scale > 0.0)) velocity_scale = 1.0;
   measure_local_speeds(r, v, w0.data());
 }
@@ -267,28 +275,38 @@ void Workspace::measure_local_speeds(const double* r, const double* v, const dou
     double& own = speeds[scales.of_point(static_cast<std::size_t>(tangents[c].point))];
     own = std::max(own, norm(tangents.own_velocity(c).value));
   }
+  team_->find_largest(speeds);
   speeds.back() = velocity_scale;
   scales.set_speeds(speeds);
+  scales.set_least(team_->smallest(scales.least_speed()), team_->smallest(scales.least_acceleration()));
 }
 
 Energy Workspace::energy(double t, const double* r, const double* v) {
-  return {0.5 * sum_squares(model_.parallel, model_.num_moving(), model_.mass.data(), v),
-          forces.potential(model_.parallel, t, r)};
+  return {0.5 * sum_squares(model_.parallel, model_.num_moving(), model_.mass.data(), v), potential(t, r)};
 }
 
-Power Workspace::power(double of_constraints, const double* r, const double* v) {
+double Workspace::potential(double t, const double* r) {
+  return forces.potential(model_.parallel, t, r) - team_->potential_elsewhere(t, r);
+}
+
+/// What forces do to guests is not work of supports.
+Power Workspace::power(double of_constraints, const Kinematics& at) {
   Power result;
-  if (model_.is_rheonomic()) result.supports = of_constraints + forces.elastic_power_of_supports(model_.parallel, r, v);
+  if (is_rheonomic_) {
+    const double* const v_supports = team_->without_guests(at.v, &own_v_);
+    result.supports = of_constraints + forces.elastic_power_of_supports(model_.parallel, at.x, v_supports);
+  }
   if (forces.has_work()) {
-    result.forces = forces.power(model_.parallel, r, v);
+    result.forces = forces.power(model_.parallel, at.x, at.v);
     result.potentials = forces.energies().explicit_rate(model_.parallel);
   }
+  result.potentials -= team_->rate_elsewhere(at);
   return result;
 }
 
 /// Returns eta'v, with eta = M (M^-1 eta).
 double Workspace::power_of_reactions(const double* accelerations, const double* v) const {
-  return model_.is_rheonomic() ? model_.power(accelerations, v) : 0.0;
+  return is_rheonomic_ ? model_.power(accelerations, v) : 0.0;
 }
 
 Outcome Workspace::not_finite(double t, const double* r) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "dynamics/mechanics.hpp"
 #include "dynamics/model.hpp"
 #include "dynamics/scales.hpp"
+#include "dynamics/team.hpp"
 #include "schur/factor_summary.hpp"
 #include "schur/gram_solver.hpp"
 
@@ -25,12 +27,18 @@ class Workspace : public Families {
   Model model_;  // before the members that are made of it
 
  public:
+  /// Makes the team of a workspace that has a part of a system; empty if the process is alone.
+  using MakeTeam = std::function<std::unique_ptr<Team>(Workspace&)>;
   /// Validates the system, with checks and "initial" values at the time `t`.
-  Workspace(System given, const SolverOptions& options, double t);
+  Workspace(System given, const SolverOptions& options, double t, const MakeTeam& make_team = {});
   Workspace(const Workspace&) = delete;
   Workspace& operator=(const Workspace&) = delete;
 
   const Model& model() const { return model_; }
+  Team& team() const { return *team_; }
+  /// Returns true if some process of the team has rows, or reactions that may do work.
+  bool has_rows() const { return has_rows_; }
+  bool is_rheonomic() const { return is_rheonomic_; }
 
   Joints joints;  ///< groups of points that forces join, and their rounding
   Drives drives;
@@ -54,7 +62,7 @@ class Workspace : public Families {
   void prescribe_all(double t, double* r, double* v);
 
   /// Computes f at (t, r, v), and w0 [3n]: M^-1 f on moving points, the prescribed acceleration at supports. Returns
-  /// max |w0|.
+  /// max |w0| of this process.
   double evaluate_free(double t, const double* r, const double* v, double* w0,
                        Forces::Which which = Forces::Which::All);
   /// Writes the prescribed accelerations of supports at t into w0 [3n].
@@ -75,9 +83,10 @@ class Workspace : public Families {
   void exchange_memory(Memory& memory);
 
   Energy energy(double t, const double* r, const double* v);
+  double potential(double t, const double* r);
   /// Returns the power of forces without potential, and of moving supports through forces and, as given, through
   /// constraints, at the last `evaluate_free`.
-  Power power(double of_constraints, const double* r, const double* v);
+  Power power(double of_constraints, const Kinematics& at);
   /// Returns the power of the reactions on moving points, from M^-1 eta [3n], or 0 where they do no work.
   double power_of_reactions(const double* accelerations, const double* v) const;
   /// Returns the reason why the state at t and r, or a force there, is not finite. Names the tuple whose energy is
@@ -120,10 +129,13 @@ class Workspace : public Families {
   Workspace(NumberedSystem numbered, double t);
   void measure_local_speeds(const double* r, const double* v, const double* w0);
 
+  std::unique_ptr<Team> team_ = std::make_unique<Team>();
+  bool has_rows_ = false, is_rheonomic_ = false;
   double time_;
   double supports_at_;                         // s, the instant of …
   std::vector<double> support_accelerations_;  // … these, [3 * supports]
   std::vector<double> rows_;                   // [d] scratch
+  std::vector<double> own_v_;                  // [3n] scratch
 };
 
 }  // namespace tanor::detail

@@ -17,7 +17,7 @@
 #include "dynamics/multiplier_form.hpp"
 #include "dynamics/prestress_rigidity.hpp"
 #include "motion/integration.hpp"
-#include "ranks/cut_form.hpp"
+#include "ranks/cut_team.hpp"
 #include "ranks/shared_mechanics.hpp"
 #include "simulation/motion_input.hpp"
 #include "simulation/motion_measures.hpp"
@@ -72,8 +72,7 @@ struct SimulatedMotion {
         options(motion),
         solver_options(check_together(part, system, motion, solver, t_start)),
         t_begin(t_start),
-        forms(std::move(system), solver_options, t_start, form_of(part, solver_options),
-              part.is_whole() ? nullptr : part.ranks),
+        forms(std::move(system), solver_options, t_start, team_of(part), part.is_whole() ? nullptr : part.ranks),
         shared(part.is_whole() ? nullptr : std::make_unique<SharedMechanics>(*forms.main, *part.ranks)),
         chosen(choose_method(motion, part, model.system, form, forms.is_tangent())),
         integration(chosen.method, {options, wants_exact_accelerations()}, form, &report) {
@@ -112,10 +111,10 @@ struct SimulatedMotion {
     return !has_fixed_steps(chosen.method) && options.rtol < demanding && !has_friction();
   }
 
-  /// Equations that reach from rank to rank have a form of their own.
-  static Forms::MakeForm form_of(const Part& part, const SolverOptions& options) {
+  /// Equations that reach from rank to rank need a team. Whole islands do without.
+  static Workspace::MakeTeam team_of(const Part& part) {
     if (part.is_whole() || !part.is_cut()) return {};
-    return [&](Workspace& work) { return std::make_unique<CutForm>(work, options, part); };
+    return [&](Workspace& work) { return std::make_unique<CutTeam>(work, part); };
   }
 
   /// Ends the motion where a part of a rope, a leg of an angle or a rod has length 0. Coordinates need no direction

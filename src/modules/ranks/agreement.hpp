@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <span>
 #include <string>
 #include <utility>
@@ -7,29 +8,27 @@
 #include <tanor/error.hpp>
 #include <tanor/ranks.hpp>
 
+#include "dynamics/team.hpp"
+
 namespace tanor::detail {
 
 /// Decisions that ranks take together, so that every rank takes the same branch. All functions are collective.
-class Agreement {
+class Agreement : public Team {
  public:
   explicit Agreement(Ranks& ranks) : ranks_(ranks) {}
 
-  /// Returns the largest number of all ranks. A number that is not finite somewhere is infinite everywhere.
-  double largest(double own);
-  double smallest(double own) { return -largest(-own); }
+  double largest(double own) override;
   double sum(double own);
-  bool any(bool own) { return largest(own ? 1.0 : 0.0) > 0.0; }
-  bool all(bool own) { return !any(!own); }
   /// Returns the worst outcome of all ranks, as the first rank that has it explains it. `numbers` become the largest
   /// ones.
   Outcome agree(Outcome own, std::span<double> numbers = {});
-  /// Returns the text of the first rank that has one.
-  std::string first_text(std::string own);
+  std::string first_text(std::string own) override;
 
+  Outcome together(const std::function<Outcome()>& work) override { return together(work, {}); }
   /// Runs work() -> Outcome and agrees on its outcome. What it throws on some rank is thrown on all. Work that makes
   /// collective calls must not throw on some ranks alone.
   template <class Work>
-  Outcome together(const Work& work, std::span<double> numbers = {}) {
+  Outcome together(const Work& work, std::span<double> numbers) {
     Report report;
     try {
       Outcome found = work();

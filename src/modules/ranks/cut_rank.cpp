@@ -5,15 +5,16 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/text.hpp"
 #include "ranks/share.hpp"
 
 namespace tanor::detail {
 
-CutRank::CutRank(Workspace& work, const Part& part, Agreement& agreement)
-    : work_(work),
+CutRank::CutRank(Workspace& work, const Part& part)
+    : Dependences(work),
+      work_(work),
       model_(work.model()),
       ranks_(*part.ranks),
-      agreement_(agreement),
       row_number_(model_.numbering.first_idle_row()),
       is_counted_(row_number_.size(), 1) {
   std::vector<const Part::SharedRow*> shared_of(model_.num_rows(), nullptr);  // [equation]
@@ -75,12 +76,13 @@ SparseColumns CutRank::gather_columns(const double* blocks, Scaling scaling) {
   return columns;
 }
 
-bool CutRank::decide(const double* blocks, const double* r) {
+bool CutRank::decide(const std::vector<double>& blocks, const double* r) {
   ++work_.counters.rank_decisions;
   const std::vector<double> tolerances = work_.rank_tolerances(r);
   const double own = tolerances.empty() ? 0.0 : *std::ranges::max_element(tolerances);
-  solver_ = decide_rank([&](Scaling scaling) { return gather_columns(blocks, scaling); }, agreement_.largest(own),
-                        [&] { return agreement_.largest(model_.mass_ratio); });
+  Team& team = work_.team();
+  solver_ = decide_rank([&](Scaling scaling) { return gather_columns(blocks.data(), scaling); }, team.largest(own),
+                        [&] { return team.largest(model_.mass_ratio); });
   std::vector<char> depends(num_all_rows_, 0);
   for (const Dependence& dependence : solver_->dependences()) depends[static_cast<std::size_t>(dependence.column)] = 1;
   std::vector<char> active(row_number_.size());
@@ -92,19 +94,20 @@ bool CutRank::decide(const double* blocks, const double* r) {
     return result;
   };
   work_.rank = work_.rank + count(active_) - count(active);
-  const bool has_changed = agreement_.any(active != active_);
+  const bool has_changed = team.any(active != active_);
   active_ = std::move(active);
+  note_change(blocks);
   return has_changed;
 }
 
-std::string CutRank::explain(const std::string& verb) {
+std::string CutRank::explain(const std::string& verb) const {
   std::string text;
   if (!is_found()) return text;
   const Dependence& first = solver_->dependences().front();
   const auto name = [&](int number) {
     const auto here = std::ranges::find(row_number_, static_cast<std::size_t>(number));
     const bool knows = here != row_number_.end();
-    return agreement_.first_text(knows ? work_.name_row(static_cast<std::size_t>(here - row_number_.begin())) : "");
+    return work_.team().first_text(knows ? work_.name_row(static_cast<std::size_t>(here - row_number_.begin())) : "");
   };
   text = name(first.column) + " " + verb + " ";
   constexpr std::size_t most = 3;
@@ -113,7 +116,12 @@ std::string CutRank::explain(const std::string& verb) {
   return text + (first.terms.size() > most ? ", …" : "");
 }
 
-void CutRank::minimize_norm(double* lambda) {
+Outcome CutRank::explain_contradiction(double t, const std::vector<double>&, const std::vector<double>&, double,
+                                       const char*) const {
+  return {Status::Contradictory, explain("contradicts") + " at t = " + text(t)};
+}
+
+void CutRank::minimize_norm(double* lambda) const {
   if (!is_found()) return;
   std::vector<double> all(num_all_rows_, 0.0);
   for (std::size_t a = 0; a < row_number_.size(); ++a)

@@ -29,4 +29,12 @@ void Guests::fetch(double* points) {
   }
 }
 
+void Guests::add(const double* x, double* y) const {
+  for_each([&](std::size_t guest) { store(y, guest, load(y, guest) + load(x, guest)); });
+}
+
+void Guests::clear(double* points) const {
+  for_each([&](std::size_t guest) { store(points, guest, Vec3{}); });
+}
+
 }  // namespace tanor::detail

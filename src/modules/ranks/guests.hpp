@@ -16,7 +16,9 @@ class Guests {
 
   /// Fetches the numbers of guests in an array [3n] in the inner order. Collective.
   void fetch(double* points);
-  bool empty() const { return links_.empty(); }
+  /// Adds x to y at guests.
+  void add(const double* x, double* y) const;
+  void clear(double* points) const;
 
  private:
   struct Link {
@@ -24,6 +26,12 @@ class Guests {
     std::vector<Index> sent_points, received_points;  // inner
     std::vector<double> sent, received;
   };
+  template <class Visit>
+  void for_each(const Visit& visit) const {
+    for (const Link& link : links_)
+      for (const Index point : link.received_points) visit(static_cast<std::size_t>(point));
+  }
+
   Ranks& ranks_;
   std::vector<Link> links_;
   std::vector<Ranks::Message> messages_;

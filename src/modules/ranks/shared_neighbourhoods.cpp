@@ -10,8 +10,8 @@
 namespace tanor::detail {
 
 SharedNeighbourhoods::SharedNeighbourhoods(Workspace& work, const Part& part)
-    : work_(work), ranks_(*part.ranks), num_shared_(part.num_shared_neighbourhoods) {
-  measure_lengths(part);
+    : ranks_(*part.ranks), num_shared_(part.num_shared_neighbourhoods) {
+  measure_lengths(work, part);
   const Model& model = work.model();
   std::map<std::size_t, std::size_t> shared;
   for (std::size_t i = 0; i < model.num_moving(); ++i) {
@@ -22,10 +22,10 @@ SharedNeighbourhoods::SharedNeighbourhoods(Workspace& work, const Part& part)
 }
 
 /// Gives them the length of all their points together.
-void SharedNeighbourhoods::measure_lengths(const Part& part) {
+void SharedNeighbourhoods::measure_lengths(Workspace& work, const Part& part) {
   constexpr double far = -std::numeric_limits<double>::max();
   std::vector<double> ends(6 * num_shared_, far);  // largest r and largest -r
-  const Model& model = work_.model();
+  const Model& model = work.model();
   const System& system = model.system;
   const auto shared_of = [&](Index point) { return part.shared_neighbourhood[static_cast<std::size_t>(point)]; };
   const auto include = [&](Index neighbourhood, std::size_t point) {
@@ -44,7 +44,7 @@ void SharedNeighbourhoods::measure_lengths(const Part& part) {
       if (shared_of(shared) >= 0) include(shared_of(shared), static_cast<std::size_t>(point));
   });
   ranks_.find_largest(ends);
-  Neighbourhoods all = find_neighbourhoods(system, work_.time());
+  Neighbourhoods all = find_neighbourhoods(system, work.time());
   for (std::size_t i = 0; i < system.num_points(); ++i) {
     const Index own = shared_of(static_cast<Index>(i));
     if (own < 0 || all.of_point[i] < 0) continue;
@@ -52,7 +52,8 @@ void SharedNeighbourhoods::measure_lengths(const Part& part) {
     all.length[static_cast<std::size_t>(all.of_point[i])] =
         norm(Vec3{box[0] + box[3], box[1] + box[4], box[2] + box[5]});
   }
-  work_.scales = Scales(all, model.numbering, model.incidences, model.scene_size);
+  work.scales = Scales(all, model.numbering, model.incidences, model.scene_size);
+  work.scales.stand_beside_others();
 }
 
 void SharedNeighbourhoods::find_largest(std::span<double> of_neighbourhoods) const {
@@ -60,13 +61,6 @@ void SharedNeighbourhoods::find_largest(std::span<double> of_neighbourhoods) con
   for (const auto& [here, of_all] : shared_) largest[of_all] = std::max(largest[of_all], of_neighbourhoods[here]);
   ranks_.find_largest(largest);
   for (const auto& [here, of_all] : shared_) of_neighbourhoods[here] = largest[of_all];
-}
-
-void SharedNeighbourhoods::share_speeds(Agreement& agreement) {
-  std::vector<double> speeds = work_.scales.speeds();
-  find_largest(speeds);
-  speeds.back() = work_.velocity_scale = agreement.largest(work_.velocity_scale);
-  work_.scales.set_speeds(speeds);
 }
 
 }  // namespace tanor::detail

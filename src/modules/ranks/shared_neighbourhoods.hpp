@@ -6,7 +6,6 @@
 #include <tanor/ranks.hpp>
 
 #include "dynamics/workspace.hpp"
-#include "ranks/agreement.hpp"
 
 namespace tanor::detail {
 
@@ -14,18 +13,15 @@ namespace tanor::detail {
 /// collective.
 class SharedNeighbourhoods {
  public:
-  /// Gives the scales of `work` the lengths of all ranks' points.
+  /// Gives the scales of `work`, which is being made, the lengths of all ranks' points.
   SharedNeighbourhoods(Workspace& work, const Part& part);
 
   /// Replaces one number for each neighbourhood here by the largest of all ranks.
   void find_largest(std::span<double> of_neighbourhoods) const;
-  /// Does the same for the speeds in the scales. The scene's speed is the largest of all.
-  void share_speeds(Agreement& agreement);
 
  private:
-  void measure_lengths(const Part& part);
+  void measure_lengths(Workspace& work, const Part& part);
 
-  Workspace& work_;
   Ranks& ranks_;
   std::size_t num_shared_;
   struct Shared {
