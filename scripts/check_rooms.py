@@ -63,7 +63,7 @@ ROOMS = {
     "factor":   Sees("base plan", "solver_options", "omp.h cholmod.h SuiteSparseQR.hpp klu.h metis.h Eigen/"),
     "schur":    Sees("base system evaluate assembly factor plan", "solver_options", ""),
     "dynamics": Sees("base system evaluate assembly factor plan schur", "inverse_dynamics", "Eigen/"),
-    "motion":   Sees("base dynamics/mechanics.hpp dynamics/roles.hpp dynamics/corner_functions.hpp dynamics/implicit_equations.hpp "
+    "motion":   Sees("base dynamics/mechanics.hpp dynamics/decisions.hpp dynamics/roles.hpp dynamics/corner_functions.hpp dynamics/implicit_equations.hpp "
                      "dynamics/instant.hpp dynamics/power.hpp", "motion", ""),
     # modules
     "friction": Sees("base system evaluate schur dynamics", "dynamics", "Eigen/"),

@@ -1,7 +1,6 @@
 #include "dynamics/forms.hpp"
 
 #include <algorithm>
-#include <array>
 #include <utility>
 
 #include <tanor/warnings.hpp>
@@ -11,13 +10,14 @@
 
 namespace tanor::detail {
 
-Forms::Forms(System system, const SolverOptions& options, double t, const Workspace::MakeTeam& make_team, Ranks* ranks)
-    : work(std::move(system), options, t, make_team), ranks_(ranks), start_time_(t) {
-  const bool has_coordinates = some_rank_has(!work.coordinates.empty()),
-             has_constraints = some_rank_has(model.num_rows() > 0);
+Forms::Forms(System system, const SolverOptions& options, double t, const Workspace::MakeTeam& make_team,
+             Decisions* all)
+    : work(std::move(system), options, t, make_team), all_(all != nullptr ? *all : alone_), start_time_(t) {
+  const bool has_coordinates = all_.any(!work.coordinates.empty()), has_constraints = all_.any(model.num_rows() > 0);
   const auto refuse = [](const std::string& what) { throw InputError("/solver/form", what); };
-  const bool is_asked_for = some_rank_has(options.form == Form::Tangent || options.form == Form::Both);
-  if ((has_coordinates || is_asked_for) && !all_ranks_want(options.form))
+  const bool is_asked_for = all_.any(options.form == Form::Tangent || options.form == Form::Both);
+  const auto wanted = static_cast<double>(options.form);
+  if ((has_coordinates || is_asked_for) && all_.largest(wanted) != all_.smallest(wanted))
     refuse("some ranks ask for another form than others");
   if (!has_coordinates && options.form == Form::Tangent) refuse("the tangent form needs coordinates; none are given");
   if (!has_coordinates && options.form == Form::Both) refuse("both forms need coordinates too; none are given");
@@ -32,27 +32,14 @@ Forms::Forms(System system, const SolverOptions& options, double t, const Worksp
   make_plan();
 }
 
-double Forms::sum_of_ranks(double own) const {
-  std::array<double, 1> sum{own};
-  if (ranks_ != nullptr) ranks_->sum(sum);
-  return sum[0];
-}
-
-bool Forms::all_ranks_want(Form form) const {
-  const auto number = static_cast<double>(form);
-  std::array<double, 2> ends{number, -number};
-  if (ranks_ != nullptr) ranks_->find_largest(ends);
-  return ends[0] == -ends[1];
-}
-
 /// Chooses the cheaper one of the available forms. A mechanism with few coordinates gets the tangent form, a chain the
 /// normal form.
 void Forms::choose(Form wanted) {
   const auto is_cheaper = [&] {
-    return sum_of_ranks(normal->predicted_flops() - tangent->dynamics().completed().predicted_flops()) >= 0.0;
+    return all_.sum(normal->predicted_flops() - tangent->dynamics().completed().predicted_flops()) >= 0.0;
   };
   const bool prefers_tangent =
-      normal == nullptr || (tangent != nullptr && !some_rank_has(model.has_friction()) && is_cheaper());
+      normal == nullptr || (tangent != nullptr && !all_.any(model.has_friction()) && is_cheaper());
   const bool is_tangent = wanted == Form::Tangent || (wanted != Form::Normal && tangent != nullptr && prefers_tangent);
   reason_ = prefers_tangent == is_tangent ? "more flops" : "the other one was asked for";
   main = is_tangent ? static_cast<EquationsOfMotion*>(tangent.get()) : normal.get();

@@ -5,8 +5,6 @@
 #include <utility>
 #include <vector>
 
-#include <tanor/ranks.hpp>
-
 #include "dynamics/multiplier_form.hpp"
 #include "dynamics/tangent_form.hpp"
 #include "dynamics/workspace.hpp"
@@ -17,10 +15,10 @@ namespace tanor::detail {
 class Forms {
  public:
   /// Validates the system, with checks and "initial" values at the time `t`. Throws InputError if the system cannot
-  /// have the requested form. `ranks` have parts of one system, and choose the same form for all of them; null if the
-  /// whole system is here. `make_team` is empty if nothing reaches from rank to rank. Collective.
+  /// have the requested form. `all` are the processes that have parts of one system, which choose the same form; null
+  /// if the whole system is here. `make_team` is empty if nothing reaches from one to another. Collective.
   Forms(System system, const SolverOptions& options, double t = 0.0, const Workspace::MakeTeam& make_team = {},
-        Ranks* ranks = nullptr);
+        Decisions* all = nullptr);
 
   Workspace work;
   const Model& model{work.model()};
@@ -55,14 +53,12 @@ class Forms {
   RankReport rank(const double* r, bool thoroughly);
 
  private:
-  double sum_of_ranks(double own) const;
-  bool some_rank_has(bool own) const { return sum_of_ranks(own ? 1.0 : 0.0) > 0.0; }
-  bool all_ranks_want(Form form) const;
   void choose(Form wanted);
   void check_completeness(double t, const double* r);
   void make_plan();
 
-  Ranks* ranks_;
+  Team alone_;
+  Decisions& all_;
   double start_time_;
   std::string reason_;                                 // why the other form does not step
   std::vector<double> scratch_, other_w_, other_eta_;  // [3n]

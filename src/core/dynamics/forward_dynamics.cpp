@@ -186,8 +186,7 @@ Outcome ForwardDynamics::reconsider_rank(double t, const double* r) {
   }
   const Dependences& dependences = linearization_.dependences();
   std::vector<double> xi(model_.num_rows());
-  const double violation =
-      work_.team().largest(work_.constraints.evaluate_values(model_.parallel, r, xi.data()));
+  const double violation = work_.team().largest(work_.constraints.evaluate_values(model_.parallel, r, xi.data()));
   const double allowed = std::max(rounding, spread * violation);
   const std::vector<double>& accelerations = residuals_.measure_accelerations(problem());
   const auto are_fine = [&] {

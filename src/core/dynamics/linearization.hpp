@@ -108,8 +108,7 @@ class Linearization {
   }
   /// Computes y = K'x + shift [d]; `shift` may be null. Returns the largest |y|/|gradient|.
   double apply_transposed(const double* x, const double* shift, double* y) const {
-    return work_.team().largest(
-        work_.constraints.apply_transposed(model_.parallel, blocks_.data(), x, shift, y));
+    return work_.team().largest(work_.constraints.apply_transposed(model_.parallel, blocks_.data(), x, shift, y));
   }
 
   // ---- violations ----
@@ -174,18 +173,18 @@ class Linearization {
 
   Workspace& work_;
   const Model& model_;
-  const Contacts* contacts_;      // null if constraints are ideal
-  std::vector<double> blocks_;    // K
-  CompositeSolver composite_;     // empty if the factor of all rows is no slower
-  std::vector<Vec3> offsets_;     // [d] of rods; empty until they change
+  const Contacts* contacts_;                       // null if constraints are ideal
+  std::vector<double> blocks_;                     // K
+  CompositeSolver composite_;                      // empty if the factor of all rows is no slower
+  std::vector<Vec3> offsets_;                      // [d] of rods; empty until they change
   std::unique_ptr<RankRevealingFactor> all_rows_;  // decisions about the rank make it the present factor
   const SchurSolver::Summary summary_;
-  SchurFactor& evaluator_;             // of values and rates, the fastest
+  SchurFactor& evaluator_;                  // of values and rates, the fastest
   SchurFactor* present_ = all_rows_.get();  // the present factor; it is the composite only while that is fresh
   State state_ = State::None;
   double reciprocal_condition_ = 1.0;
-  std::unique_ptr<FactorReuse> reuse_;              // null if it does not pay
-  ConjugateResiduals conjugate_;                    // used where contacts share a load
+  std::unique_ptr<FactorReuse> reuse_;  // null if it does not pay
+  ConjugateResiduals conjugate_;        // used where contacts share a load
   const bool has_constant_gradients_;
   std::vector<double> rows_, right_side_, points_;  // [d], [d], [3n] scratch
 };

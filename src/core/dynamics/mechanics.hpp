@@ -8,6 +8,7 @@
 
 #include "base/memory.hpp"
 #include "base/parallel.hpp"
+#include "dynamics/decisions.hpp"
 #include "dynamics/implicit_equations.hpp"
 #include "dynamics/instant.hpp"
 #include "dynamics/roles.hpp"
@@ -43,7 +44,7 @@ enum class Turn { Small, Large };
 ///
 /// A configuration is *linearised* when K is evaluated and S is factorized there, by `linearise` or by accelerations
 /// that evaluate their gradients. It stays so until the next one.
-class Mechanics {
+class Mechanics : public Decisions {
  public:
   virtual ~Mechanics() = default;
 
@@ -54,11 +55,6 @@ class Mechanics {
   virtual bool has_work() const = 0;
   virtual const Parallel& parallel() const = 0;
   virtual PointTolerances point_tolerances() const = 0;
-
-  /// Return the largest number over all processes that hold parts of the system, and the sum of theirs. Numbers found
-  /// from local arrays that decide about a step go through these functions. All processes must call them.
-  virtual double largest(double own) = 0;
-  virtual double sum(double own) = 0;
 
   /// Writes the prescribed motion at t into x and v. Call this before anything else is computed at a new t.
   virtual void prescribe(double t, double* x, double* v) = 0;

@@ -62,8 +62,6 @@ class PointForm : public EquationsOfMotion {
   PointTolerances point_tolerances() const final {
     return {work_.scales.position_tolerances(), work_.scales.velocity_tolerances(), work_.scales.accelerations()};
   }
-  double largest(double own) override { return own; }
-  double sum(double own) override { return own; }
   void fetch_guests(double* r, double* v) override {
     work_.team().fetch_guests(r);
     if (v != nullptr) work_.team().fetch_guests(v);

@@ -28,8 +28,7 @@ Projector::Projector(Workspace& work, Linearization& linearization, Residuals& r
 ProjectionReport Projector::project_positions(double t, double* r, Turn turn) {
   // A smaller violation takes one or two iterations along any K.
   constexpr double far = 1e-10;
-  return iterate_positions(t, r, nullptr, nullptr,
-                           turn == Turn::Large && is_factor_cheap_ ? far : infinity, 0.0);
+  return iterate_positions(t, r, nullptr, nullptr, turn == Turn::Large && is_factor_cheap_ ? far : infinity, 0.0);
 }
 
 /// Projects by chord iterations along M^-1 K of the last configuration, or of that at r if the violation is above

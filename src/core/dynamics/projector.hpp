@@ -50,7 +50,7 @@ class Projector final : private ChordEquations {
   const Model& model_;
   Linearization& linearization_;
   Residuals& residuals_;
-  Contacts* contacts_;        // null if constraints are ideal
+  Contacts* contacts_;  // null if constraints are ideal
   const bool is_factor_cheap_;
   std::vector<double> rows_;  // [d] residuals, then corrections
 };

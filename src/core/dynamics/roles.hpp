@@ -60,20 +60,20 @@ class InexactSolves {
   ~InexactSolves() = default;
 };
 
-/// Watches for configurations where K has less rank than where the motion began.
+/// Watches for configurations where K has less rank than where the motion began. The numbers are those of this process;
+/// one that is not derived knows nothing, and hides nothing that others find.
 class RankMonitor {
  public:
   /// Returns the largest over the smallest mass under constraints. S may be worse conditioned than K by this factor.
-  virtual double mass_ratio() const = 0;
+  virtual double mass_ratio() const { return 1.0; }
   /// Remembers the K of the last linearisation, to compare later ones with it.
-  virtual void remember_gradients() = 0;
+  virtual void remember_gradients() {}
   /// Returns the value at the last linearisation, over the remembered one, of the singular value of K that changed most
   /// since then. A negative value means that it went through 0, 0 that rows depend, and 1 that nothing is known. The
   /// result is reliable while K has turned by less than 90 degrees.
-  virtual double compare_gradients() = 0;
+  virtual double compare_gradients() { return 1.0; }
 
- protected:
-  ~RankMonitor() = default;
+  virtual ~RankMonitor() = default;
 };
 
 /// The rounding of accelerations, m/s^2, for each group of points that forces join.
@@ -98,7 +98,8 @@ class RoundingGroups {
   /// Makes `error_ratios` allow for rounding from here on, if gain h whole is no small part of some tolerance. It then
   /// looks at the parts of errors that constraints leave, and adds gain h along to the tolerances of velocities in each
   /// group, and gain h^2 along to those of positions. For a damped scheme h is no longer than the response time of the
-  /// fastest motion in the group. Returns the largest addition to velocities over the tolerance of its group.
+  /// fastest motion in the group. Returns the largest addition to velocities over the tolerance of its group, of this
+  /// process.
   virtual double allow_rounding(const RoundingLevels& levels, const RoundingGain& gain, const StepTarget& target) = 0;
   /// Exchanges what the last call of it allowed.
   virtual void exchange_allowance(Memory& memory) = 0;
@@ -107,26 +108,26 @@ class RoundingGroups {
   ~RoundingGroups() = default;
 };
 
-/// Forces that may act only between the instants at which a scheme evaluates them.
+/// Forces that may act only between the instants at which a scheme evaluates them, on this process; one that is not
+/// derived has none.
 class ForcePassages {
  public:
-  virtual std::size_t num_points() const = 0;
+  virtual std::size_t num_points() const { return 0; }
   /// Returns the positions and velocities [3 num_points()] of all points, in r_room and v_room, or where they are
   /// already. Changes nothing that later calls depend on.
-  virtual Kinematics find_points(const Kinematics& at, double* r_room, double* v_room) = 0;
+  virtual Kinematics find_points(const Kinematics& at, double* /*r_room*/, double* /*v_room*/) { return at; }
   /// Returns true if fixed steps must look, too, and warn: for forces that act briefly, but not for angles alone, where
   /// laws end.
-  virtual bool act_briefly() const = 0;
+  virtual bool act_briefly() const { return false; }
   /// Returns the part of the step along `path` to make so that it passes no forces unseen, or 1 if it passes none.
   /// Notes in `path` where a force jumps first.
-  virtual double find_passage(PointPath* path) = 0;
+  virtual double find_passage(PointPath* /*path*/) { return 1.0; }
   /// Names two points that collide within so many seconds, pulled without bound, or returns an empty string.
-  virtual std::string find_collision(const Kinematics& points, double within) = 0;
+  virtual std::string find_collision(const Kinematics& /*points*/, double /*within*/) { return {}; }
   /// Returns true if a force may jump where points reach a certain place.
-  virtual bool may_jump() const = 0;
+  virtual bool may_jump() const { return false; }
 
- protected:
-  ~ForcePassages() = default;
+  virtual ~ForcePassages() = default;
 };
 
 /// How far a series holds.

@@ -29,8 +29,6 @@ class TangentForm final : public EquationsOfMotion {
     return {work_.scales.position_tolerances(), work_.scales.velocity_tolerances(), work_.scales.accelerations()};
   }
 
-  double largest(double own) override { return own; }
-  double sum(double own) override { return own; }
   void fetch_guests(double*, double*) override {}
   void prescribe(double, double*, double*) override {}
   /// Does nothing. Only the accelerations need a factor, and they make their own.
@@ -84,7 +82,7 @@ class TangentForm final : public EquationsOfMotion {
   const Model& model_;
   TangentLinearization linearization_;
   TangentDynamics dynamics_;
-  TangentRank rank_;
+  RankMonitor rank_;  // the condition of H = A'MA tells of singular coordinates, not how they turn
   TangentPassages passages_;
   TangentDrives drives_;
   TangentEvents events_;

@@ -10,14 +10,6 @@
 /// \file The roles of equations of motion in coordinates.
 namespace tanor::detail {
 
-/// The condition of H = A'MA tells of singular coordinates, and nothing is known about how they turn.
-class TangentRank final : public RankMonitor {
- public:
-  double mass_ratio() const override { return 1.0; }
-  void remember_gradients() override {}
-  double compare_gradients() override { return 1.0; }
-};
-
 class TangentPassages final : public ForcePassages {
  public:
   explicit TangentPassages(Workspace& work) : work_(work) {}

@@ -3,11 +3,11 @@
 #include <functional>
 #include <memory>
 #include <span>
-#include <string>
 #include <vector>
 
 #include <tanor/dynamics.hpp>
 
+#include "dynamics/decisions.hpp"
 #include "dynamics/instant.hpp"
 
 namespace tanor::detail {
@@ -21,22 +21,15 @@ class Workspace;
 /// another. It is asked wherever a number of all parts decides, so that every process takes the same branch, and where
 /// points of others are needed: the guests, which are supports here. This class is a process that is alone: every
 /// answer is its own. All functions but the const ones must be called by all processes, in the same order.
-class Team {
+class Team : public Decisions {
  public:
   virtual ~Team() = default;
   virtual bool is_alone() const { return true; }
 
   // ---- decisions ----
 
-  /// Returns the largest number of all processes. Among several, a NaN somewhere is infinite everywhere.
-  virtual double largest(double own) { return own; }
-  double smallest(double own) { return -largest(-own); }
-  bool any(bool own) { return largest(own ? 1.0 : 0.0) > 0.0; }
-  bool all(bool own) { return !any(!own); }
   /// Replaces one number for each neighbourhood here by the largest one of all its points.
   virtual void find_largest(std::span<double> /*of_neighbourhoods*/) {}
-  /// Returns the text of the first process that has one.
-  virtual std::string first_text(std::string own) { return own; }
   /// Returns the worst outcome of this work, which calls no collective function. What it throws on one process is
   /// thrown on all.
   virtual Outcome together(const std::function<Outcome()>& work) { return work(); }

@@ -242,8 +242,8 @@ void Workspace::measure_velocity_scale(double t, const double* r, const double* 
   const double acceleration = evaluate_free(t, r, v, w0.data());
   const double prescribed =
       model_.num_rows() > 0 ? constraints.evaluate_rates(model_.parallel, r, zero.data(), rows_.data()) : 0.0;
-  velocity_scale = team_->largest(
-      std::max({model_.largest_norm(v), prescribed, std::sqrt(acceleration * model_.scene_size)}));
+  velocity_scale =
+      team_->largest(std::max({model_.largest_norm(v), prescribed, std::sqrt(acceleration * model_.scene_size)}));
   if (!(velocity_scale > 0.0)) velocity_scale = 1.0;
   measure_local_speeds(r, v, w0.data());
 }

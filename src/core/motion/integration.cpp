@@ -208,8 +208,8 @@ Outcome Integration::find_collision(double within) {
   ForcePassages* const forces = mechanics_.force_passages();
   if (forces == nullptr) return {};
   std::vector<double> r(3 * forces->num_points()), v(r.size());
-  std::string found = forces->find_collision(
-      forces->find_points({state.t, state.x.data(), state.v.data()}, r.data(), v.data()), within);
+  std::string found = mechanics_.first_text(forces->find_collision(
+      forces->find_points({state.t, state.x.data(), state.v.data()}, r.data(), v.data()), within));
   return found.empty() ? Outcome{} : Outcome{Status::NotFinite, std::move(found)};
 }
 

@@ -20,7 +20,7 @@ void PassageFinder::find(RankMonitor& monitor, DenseOutput dense, const State& t
     // The fraction is irregular, so that no symmetry of a motion coincides with it.
     const double high = k < pieces ? begin + (k - 0.1371) * (1.0 - begin) / pieces : 1.0;
     if (found = go_inside(&dense, high); !found.ok()) break;
-    if (const double value = monitor.compare_gradients(); value < 0.0) {
+    if (const double value = mechanics_.smallest(monitor.compare_gradients()); value < 0.0) {
       note(dense.time(narrow(monitor, &dense, low, high, value, regular)));
       found = go_inside(&dense, high);
     }
@@ -63,7 +63,7 @@ double PassageFinder::narrow(RankMonitor& monitor, DenseOutput* dense, double lo
       const double fraction = root + side * distance * (high - low);
       if (!go_inside(dense, fraction).ok()) return root;
       fractions[count] = fraction;
-      values[count] = monitor.compare_gradients();
+      values[count] = mechanics_.smallest(monitor.compare_gradients());
       ++count;
     }
   }

@@ -34,16 +34,17 @@ double measure_bend(const Numbers& of, const double* x0, const double* v0, const
 }
 
 /// Returns the forces to look for; null for fixed steps if no force acts briefly.
-ForcePassages* find_passages(ForcePassages* all, bool adapts) {
-  return all != nullptr && (adapts || all->act_briefly()) ? all : nullptr;
+ForcePassages* find_passages(Mechanics& mechanics, bool adapts) {
+  ForcePassages* const all = mechanics.force_passages();
+  return all != nullptr && (adapts || mechanics.any(all->act_briefly())) ? all : nullptr;
 }
 
 }  // namespace
 
 Passages::Passages(const IntegrationOptions& options, Mechanics& mechanics, const Scheme& scheme)
     : mechanics_(mechanics),
-      forces_(find_passages(mechanics.force_passages(), scheme.is_adaptive())),
-      may_jump_(forces_ != nullptr && scheme.ends_at_jumps() && forces_->may_jump()) {
+      forces_(find_passages(mechanics, scheme.is_adaptive())),
+      may_jump_(forces_ != nullptr && scheme.ends_at_jumps() && mechanics.any(forces_->may_jump())) {
   // Fixed steps have no tolerance. An unseen change of velocity by one percent is worth a warning.
   constexpr double worth_a_warning = 1e-2;
   const bool adapts = scheme.is_adaptive();
@@ -179,7 +180,10 @@ double Passages::look(Scheme& scheme, const State& from, const State& to, bool b
   bend_ = measure_bend();
   positions.clear();
   refine(error);
-  return forces_->find_passage(this);
+  const double part = forces_->find_passage(this);
+  jump.before = mechanics_.smallest(jump.before);
+  jump.after = mechanics_.smallest(jump.after);
+  return mechanics_.smallest(part);
 }
 
 }  // namespace tanor::detail

@@ -30,10 +30,11 @@ Rounding::Rounding(const IntegrationOptions& options, Mechanics& mechanics)
       mechanics_(mechanics),
       groups_(options.stabilisation == Stabilisation::Projection ? mechanics.rounding_groups() : nullptr),
       num_groups_(groups_ != nullptr ? groups_->num_groups() : 0),
-      may_jump_(mechanics.force_passages() != nullptr && mechanics.force_passages()->may_jump()),
+      is_measured_(groups_ != nullptr && mechanics.any(num_groups_ > 0)),
+      may_jump_(mechanics.force_passages() != nullptr && mechanics.any(mechanics.force_passages()->may_jump())),
       whole_(num_groups_, 0.0),
       along_(num_groups_, 0.0),
-      is_due_(num_groups_ > 0 ? 1.0 : 0.0),
+      is_due_(is_measured_ ? 1.0 : 0.0),
       now_(num_groups_) {}
 
 void Rounding::note_step(const State& from) {
@@ -45,13 +46,13 @@ void Rounding::note_step(const State& from) {
   ++num_steps_;
   rejected_ = {};
   caution_ = std::max(1.0, 0.99 * caution_);
-  if (num_groups_ > 0 && num_steps_ - measured_at_ >= steps_between) is_due_ = 1.0;
+  if (is_measured_ && num_steps_ - measured_at_ >= steps_between) is_due_ = 1.0;
 }
 
 /// Takes note of a rejected step. If the error of a shorter step did not fall with its order, and rounding is a good
 /// part of it, rounding is larger than was measured. One rejection tells nothing about rounding if there was little.
 void Rounding::note_rejection(double h, double error, int order) {
-  if (num_groups_ == 0) return;
+  if (!is_measured_) return;
   if (excess_ > 0.0 || rejected_.h > 0.0) is_due_ = 1.0;
   constexpr double good_part = 0.1;
   const bool has_fallen = error < rejected_.error * std::pow(h / rejected_.h, 0.5 * order);
@@ -124,9 +125,10 @@ void Rounding::take_sample(const State& from) {
 }
 
 void Rounding::allow(const State& from, double h, const RoundingGain& gain) {
-  if (num_groups_ == 0) return;
-  excess_ = groups_->allow_rounding({whole_, along_}, {caution_ * gain.factor, gain.is_damped},
-                                    {h, options_.atol, options_.rtol, from.x.data(), from.v.data()});
+  if (!is_measured_) return;
+  const StepTarget target{h, options_.atol, options_.rtol, from.x.data(), from.v.data()};
+  excess_ =
+      mechanics_.largest(groups_->allow_rounding({whole_, along_}, {caution_ * gain.factor, gain.is_damped}, target));
 }
 
 std::string Rounding::explain() const {
@@ -139,7 +141,7 @@ std::string Rounding::explain() const {
 }
 
 void Rounding::exchange_memory(Memory& memory) {
-  if (num_groups_ == 0) return;
+  if (!is_measured_) return;
   memory.exchange(is_due_, num_samples_, num_steps_, measured_at_, caution_, rejected_.h, rejected_.error,
                   exceeding_.count, exceeding_.sum_of_excesses, exceeding_.since, whole_, along_);
 }

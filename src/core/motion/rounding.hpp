@@ -46,6 +46,7 @@ class Rounding {
   Mechanics& mechanics_;
   RoundingGroups* const groups_;  // null if rounding is not measured
   std::size_t num_groups_;
+  bool is_measured_;  // on some process
   bool may_jump_;
   std::vector<double> whole_, along_;  // see RoundingLevels
   struct {

@@ -9,7 +9,7 @@ namespace tanor::detail {
 
 void SingularConfigurations::begin(double t) {
   forget();
-  if (monitor_ != nullptr) regular_ = 1.0 / monitor_->mass_ratio();
+  if (monitor_ != nullptr) regular_ = 1.0 / mechanics_.largest(monitor_->mass_ratio());
   report_.last_reciprocal_condition = mechanics_.reciprocal_condition();
   report_.nearest_to_singular = {report_.last_reciprocal_condition, t};
   report_.rank_changes.start = report_.rank_changes.now = mechanics_.rank();
@@ -35,7 +35,7 @@ void SingularConfigurations::note(Scheme& scheme, const State& from, const State
   memory_.is_extrapolating = !step.is_stabilized;
   if (!step.is_stabilized) return;
   if (!std::isnan(memory_.remembered) && to.t > from.t) {
-    const double ratio = monitor_->compare_gradients();
+    const double ratio = mechanics_.smallest(monitor_->compare_gradients());
     if (ratio < 0.0)
       find_passages(scheme, from, to, step.is_interpolated);
     else if (memory_.is_foreseen && ratio > 0.0 && ratio != 1.0)

@@ -14,7 +14,7 @@ double least_atol(Mechanics& mechanics, const IntegrationOptions& options, std::
   if (options.atol > 0.0) return options.atol;
   constexpr double none = std::numeric_limits<double>::max();
   const double least = own.empty() ? none : *std::min_element(own.begin(), own.end());
-  const double of_all = -mechanics.largest(-least);
+  const double of_all = mechanics.smallest(least);
   return of_all < none ? of_all : options.atol;
 }
 

@@ -51,7 +51,7 @@ VanishingArms::VanishingArms(const IntegrationOptions& options, Mechanics& mecha
 void VanishingArms::watch(Arms arms) {
   arms_ = std::move(arms);
   vectors_.resize(arms_.count);
-  is_empty_ = !(mechanics_.largest(static_cast<double>(arms_.count)) > 0.0);
+  is_empty_ = !mechanics_.any(arms_.count > 0);
   for (std::vector<double>* array : {&x_, &v_}) array->resize(is_empty_ ? 0 : mechanics_.size());
 }
 
@@ -92,12 +92,12 @@ bool VanishingArms::are_short(const State& from, const State& to) {
   for (std::size_t k = 0; k < arms_.count && !is_short; ++k)
     is_short = norm(begin[k]) <= std::max(wide * std::max(norm(ahead[k] - begin[k]), norm(end[k] - begin[k])),
                                           unresolved * arms_.size(from.at(), k));
-  return mechanics_.largest(is_short ? 1.0 : 0.0) > 0.0;
+  return mechanics_.any(is_short);
 }
 
 /// Returns the first arm of all processes; nothing if there is none.
 std::optional<VanishingArms::Found> VanishingArms::agree(const Found& first) {
-  const double time = -mechanics_.largest(-first.time);
+  const double time = mechanics_.smallest(first.time);
   if (time == never) return {};
   return first.time == time ? first : Found{time, {}, {}};
 }
@@ -159,7 +159,7 @@ double VanishingArms::time_left(const Found& arm, const State& state, bool knows
 
 bool VanishingArms::is_unresolved(const Found& arm, const State& state) {
   const bool is_own = arm.own && norm(evaluate(state.at())[*arm.own]) <= unresolved * arms_.size(state.at(), *arm.own);
-  return mechanics_.largest(is_own ? 1.0 : 0.0) > 0.0;
+  return mechanics_.any(is_own);
 }
 
 double VanishingArms::rounding_of_time(const Found& arm, const State& state) {

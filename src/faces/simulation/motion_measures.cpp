@@ -31,7 +31,7 @@ constexpr double surge = 100.0;
 }  // namespace
 
 void MotionMeasures::begin() {
-  has_pairs_ = form_.largest(work_.forces.has_pairs() ? 1.0 : 0.0) > 0.0;
+  has_pairs_ = form_.any(work_.forces.has_pairs());
   const Energy energy = form_.energy(state_.t, state_.x.data(), state_.v.data());
   report_.energy.start = energy.kinetic + energy.potential;
   note(energy);
@@ -166,7 +166,7 @@ void MotionMeasures::warn_of_tolerance() {
   if (!integration_.scheme().is_adaptive() || !(options_.atol > 0.0)) return;
   double smallest = std::numeric_limits<double>::max();
   for (std::size_t k = 0; k + 1 < work_.scales.size(); ++k) smallest = std::min(smallest, work_.scales.length(k));
-  const double length = -form_.largest(-smallest);
+  const double length = form_.smallest(smallest);
   if (!(options_.atol > coarse * length)) return;
   report_.accuracy_warning = "the absolute tolerance, " + text(options_.atol) + " m, is " +
                              text(options_.atol / length) + " of the size of what moves, " + text(length) +

@@ -35,7 +35,8 @@ struct SimulatedMotion {
   Part part;
   MotionOptions options;
   SolverOptions solver_options;
-  double t_begin;  // s, where the motion began
+  double t_begin;                  // s, where the motion began
+  std::optional<Agreement> ranks;  // none if the whole system is on this rank
   Forms forms;
   std::unique_ptr<SharedMechanics> shared;  // null if the whole system is on this rank
   Workspace& work = forms.work;
@@ -72,8 +73,9 @@ struct SimulatedMotion {
         options(motion),
         solver_options(check_together(part, system, motion, solver, t_start)),
         t_begin(t_start),
-        forms(std::move(system), solver_options, t_start, team_of(part), part.is_whole() ? nullptr : part.ranks),
-        shared(part.is_whole() ? nullptr : std::make_unique<SharedMechanics>(*forms.main, *part.ranks)),
+        ranks(part.is_whole() ? std::nullopt : std::optional<Agreement>(std::in_place, *part.ranks)),
+        forms(std::move(system), solver_options, t_start, team_of(part), ranks ? &*ranks : nullptr),
+        shared(ranks ? std::make_unique<SharedMechanics>(*forms.main, *part.ranks) : nullptr),
         chosen(choose_method(motion, part, model.system, form, forms.is_tangent())),
         integration(chosen.method, {options, wants_exact_accelerations()}, form, &report) {
     note_method();
@@ -102,7 +104,7 @@ struct SimulatedMotion {
   }
 
   /// Returns true if some rank has friction. Collective.
-  bool has_friction() { return form.largest(model.has_friction() ? 1.0 : 0.0) > 0.0; }
+  bool has_friction() { return form.any(model.has_friction()); }
 
   /// Steps with such tolerances would see residuals of 1e-12 as noise. The fixed point of friction leaves as much
   /// anyway.
@@ -236,7 +238,7 @@ struct SimulatedMotion {
   }
 
   /// Returns true if some rank has such points.
-  bool are_some_rigid(const std::vector<Index>& here) { return form.largest(here.empty() ? 0.0 : 1.0) > 0.0; }
+  bool are_some_rigid(const std::vector<Index>& here) { return form.any(!here.empty()); }
 
   RankReport find_rank() {
     write_points();
@@ -390,7 +392,7 @@ struct SimulatedMotion {
     for (std::size_t k = 0; k < speeds.size(); ++k) {
       if (accelerations[k] > 0.0) time = std::min(time, std::max(speeds[k], work.scales.speed(k)) / accelerations[k]);
     }
-    time = -form.largest(-time);
+    time = form.smallest(time);
     if (!std::isfinite(time)) time = span;
     return std::min(span, time * std::pow(options.rtol, 1.0 / integration.scheme().order()));
   }

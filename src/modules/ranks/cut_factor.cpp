@@ -8,8 +8,7 @@
 
 namespace tanor::detail {
 
-CutFactor::CutFactor(Workspace& work, const Part& part, const SolverOptions& options,
-                     const std::vector<double>& blocks)
+CutFactor::CutFactor(Workspace& work, const Part& part, const SolverOptions& options, const std::vector<double>& blocks)
     : RankRevealingFactor(work, options, blocks, nullptr),
       solver_(model_, part, options.ordering, work.team().all(work.constraints.gradient_norms_are_constant())),
       rank_(work, part) {}
@@ -43,8 +42,7 @@ bool CutFactor::factorize_rows() {
   ++work_.counters.factorizations;
   const CutSolver::Quality quality = solver_.factorize(blocks_.data());
   reciprocal_condition_ = quality.reciprocal_condition;
-  return work_.team().all(quality.own_is_definite && quality.shared_is_definite &&
-                          quality.reciprocal_condition > poor);
+  return work_.team().all(quality.own_is_definite && quality.shared_is_definite && quality.reciprocal_condition > poor);
 }
 
 bool CutFactor::decide_rank_again(const double* r, RankScope scope) {

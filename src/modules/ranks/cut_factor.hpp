@@ -8,8 +8,8 @@
 
 namespace tanor::detail {
 
-/// The factor of S where constraints reach from rank to rank. If it looks singular, all ranks decide together which rows
-/// of K take no part.
+/// The factor of S where constraints reach from rank to rank. If it looks singular, all ranks decide together which
+/// rows of K take no part.
 class CutFactor final : public RankRevealingFactor {
  public:
   CutFactor(Workspace& work, const Part& part, const SolverOptions& options, const std::vector<double>& blocks);

@@ -14,7 +14,8 @@ namespace tanor::detail {
 
 /// The rows of K that depend on others, where constraints reach from rank to rank. S raises the suspicion; then every
 /// rank receives all of K and decides by QR, as Redundancy does on one rank. Dependent rows take no part in S: their
-/// multipliers are 0 unless `minimize_norm` shares the load out again. Functions are collective but those about one row.
+/// multipliers are 0 unless `minimize_norm` shares the load out again. Functions are collective but those about one
+/// row.
 class CutRank final : public Dependences {
  public:
   CutRank(Workspace& work, const Part& part);

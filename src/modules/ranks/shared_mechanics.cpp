@@ -32,32 +32,26 @@ SharedMechanics::SharedMechanics(EquationsOfMotion& own, Ranks& ranks)
       throw InputError("", "guides with corners move on one rank alone; one is " + corners->name_term(0));
     return Outcome{};
   });
+  const Roles here = own.roles();
   const auto somebody_has = [&](const void* role) { return agreement_.any(role != nullptr); };
-  if (agreement_.all(own.step_projector() != nullptr))
-    projector_ = std::make_unique<Projector>(*own.step_projector(), *this);
-  if (somebody_has(own.rank_monitor())) monitor_ = std::make_unique<Monitor>(own.rank_monitor(), *this);
-  // Friction on any rank rules out the measurement of rounding.
-  if (agreement_.all(own.rounding_groups() != nullptr))
-    rounding_ = std::make_unique<Rounding>(*own.rounding_groups(), *this);
-  if (somebody_has(own.force_passages())) passages_ = std::make_unique<Passages>(own.force_passages(), *this);
-  if (somebody_has(own.drives())) drives_ = std::make_unique<Drives>(own.drives(), *this);
-  if (somebody_has(own.events())) events_ = std::make_unique<Events>(own.events(), *this);
-  if (agreement_.all(own.implicit_formulation() != nullptr))
-    implicit_ = std::make_unique<Implicit>(*own.implicit_formulation(), *this);
+  const auto all_have = [&](const void* role) { return agreement_.all(role != nullptr); };
+  if (all_have(here.step_projector)) projector_ = std::make_unique<Projector>(*here.step_projector, *this);
+  if (somebody_has(here.drives)) drives_ = std::make_unique<Drives>(here.drives, *this);
+  if (somebody_has(here.events)) events_ = std::make_unique<Events>(here.events, *this);
+  if (all_have(here.implicit_formulation)) implicit_ = std::make_unique<Implicit>(*here.implicit_formulation, *this);
+  const auto or_none = [&]<class Role>(Role* role, Role* none) { return somebody_has(role) && !role ? none : role; };
+  roles_ = {.step_projector = projector_.get(),
+            .inexact_solves = here.inexact_solves,
+            .rank_monitor = or_none(here.rank_monitor, &no_monitor_),
+            // Friction on any rank rules out the measurement of rounding.
+            .rounding_groups = all_have(here.rounding_groups) ? here.rounding_groups : nullptr,
+            .force_passages = or_none(here.force_passages, &no_passages_),
+            .drives = drives_.get(),
+            .events = events_.get(),
+            .implicit_formulation = implicit_.get()};
 }
 
 SharedMechanics::~SharedMechanics() = default;
-
-Roles SharedMechanics::roles() {
-  return {.step_projector = projector_.get(),
-          .inexact_solves = own_.inexact_solves(),
-          .rank_monitor = monitor_.get(),
-          .rounding_groups = rounding_.get(),
-          .force_passages = passages_.get(),
-          .drives = drives_.get(),
-          .events = events_.get(),
-          .implicit_formulation = implicit_.get()};
-}
 
 SeriesExpansion* SharedMechanics::series(std::string* why_not) {
   if (!looked_for_series_) {

@@ -18,7 +18,8 @@ namespace tanor::detail {
 /// reaches from rank to rank, ranks tell each other nothing else.
 ///
 /// A role exists if some rank has it (series, projections of steps, rounding and implicit equations: if all have). A
-/// rank without it gives an answer that changes nothing.
+/// rank without it gives an answer that changes nothing. The numbers of some roles are a rank's own, and who asks for
+/// them agrees on them (see roles.hpp).
 class SharedMechanics final : public EquationsOfMotion {
  public:
   /// `own` outlives it.
@@ -32,6 +33,7 @@ class SharedMechanics final : public EquationsOfMotion {
   PointTolerances point_tolerances() const override { return own_.point_tolerances(); }
   double largest(double own) override { return agreement_.largest(own); }
   double sum(double own) override { return agreement_.sum(own); }
+  std::string first_text(std::string own) override { return agreement_.first_text(std::move(own)); }
 
   /// Not collective. What it throws is thrown on all ranks by the next call that finds accelerations or projects.
   void prescribe(double t, double* x, double* v) override { prescription_.prescribe(t, x, v); }
@@ -45,7 +47,7 @@ class SharedMechanics final : public EquationsOfMotion {
   ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) override;
   void exchange_memory(Memory& memory) override { own_.exchange_memory(memory); }
 
-  Roles roles() override;
+  Roles roles() override { return roles_; }
   SeriesExpansion* series(std::string* why_not) override;
 
   StartReport start(double t, double* r, double* v, StartMode mode) override {
@@ -78,9 +80,6 @@ class SharedMechanics final : public EquationsOfMotion {
 
  private:
   class Projector;
-  class Monitor;
-  class Rounding;
-  class Passages;
   class Series;
   class Drives;
   class Events;
@@ -103,9 +102,9 @@ class SharedMechanics final : public EquationsOfMotion {
   double reciprocal_condition_ = 1.0;  // state after the last linearisation
   std::size_t own_rank_ = 0, rank_ = 0;
   std::unique_ptr<Projector> projector_;
-  std::unique_ptr<Monitor> monitor_;
-  std::unique_ptr<Rounding> rounding_;
-  std::unique_ptr<Passages> passages_;
+  Roles roles_;
+  RankMonitor no_monitor_;
+  ForcePassages no_passages_;
   std::unique_ptr<Series> series_;
   std::unique_ptr<Drives> drives_;
   std::unique_ptr<Events> events_;
