@@ -7,6 +7,7 @@
 
 #include "dynamics/implicit_equations.hpp"
 #include "ranks/agreement.hpp"
+#include "ranks/shared_mechanics.hpp"
 
 namespace tanor::detail {
 
@@ -25,9 +26,27 @@ class SharedImplicitEquations final : public ImplicitEquations {
   }
 
   Outcome evaluate(double t, const double* x, const double* v, const double* lambda, double* a, double* rows,
-                   Power* power) override;
-  double evaluate_positions(double t, const double* x, double* xi) override;
-  void linearise(double t, const double* x, const double* v, const double* lambda) override;
+                   Power* power) override {
+    Outcome found = agreement_.together([&] { return own_->evaluate(t, x, v, lambda, a, rows, power); });
+    if (found.ok() && power != nullptr) *power = sum_powers(ranks_, *power);
+    return found;
+  }
+  double evaluate_positions(double t, const double* x, double* xi) override {
+    double violation = 0.0;
+    (void)agreement_.together(
+        [&] {
+          violation = own_->evaluate_positions(t, x, xi);
+          return Outcome{};
+        },
+        {&violation, 1});
+    return violation;
+  }
+  void linearise(double t, const double* x, const double* v, const double* lambda) override {
+    (void)agreement_.together([&] {
+      own_->linearise(t, x, v, lambda);
+      return Outcome{};
+    });
+  }
   void add_stiffness(const double* dx, double* a, double* rows) override { own_->add_stiffness(dx, a, rows); }
   Outcome factorize(const NewtonWeights<double>& weights) override {
     return agreement_.together([&] { return own_->factorize(weights); });

@@ -21,9 +21,9 @@ SharedMechanics::SharedMechanics(EquationsOfMotion& own, Ranks& ranks)
     : own_(own),
       ranks_(ranks),
       agreement_(ranks),
-      prescription_(own, agreement_),
       keeps_variables_(agreement_.all(own.keeps_variables())),
       has_work_(agreement_.any(own.has_work())),
+      is_settled_first_(agreement_.any(own.is_prescribed_together())),
       own_rank_(own.rank()),
       rank_(static_cast<std::size_t>(agreement_.sum(static_cast<double>(own.rank())))) {
   (void)agreement_.together([&] {
@@ -71,11 +71,27 @@ SeriesExpansion* SharedMechanics::series(std::string* why_not) {
 
 // ---- what all ranks say ----
 
+/// Work that is collective itself begins on all ranks or on none, so that they agree on an earlier failure first.
+template <class Work>
+Outcome SharedMechanics::together(const Work& work, std::span<double> numbers) {
+  const auto settle = [&] {
+    if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
+    return Outcome{};
+  };
+  if (is_settled_first_) (void)agreement_.together(settle);
+  return agreement_.together(
+      [&] {
+        (void)settle();
+        return work();
+      },
+      numbers);
+}
+
 /// Concludes with `numbers`, of which the largest count, and takes over the state of the last linearisation.
 template <class Work>
 Outcome SharedMechanics::conclude_with(const Work& work, std::span<double> numbers) {
   std::vector<double> all(numbers.size() + 2);
-  Outcome outcome = prescription_.together(
+  Outcome outcome = together(
       [&] {
         Outcome own = work();
         std::copy(numbers.begin(), numbers.end(), all.begin());
@@ -129,6 +145,14 @@ ProjectionReport SharedMechanics::conclude_projection(const Work& work) {
 }
 
 // ---- Mechanics ----
+
+void SharedMechanics::prescribe(double t, double* x, double* v) {
+  try {
+    own_.prescribe(t, x, v);
+  } catch (...) {
+    if (!failure_) failure_ = std::current_exception();
+  }
+}
 
 Outcome SharedMechanics::linearise(double t, const double* x) {
   return conclude([&] { return own_.linearise(t, x); });

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <exception>
 #include <functional>
 #include <memory>
 #include <string>
@@ -9,7 +10,6 @@
 
 #include "dynamics/equations_of_motion.hpp"
 #include "ranks/agreement.hpp"
-#include "ranks/shared_prescription.hpp"
 
 namespace tanor::detail {
 
@@ -36,7 +36,7 @@ class SharedMechanics final : public EquationsOfMotion {
   std::string first_text(std::string own) override { return agreement_.first_text(std::move(own)); }
 
   /// Not collective. What it throws is thrown on all ranks by the next call that finds accelerations or projects.
-  void prescribe(double t, double* x, double* v) override { prescription_.prescribe(t, x, v); }
+  void prescribe(double t, double* x, double* v) override;
   Outcome linearise(double t, const double* x) override;
   double reciprocal_condition() const override { return reciprocal_condition_; }
   std::size_t rank() const override { return rank_; }
@@ -85,6 +85,9 @@ class SharedMechanics final : public EquationsOfMotion {
   class Events;
   class Implicit;
 
+  /// Agrees on the outcome of work(), and on what `prescribe` has thrown. Collective.
+  template <class Work>
+  Outcome together(const Work& work, std::span<double> numbers = {});
   /// Runs work() -> Outcome, which may linearise, and returns what all ranks say of it.
   template <class Work>
   Outcome conclude(const Work& work, const AccelerationOutput& to = nullptr);
@@ -97,8 +100,8 @@ class SharedMechanics final : public EquationsOfMotion {
   EquationsOfMotion& own_;
   Ranks& ranks_;
   Agreement agreement_;
-  SharedPrescription prescription_;
-  bool keeps_variables_, has_work_;
+  bool keeps_variables_, has_work_, is_settled_first_;
+  std::exception_ptr failure_;         // of `prescribe` since the ranks last agreed; none if null
   double reciprocal_condition_ = 1.0;  // state after the last linearisation
   std::size_t own_rank_ = 0, rank_ = 0;
   std::unique_ptr<Projector> projector_;

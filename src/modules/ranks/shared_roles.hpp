@@ -30,7 +30,7 @@ class SharedMechanics::Projector final : public StepProjector {
   const Vec3* uniform_acceleration() const override { return is_uniform_ ? own_.uniform_acceleration() : nullptr; }
   std::size_t num_moving() const override { return own_.num_moving(); }
   Outcome free_accelerations(const Kinematics& at, const Request& request, double* a) override {
-    return mechanics_.prescription_.together([&] { return own_.free_accelerations(at, request, a); });
+    return mechanics_.together([&] { return own_.free_accelerations(at, request, a); });
   }
   ProjectionReport project_step(double t, double h, const PointSource& source, double* x,
                                 double* step_velocity) override {
@@ -72,7 +72,7 @@ class SharedMechanics::Series final : public SeriesExpansion {
   bool leaves_out_terms() const override { return leaves_out_terms_; }
   Power power_along(const Kinematics& at, int terms) override {
     Power own;
-    (void)mechanics_.prescription_.together([&] {
+    (void)mechanics_.together([&] {
       own = own_.power_along(at, terms);
       return Outcome{};
     });
