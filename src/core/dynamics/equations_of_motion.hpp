@@ -11,10 +11,6 @@ class EquationsOfMotion : public Mechanics {
   /// Moves r and v to the nearest consistent start in the M-norm. `StartMode::Check` throws InputError naming the worst
   /// violation.
   virtual StartReport start(double t, double* r, double* v, StartMode mode) = 0;
-  /// Moves r [3n] to the nearest point on the constraints, and v [3n] to the nearest velocity with K'v + xi_t = 0 (K at
-  /// an admissible r), in the M-norm.
-  virtual ProjectionReport project_point_positions(double t, double* r) = 0;
-  virtual ProjectionReport project_point_velocities(double t, const double* r, double* v) = 0;
   /// Computes the form's own x and x' of a consistent (r, v), `size()` numbers each.
   virtual Outcome set_state(double t, const double* r, const double* v, double* x, double* x_dot) = 0;
   /// Writes r, v and w of all points from x, x' and x'', and from the reactions that were found with x''.
@@ -24,6 +20,21 @@ class EquationsOfMotion : public Mechanics {
   /// stick or to slide. May change x' of those contacts by rounding.
   virtual Outcome begin(double t, const double* x, double* x_dot, const Request& request,
                         const AccelerationOutput& to) = 0;
+  /// Fetches the states of points on other processes that equations of this process need. A null `v` is not fetched.
+  virtual void fetch_guests(double* r, double* v) = 0;
+
+  virtual Energy energy(double t, const double* x, const double* v) = 0;
+  /// Returns the potential energy with all points at r [3n], J.
+  virtual double potential(double t, const double* r) = 0;
+};
+
+/// The equations of this process: beside what all processes decide together, what each does for itself.
+class OwnEquations : public EquationsOfMotion {
+ public:
+  /// Moves r [3n] to the nearest point on the constraints, and v [3n] to the nearest velocity with K'v + xi_t = 0 (K at
+  /// an admissible r), in the M-norm.
+  virtual ProjectionReport project_point_positions(double t, double* r) = 0;
+  virtual ProjectionReport project_point_velocities(double t, const double* r, double* v) = 0;
   /// Chooses the variables that serve best around (x, x'), after an accepted step, where its last accelerations were
   /// found. Transforms x'' and what was found with it as well.
   virtual void recentre(double t, double* x, double* x_dot, double* x_ddot, Reactions* found) = 0;
@@ -33,12 +44,6 @@ class EquationsOfMotion : public Mechanics {
   /// True if other processes take part in the calls of this form, and `prescribe` may throw here alone. All of them
   /// must know of it before the next call.
   virtual bool is_prescribed_together() const { return false; }
-  /// Fetches the states of points on other processes that equations of this process need. A null `v` is not fetched.
-  virtual void fetch_guests(double* r, double* v) = 0;
-
-  virtual Energy energy(double t, const double* x, const double* v) = 0;
-  /// Returns the potential energy with all points at r [3n], J.
-  virtual double potential(double t, const double* r) = 0;
   /// Writes eta [3n] of the reactions found with accelerations at this state, where K stands. At supports it is the
   /// force of the constraints.
   virtual void write_reactions(const Kinematics& at, const Reactions& found, double* eta) = 0;

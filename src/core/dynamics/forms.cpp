@@ -11,13 +11,15 @@
 namespace tanor::detail {
 
 Forms::Forms(System system, const SolverOptions& options, double t, const Workspace::MakeTeam& make_team,
-             Decisions* all)
-    : work(std::move(system), options, t, make_team), all_(all != nullptr ? *all : alone_), start_time_(t) {
-  const bool has_coordinates = all_.any(!work.coordinates.empty()), has_constraints = all_.any(model.num_rows() > 0);
+             Decisions* processes)
+    : work(std::move(system), options, t, make_team), start_time_(t) {
+  Team alone;
+  Decisions& all = processes != nullptr ? *processes : alone;
+  const bool has_coordinates = all.any(!work.coordinates.empty()), has_constraints = all.any(model.num_rows() > 0);
   const auto refuse = [](const std::string& what) { throw InputError("/solver/form", what); };
-  const bool is_asked_for = all_.any(options.form == Form::Tangent || options.form == Form::Both);
+  const bool is_asked_for = all.any(options.form == Form::Tangent || options.form == Form::Both);
   const auto wanted = static_cast<double>(options.form);
-  if ((has_coordinates || is_asked_for) && all_.largest(wanted) != all_.smallest(wanted))
+  if ((has_coordinates || is_asked_for) && all.largest(wanted) != all.smallest(wanted))
     refuse("some ranks ask for another form than others");
   if (!has_coordinates && options.form == Form::Tangent) refuse("the tangent form needs coordinates; none are given");
   if (!has_coordinates && options.form == Form::Both) refuse("both forms need coordinates too; none are given");
@@ -28,21 +30,21 @@ Forms::Forms(System system, const SolverOptions& options, double t, const Worksp
   if (has_constraints || !has_coordinates) normal = std::make_unique<MultiplierForm>(work, options);
   if (has_coordinates) tangent = std::make_unique<TangentForm>(work, options);
   if (tangent != nullptr && model.has_friction()) tangent->dynamics().take_friction_from(normal.get());
-  choose(options.form);
+  choose(options.form, all);
   make_plan();
 }
 
 /// Chooses the cheaper one of the available forms. A mechanism with few coordinates gets the tangent form, a chain the
 /// normal form.
-void Forms::choose(Form wanted) {
+void Forms::choose(Form wanted, Decisions& all) {
   const auto is_cheaper = [&] {
-    return all_.sum(normal->predicted_flops() - tangent->dynamics().completed().predicted_flops()) >= 0.0;
+    return all.sum(normal->predicted_flops() - tangent->dynamics().completed().predicted_flops()) >= 0.0;
   };
   const bool prefers_tangent =
-      normal == nullptr || (tangent != nullptr && !all_.any(model.has_friction()) && is_cheaper());
+      normal == nullptr || (tangent != nullptr && !all.any(model.has_friction()) && is_cheaper());
   const bool is_tangent = wanted == Form::Tangent || (wanted != Form::Normal && tangent != nullptr && prefers_tangent);
   reason_ = prefers_tangent == is_tangent ? "more flops" : "the other one was asked for";
-  main = is_tangent ? static_cast<EquationsOfMotion*>(tangent.get()) : normal.get();
+  main = is_tangent ? static_cast<OwnEquations*>(tangent.get()) : normal.get();
 }
 
 void Forms::make_plan() {
@@ -140,7 +142,7 @@ RankReport Forms::rank(const double* r, bool thoroughly) {
 
 Outcome Forms::solve_other(const Kinematics& at, const Request& request, double* w, double* eta) {
   const auto [t, r, v] = at;
-  EquationsOfMotion* const other = is_tangent() ? static_cast<EquationsOfMotion*>(normal.get()) : tangent.get();
+  OwnEquations* const other = is_tangent() ? static_cast<OwnEquations*>(normal.get()) : tangent.get();
   for (std::vector<double>* array : {&x_, &x_dot_, &x_ddot_}) array->resize(other->size());
   std::vector<double> places(r, r + 3 * model.num_points()), rates(v, v + 3 * model.num_points());
   if (Outcome outcome = other->set_state(t, r, v, x_.data(), x_dot_.data()); !outcome.ok()) return outcome;

@@ -15,16 +15,16 @@ namespace tanor::detail {
 class Forms {
  public:
   /// Validates the system, with checks and "initial" values at the time `t`. Throws InputError if the system cannot
-  /// have the requested form. `all` are the processes that have parts of one system, which choose the same form; null
+  /// have the requested form. `processes` have parts of one system, which choose the same form; null
   /// if the whole system is here. `make_team` is empty if nothing reaches from one to another. Collective.
   Forms(System system, const SolverOptions& options, double t = 0.0, const Workspace::MakeTeam& make_team = {},
-        Decisions* all = nullptr);
+        Decisions* processes = nullptr);
 
   Workspace work;
   const Model& model{work.model()};
   std::unique_ptr<MultiplierForm> normal;  ///< null if coordinates alone are given
   std::unique_ptr<TangentForm> tangent;    ///< null if no coordinates are given
-  EquationsOfMotion* main = nullptr;       ///< the form that steps and answers
+  OwnEquations* main = nullptr;            ///< the form that steps and answers
   PlanSummary plan;
 
   double start_time() const { return start_time_; }  ///< the time of "initial" values
@@ -53,12 +53,10 @@ class Forms {
   RankReport rank(const double* r, bool thoroughly);
 
  private:
-  void choose(Form wanted);
+  void choose(Form wanted, Decisions& all);
   void check_completeness(double t, const double* r);
   void make_plan();
 
-  Team alone_;
-  Decisions& all_;
   double start_time_;
   std::string reason_;                                 // why the other form does not step
   std::vector<double> scratch_, other_w_, other_eta_;  // [3n]

@@ -54,7 +54,7 @@ class PointRounding final : public RoundingGroups {
 };
 
 /// Equations of motion whose variables are the positions of points themselves.
-class PointForm : public EquationsOfMotion {
+class PointForm : public OwnEquations {
  public:
   std::size_t size() const final { return 3 * model_.num_points(); }
   bool keeps_variables() const final { return true; }

@@ -43,7 +43,7 @@ Roles TangentForm::roles() {
 
 Outcome TangentForm::begin(double t, const double* q, double* q_dot, const Request& request,
                            const AccelerationOutput& to) {
-  if (EquationsOfMotion* const friction = dynamics_.friction(); friction != nullptr) {
+  if (OwnEquations* const friction = dynamics_.friction(); friction != nullptr) {
     linearization_.evaluate(t, q, q_dot, false);
     std::vector<double> v = linearization_.v(), w(v.size());
     Outcome outcome = friction->begin(t, linearization_.r().data(), v.data(), request, {w.data(), nullptr, to.report});
@@ -134,7 +134,7 @@ void TangentForm::write_points(const Kinematics& at, const double*, const Reacti
 
 void TangentForm::recentre(double t, double* q, double* q_dot, double* q_ddot, Reactions* found) {
   if (work_.coordinates.has_charts()) dynamics_.complete(found);  // in the charts that q belongs to
-  if (EquationsOfMotion* const friction = dynamics_.friction(); friction != nullptr) {
+  if (OwnEquations* const friction = dynamics_.friction(); friction != nullptr) {
     r_from_ = linearization_.r();
     v_from_ = linearization_.v();
     friction->recentre(t, r_from_.data(), v_from_.data(), nullptr, found);

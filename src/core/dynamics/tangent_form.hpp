@@ -16,7 +16,7 @@ class TangentCorners;
 
 /// The equations of motion in tangent form, in the variables q of r = r(q, t) (see TangentDynamics). There is no drift,
 /// since r(q, t) stays on the constraints by itself. Nothing is projected.
-class TangentForm final : public EquationsOfMotion {
+class TangentForm final : public OwnEquations {
  public:
   TangentForm(Workspace& work, const SolverOptions& options);
   ~TangentForm() override;

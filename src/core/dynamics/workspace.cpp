@@ -289,7 +289,7 @@ double Workspace::potential(double t, const double* r) {
   return forces.potential(model_.parallel, t, r) - team_->potential_elsewhere(t, r);
 }
 
-/// What forces do to guests is not work of supports.
+/// Forces on guests do no work of supports.
 Power Workspace::power(double of_constraints, const Kinematics& at) {
   Power result;
   if (is_rheonomic_) {

@@ -150,7 +150,7 @@ ObservedInstant Simulation::Implementation::look_inside(double t, const double* 
     form.write_points(here, at_a.data(), found, points.r.data(), points.v.data(), points.w.data());
     if (needs.friction) {
       std::vector<double> tau(points.r.size());
-      form.write_friction(found, tau.data());
+      forms.main->write_friction(found, tau.data());
       seen.friction.resize(tau.size());
       model.numbering.scatter_points(tau, seen.friction);
     }

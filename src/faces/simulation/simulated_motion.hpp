@@ -35,13 +35,12 @@ struct SimulatedMotion {
   Part part;
   MotionOptions options;
   SolverOptions solver_options;
-  double t_begin;                  // s, where the motion began
-  std::optional<Agreement> ranks;  // none if the whole system is on this rank
+  double t_begin;  // s, where the motion began
   Forms forms;
   std::unique_ptr<SharedMechanics> shared;  // null if the whole system is on this rank
   Workspace& work = forms.work;
   const Model& model = forms.model;
-  EquationsOfMotion& form = shared != nullptr ? *shared : *forms.main;
+  EquationsOfMotion& form = shared != nullptr ? static_cast<EquationsOfMotion&>(*shared) : *forms.main;
   Outcome outcome;
   MotionReport report;
   ChosenMethod chosen;
@@ -73,9 +72,8 @@ struct SimulatedMotion {
         options(motion),
         solver_options(check_together(part, system, motion, solver, t_start)),
         t_begin(t_start),
-        ranks(part.is_whole() ? std::nullopt : std::optional<Agreement>(std::in_place, *part.ranks)),
-        forms(std::move(system), solver_options, t_start, team_of(part), ranks ? &*ranks : nullptr),
-        shared(ranks ? std::make_unique<SharedMechanics>(*forms.main, *part.ranks) : nullptr),
+        forms(std::move(system), solver_options, t_start, team_of(part), agreement_of(part).get()),
+        shared(part.is_whole() ? nullptr : std::make_unique<SharedMechanics>(*forms.main, *part.ranks)),
         chosen(choose_method(motion, part, model.system, form, forms.is_tangent())),
         integration(chosen.method, {options, wants_exact_accelerations()}, form, &report) {
     note_method();
@@ -113,6 +111,9 @@ struct SimulatedMotion {
     return !has_fixed_steps(chosen.method) && options.rtol < demanding && !has_friction();
   }
 
+  static std::unique_ptr<Team> agreement_of(const Part& part) {
+    return part.is_whole() ? nullptr : std::make_unique<Agreement>(*part.ranks);
+  }
   /// Equations that reach from rank to rank need a team. Whole islands do without.
   static Workspace::MakeTeam team_of(const Part& part) {
     if (part.is_whole() || !part.is_cut()) return {};
@@ -185,7 +186,7 @@ struct SimulatedMotion {
     report = snapshot.report;
     note_method();
     report.time = snapshot.time;
-    form.resume(report.counters, report.times);
+    forms.main->resume(report.counters, report.times);
 
     state.t = snapshot.time;
     model.numbering.gather_points(snapshot.positions, points.r);
@@ -331,14 +332,14 @@ struct SimulatedMotion {
   std::vector<double> friction_forces() {
     std::vector<double> tau(points.r.size()), at(points.r.size());
     if (!is_advancing) {
-      form.write_friction(state.reactions, tau.data());
+      forms.main->write_friction(state.reactions, tau.data());
     } else if (has_friction()) {
       const Look look(this);
       std::vector<double> at_a(form.size());
       Reactions found = form.no_reactions();
       const Outcome solved = form.accelerations(state.at(), integration.request(Gradients::Evaluate),
                                                 {at_a.data(), nullptr, nullptr, &found});
-      if (solved.ok()) form.write_friction(found, tau.data());
+      if (solved.ok()) forms.main->write_friction(found, tau.data());
     }
     model.numbering.scatter_points(tau, at);
     at.resize(3 * system().num_points());
@@ -370,7 +371,7 @@ struct SimulatedMotion {
     form.write_points(state.at(), at_a.data(), reactions, points.r.data(), points.v.data(), points.w.data());
     found = forms.reactions({state.at(), points.at(state.t)}, {}, reactions, scratch.rows.data(), at_eta.data());
     if (!found.ok()) return make_failed_certificate(found);
-    form.write_friction(reactions, at_tau.data());
+    forms.main->write_friction(reactions, at_tau.data());
     Certificate certificate =
         detail::certify(forms, {state.t, points.r, points.v, points.w, at_eta, scratch.rows, at_tau, solved.friction});
     verify_observables(reactions, at_tau, &certificate);
@@ -442,7 +443,7 @@ struct SimulatedMotion {
 
   /// Takes over an accepted step.
   void take(const StepResult& step) {
-    form.recentre(state.t, state.x.data(), state.v.data(), state.a.data(), &state.reactions);
+    forms.main->recentre(state.t, state.x.data(), state.v.data(), state.a.data(), &state.reactions);
     measures.take(step, outcome.ok());
     observe_step();
   }

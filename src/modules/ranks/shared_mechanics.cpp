@@ -17,7 +17,7 @@ Power sum_powers(Ranks& ranks, const Power& own) {
   return {.supports = all[0], .forces = all[1], .potentials = all[2], .friction = all[3]};
 }
 
-SharedMechanics::SharedMechanics(EquationsOfMotion& own, Ranks& ranks)
+SharedMechanics::SharedMechanics(OwnEquations& own, Ranks& ranks)
     : own_(own),
       ranks_(ranks),
       agreement_(ranks),
@@ -42,10 +42,10 @@ SharedMechanics::SharedMechanics(EquationsOfMotion& own, Ranks& ranks)
   const auto or_none = [&]<class Role>(Role* role, Role* none) { return somebody_has(role) && !role ? none : role; };
   roles_ = {.step_projector = projector_.get(),
             .inexact_solves = here.inexact_solves,
-            .rank_monitor = or_none(here.rank_monitor, &no_monitor_),
+            .rank_monitor = or_none(here.rank_monitor, &none_.monitor),
             // Friction on any rank rules out the measurement of rounding.
             .rounding_groups = all_have(here.rounding_groups) ? here.rounding_groups : nullptr,
-            .force_passages = or_none(here.force_passages, &no_passages_),
+            .force_passages = or_none(here.force_passages, &none_.passages),
             .drives = drives_.get(),
             .events = events_.get(),
             .implicit_formulation = implicit_.get()};
@@ -54,18 +54,17 @@ SharedMechanics::SharedMechanics(EquationsOfMotion& own, Ranks& ranks)
 SharedMechanics::~SharedMechanics() = default;
 
 SeriesExpansion* SharedMechanics::series(std::string* why_not) {
-  if (!looked_for_series_) {
+  if (!why_no_series_) {
     std::string why_not_here;
     SeriesExpansion* own = nullptr;
     (void)agreement_.together([&] {
       own = own_.series(&why_not_here);
       return Outcome{};
     });
-    looked_for_series_ = true;
     why_no_series_ = agreement_.first_text(why_not_here);
-    if (why_no_series_.empty()) series_ = std::make_unique<Series>(*own, *this);
+    if (why_no_series_->empty()) series_ = std::make_unique<Series>(*own, *this);
   }
-  if (why_not != nullptr) *why_not = why_no_series_;
+  if (why_not != nullptr) *why_not = *why_no_series_;
   return series_.get();
 }
 
@@ -193,14 +192,6 @@ StartReport SharedMechanics::conclude_start(const std::function<StartReport()>& 
   report.velocity_correction = numbers[1];
   report.relative = numbers[2];
   return report;
-}
-
-ProjectionReport SharedMechanics::project_point_positions(double t, double* r) {
-  return conclude_projection([&] { return own_.project_point_positions(t, r); });
-}
-
-ProjectionReport SharedMechanics::project_point_velocities(double t, const double* r, double* v) {
-  return conclude_projection([&] { return own_.project_point_velocities(t, r, v); });
 }
 
 Outcome SharedMechanics::set_state(double t, const double* r, const double* v, double* x, double* x_dot) {

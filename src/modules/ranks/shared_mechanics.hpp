@@ -3,6 +3,7 @@
 #include <exception>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,7 +24,7 @@ namespace tanor::detail {
 class SharedMechanics final : public EquationsOfMotion {
  public:
   /// `own` outlives it.
-  SharedMechanics(EquationsOfMotion& own, Ranks& ranks);
+  SharedMechanics(OwnEquations& own, Ranks& ranks);
   ~SharedMechanics() override;
 
   std::size_t size() const override { return own_.size(); }
@@ -55,8 +56,6 @@ class SharedMechanics final : public EquationsOfMotion {
   }
   /// Returns what all ranks say together of a start that each of them makes on its own.
   StartReport conclude_start(const std::function<StartReport()>& start);
-  ProjectionReport project_point_positions(double t, double* r) override;
-  ProjectionReport project_point_velocities(double t, const double* r, double* v) override;
   Outcome set_state(double t, const double* r, const double* v, double* x, double* x_dot) override;
   void write_points(const Kinematics& at, const double* x_ddot, const Reactions& found, double* r, double* v,
                     double* w) override {
@@ -64,19 +63,9 @@ class SharedMechanics final : public EquationsOfMotion {
   }
   Outcome begin(double t, const double* x, double* x_dot, const Request& request,
                 const AccelerationOutput& to) override;
-  void recentre(double t, double* x, double* x_dot, double* x_ddot, Reactions* found) override {
-    own_.recentre(t, x, x_dot, x_ddot, found);
-  }
-  void resume(const Counters& counters, const PhaseTimes& times) override { own_.resume(counters, times); }
   void fetch_guests(double* r, double* v) override { own_.fetch_guests(r, v); }
   Energy energy(double t, const double* x, const double* v) override;
   double potential(double t, const double* r) override { return agreement_.sum(own_.potential(t, r)); }
-  void write_reactions(const Kinematics& at, const Reactions& found, double* eta) override {
-    own_.write_reactions(at, found, eta);
-  }
-  void minimize_multipliers(const Kinematics& at, double* lambda) override { own_.minimize_multipliers(at, lambda); }
-  void write_friction(const Reactions& found, double* tau) const override { own_.write_friction(found, tau); }
-  void describe(PlanSummary* plan) const override { own_.describe(plan); }
 
  private:
   class Projector;
@@ -97,7 +86,7 @@ class SharedMechanics final : public EquationsOfMotion {
   template <class Work>
   Outcome conclude_with(const Work& work, std::span<double> numbers);
 
-  EquationsOfMotion& own_;
+  OwnEquations& own_;
   Ranks& ranks_;
   Agreement agreement_;
   bool keeps_variables_, has_work_, is_settled_first_;
@@ -106,14 +95,15 @@ class SharedMechanics final : public EquationsOfMotion {
   std::size_t own_rank_ = 0, rank_ = 0;
   std::unique_ptr<Projector> projector_;
   Roles roles_;
-  RankMonitor no_monitor_;
-  ForcePassages no_passages_;
+  struct {
+    RankMonitor monitor;
+    ForcePassages passages;
+  } none_;  // roles of a rank without them
   std::unique_ptr<Series> series_;
   std::unique_ptr<Drives> drives_;
   std::unique_ptr<Events> events_;
   std::unique_ptr<Implicit> implicit_;
-  std::string why_no_series_;  // of the first rank that has none, once the ranks have looked
-  bool looked_for_series_ = false;
+  std::optional<std::string> why_no_series_;  // of the first rank that has none, once the ranks have looked
 };
 
 /// Returns the powers of all ranks together.
