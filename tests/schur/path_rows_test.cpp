@@ -141,6 +141,26 @@ TEST(PathRows, AnyNumberOfThreadsFindsTheSameBits) {
     append(b);
     append(lambda);
     append(w);
+    // Every other call, with points from elsewhere where there may be some.
+    std::vector<double> given = rows.r, r = given, v = rows.v, sum = lambda;
+    for (std::size_t i = 0; i < 3 * model.num_moving(); ++i) {
+      given[i] += 1e-5 * std::sin(static_cast<double>(i));
+      r[i] = std::nan("");
+    }
+    const CopiedPoints source(given, &r);
+    for (double& each : sum) each *= 1e-9;
+    const Projection at =
+        rows.solver.project_positions(model.parallel, blocks.data(), 1e-13, r.data(), &source, sum.data());
+    EXPECT_LE(at.violation, 1e-11);  // the ends are some 1e4 lengths away, where places round to 2e-12
+    append(r);
+    append(sum);
+    (void)rows.solver.project_velocities(model.parallel, blocks.data(), 1e-13, r.data(), v.data(), sum.data());
+    append(v);
+    append(sum);
+    rows.solver.correct(model.parallel, blocks.data(), b.data(), w.data());
+    rows.solver.add_reactions(model.parallel, blocks.data(), lambda.data(), w.data());
+    append(b);
+    append(w);
   }
   for (const std::vector<double>& each : found) EXPECT_TRUE(each == found.front());
 }

@@ -76,6 +76,7 @@ void add_group(const IslandStructure& structure, std::span<const Island> members
                   .has_supports = num_supports > 0};
   plan->row.resize(plan->row.size() + num_lanes * group.num_rods);
   plan->point.resize(plan->point.size() + num_lanes * group.num_places);
+  group.ends_island.fill(true);
   for (std::size_t lane = 0; lane < num_lanes; ++lane) {
     const Island& island = members[std::min(lane, members.size() - 1)];
     const Index first = island.first_point;

@@ -251,7 +251,7 @@ void GroupSeries::expand(const Expansion& expansion, const GroveVisit& visit) {
   if (!solve.is_first()) visit.down(each(down(solve.before(passes))));
   for (const LaneGroup& group : visit.groups()) {
     for (std::size_t lane = 0; lane < num_lanes; ++lane) {
-      if (group.has_joint_as_root[lane]) continue;
+      if (!group.ends_island[lane]) continue;
       const FoundTerms found = counts ? terms.found(lane, order) : FoundTerms{order};
       const auto [first, end] = groups_.plan().islands[static_cast<std::size_t>(group.island[lane])];
       room.longest = std::min(room.longest, found.longest);

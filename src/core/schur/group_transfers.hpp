@@ -24,13 +24,14 @@ class GroupTransfers {
   const Index* point_list() const { return points_; }  ///< ~point if it is not to be written
   void read_points(const double* from, Pack3<>* to) const;
   void write_points(const Pack3<>* from, double* to) const;
+  /// Adds numbers to points, or to rows, of which no two lanes have the same one.
   void add_points(const Pack3<>* from, double* to) const;
   void read_rows(const double* from, Pack<>* to) const;
   void write_rows(const Pack<>* from, double* to) const;
   void add_rows(const Pack<>* from, double* to) const;
   void read_blocks(const double* from, Pack3<>* to) const;
   void write_blocks(const Pack3<>* from, double* to) const;
-  /// Returns the block of a rod, or that of a row, in one lane.
+  /// Returns the block, or the number, of a rod in one lane that has a member.
   Vec3 block(const double* blocks, std::size_t rod, std::size_t lane) const;
   double row(const double* rows, std::size_t rod, std::size_t lane) const {
     return rows[rows_[rod * num_lanes + lane]];

@@ -123,7 +123,7 @@ void LaneGroups::Group::take_joints(Pack3<>* points) {
 
 /// Returns the arrays that the next pieces of a path begin with.
 lanes::Upcoming LaneGroups::Group::upcoming(std::array<const double*, 3> arrays) const {
-  if (!is_path() || next() == nullptr || next()->points.count == 0) return {};
+  if (!is_path() || next() == nullptr) return {};
   const Index point = next()->points.first[0];
   const bool are_blocks_in_order = next()->blocks.count > 0;
   return {{arrays[0] + 3 * point, arrays[1] != nullptr ? arrays[1] + 3 * point : nullptr,
@@ -200,7 +200,7 @@ void LaneGroups::Group::substitute_down(Pack3<>* points, const Pack3<>* known, b
   Pack3<> force = may_hang ? own_joint().dw : Pack3<>{};
   for (std::size_t lane = 0; lane < num_lanes && may_hang; ++lane) {
     const std::size_t own = std::min(lane, group_.num_members - 1);
-    set_lane(&force, lane, group_.has_joint_as_root[lane] ? Vec3{force.x[own], force.y[own], force.z[own]} : Vec3{});
+    set_lane(&force, lane, group_.ends_island[lane] ? Vec3{} : Vec3{force.x[own], force.y[own], force.z[own]});
   }
   lanes::substitute_down(in_.shape, in_.points.inverse_mass, in_.rods, lambda_is_known, may_hang ? &force : nullptr,
                          in_.dw, points);
@@ -213,8 +213,8 @@ void LaneGroups::Group::substitute_down(const double* blocks, const Vec3* unifor
   if (is_path()) {
     read_directions(blocks);
     take_separators();
-    lanes::finish_pieces(in_.shape, in_.points, in_.rods, upcoming({w, nullptr, blocks}), in_.dw, everywhere,
-                         uniform != nullptr ? work_.w.data() : nullptr, own_.residual);
+    lanes::accelerate_pieces(in_.shape, in_.points, in_.rods, false, upcoming({w, nullptr, blocks}), everywhere, in_.dw,
+                             uniform != nullptr ? work_.w.data() : nullptr, own_.residual);
     for_separators([&](Separator* own, std::size_t lane) {
       own->first_dw = lane_of(in_.dw[0], lane);
       own->last_dw = lane_of(in_.dw[group_.num_rods - 1], lane);
@@ -269,10 +269,15 @@ void LaneGroups::Group::evaluate_rates(const double* r, const double* v) {
 
 void LaneGroups::Group::move(const double* blocks, bool lambda_is_known, double* points) {
   read_directions(blocks);
-  take_separators();
-  lanes::accelerate_pieces(in_.shape, in_.points, in_.rods, lambda_is_known, upcoming({points, nullptr, blocks}),
-                           in_.dw);
-  add_points(in_.dw, points);
+  if (is_path()) {
+    take_separators();
+    lanes::accelerate_pieces(in_.shape, in_.points, in_.rods, lambda_is_known, upcoming({points, nullptr, blocks}), {},
+                             in_.dw, nullptr, nullptr);
+    return add_points(in_.dw, points);
+  }
+  read_points(points, own_.points);
+  substitute_down(own_.points, nullptr, lambda_is_known);
+  write_points(own_.points, points);
 }
 
 // ---- in and out ----

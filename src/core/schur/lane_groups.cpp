@@ -98,7 +98,8 @@ void LaneGroups::find_places() {
     const Index* const end = point + num_lanes * found.points.count;
     const auto is_own = [](Index own) { return own >= 0; };
     found.own_points = static_cast<std::size_t>(std::find_if_not(point, end, is_own) - point) / num_lanes;
-    if (group.is_padded || group.num_rods == 1) continue;
+    // The rods of a path that are left over are few in a row, and are moved one by one in less time.
+    if (group.is_padded || (group.num_rods == 1 && !plan_.paths.empty())) continue;
     found.rows = find_sequences(plan_.row.data() + group.first_rod * num_lanes, group.num_rods, 1);
     found.blocks = find_sequences(block_.data() + group.first_rod * num_lanes, group.num_rods, 3);
   }

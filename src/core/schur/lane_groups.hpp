@@ -32,7 +32,7 @@ class LaneGroups {
   /// Returns how many threads are worth their while on so many rods in lanes.
   std::size_t num_shares(std::size_t num_slots, const Parallel& parallel) const;
 
-  /// Returns those of a path.
+  /// Returns the separators of a path.
   std::span<Separator> separators(std::size_t path) {
     const auto [first, end, is_ring] = plan_.paths[path];
     return std::span(separators_).subspan(first, end - first);
@@ -46,7 +46,7 @@ class LaneGroups {
     std::vector<Pack3<>> r, v, w, s, dw;
     std::vector<lanes::Mobility> mobility;
     lanes::Border border;
-    // of a grove, [rod], [place] and [group]; of paths, all but b are of one group
+    // of a grove, [rod], [place] and [group]; those of a path are of one group, but for b and what was found
     std::vector<Pack3<>> u, directions, points;
     Packs b, z, sum, right_side, residual;
     // found in all groves
@@ -120,9 +120,10 @@ class LaneGroups::Group : public GroupTransfers {
   void evaluate_values();
   void evaluate_rates();
   void add_multipliers();
-  /// Evaluates the violation of the points of a path, which do not stay in lanes, and moves them there.
+  /// Evaluates the violation of the points of a path, which do not stay in lanes.
   void evaluate_values(const double* r);
   void evaluate_rates(const double* r, const double* v);
+  /// Finds lambda, unless it is known, and computes points += dw in memory. Separators have theirs.
   void move(const double* blocks, bool lambda_is_known, double* points);
 
   // ---- what pieces hand to one another ----
@@ -145,7 +146,7 @@ class LaneGroups::Group : public GroupTransfers {
     Pack3<>* dw;
   };
   const Arrays& arrays() const { return in_; }
-  /// The group's part of the arrays of its grove.
+  /// The group's part of the arrays of its grove. Of a path, points, directions and sums are the thread's.
   struct Own {
     Pack3<>*points, *directions;         ///< positions or velocities that are projected; u there
     Pack<>*sum, *right_side, *residual;  ///< sums of multipliers [rod]; what was found

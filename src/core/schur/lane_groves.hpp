@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "base/parallel.hpp"
-#include "plan/thresholds.hpp"
 #include "schur/lane_groups.hpp"
 
 namespace tanor::detail {
@@ -36,7 +35,7 @@ class GroveVisit {
     for (const LaneGroup& group : groups_) {
       for (std::size_t lane = 0; lane < group.num_members; ++lane) {
         const auto [first, end] = all_.plan().islands[static_cast<std::size_t>(group.island[lane])];
-        if (!group.has_joint_as_root[lane]) bring(source, first, end);
+        if (group.ends_island[lane]) bring(source, first, end);
       }
     }
   }
@@ -45,6 +44,7 @@ class GroveVisit {
     const auto [first, end] = all_.plan().islands[static_cast<std::size_t>(group.island[0])];
     const Index begin = &group == groups_.data() ? first : next_point_;
     const Index last = all_.plan().point[(group.first_place + group.num_places) * num_lanes - 1];
+    // Groups of single rods are the last ones.
     next_point_ = group.num_rods > 1 ? (last < 0 ? ~last : last) + 1 : end;
     bring(source, begin, next_point_);
   }
@@ -110,7 +110,7 @@ class GroveVisit {
   std::span<const std::size_t> levels_;
   std::span<const LaneGroup> groups_;
   std::size_t workspace_;
-  mutable Index next_point_ = 0;  // of a path, which was not brought
+  mutable Index next_point_ = 0;  // the first one that was not brought: groups of a path go in their order
 };
 
 /// Calls work(visit) for each grove. All threads work on a grove that is more than one thread's share, one after the

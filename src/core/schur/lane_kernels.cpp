@@ -258,25 +258,14 @@ void finish(const Shape& shape_of, const Points& points_of, const Rods& rods_of,
                     });
 }
 
-void finish_pieces(const Shape& shape_of, const Points& points_of, const Rods& rods_of, const Upcoming& upcoming_of,
-                   Pack3<>* dw, Vec3 uniform, Pack3<>* w, Pack<>* residual) {
-  for_each_part([ =, shape_at = &shape_of, points_at = &points_of, rods_at = &rods_of, upcoming_at = &
-                  upcoming_of ](const auto& part) __attribute__((always_inline)) {
-    const Shape shape = *shape_at;
-    const Rods rods = *rods_at;
-    substitute_piece_down(part, shape, rods);
-    accelerate_piece(part, shape, points_at->inverse_mass, rods, *upcoming_at, dw, uniform, w, residual);
-  });
-}
-
 void accelerate_pieces(const Shape& shape_of, const Points& points_of, const Rods& rods_of, bool lambda_is_known,
-                       const Upcoming& upcoming_of, Pack3<>* dw) {
+                       const Upcoming& upcoming_of, Vec3 uniform, Pack3<>* dw, Pack3<>* w, Pack<>* residual) {
   for_each_part([ =, shape_at = &shape_of, points_at = &points_of, rods_at = &rods_of, upcoming_at = &
                   upcoming_of ](const auto& part) __attribute__((always_inline)) {
     const Shape shape = *shape_at;
     const Rods rods = *rods_at;
     if (!lambda_is_known) substitute_piece_down(part, shape, rods);
-    accelerate_piece(part, shape, points_at->inverse_mass, rods, *upcoming_at, dw, {}, nullptr, nullptr);
+    accelerate_piece(part, shape, points_at->inverse_mass, rods, *upcoming_at, dw, uniform, w, residual);
   });
 }
 

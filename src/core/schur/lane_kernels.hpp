@@ -147,16 +147,13 @@ void evaluate_and_eliminate(const Shape& shape, const Motion& motion, const Poin
 /// = K lambda, and the rest as `accelerate`. Includes the residual and the right side of islands in what was found.
 void finish(const Shape& shape, const Points& points, const Rods& rods, bool is_substituted, Pack3<>* F,
             const Pack3<>* w0, Vec3 uniform, Pack3<>* w, const Pack<>* right_side, Findings* found);
-/// Ends that of pieces of paths. If `w` is null, dw is computed alone. Finds the residual but for that of separators.
-/// `upcoming` are arrays for the next pieces.
-void finish_pieces(const Shape& shape, const Points& points, const Rods& rods, const Upcoming& upcoming, Pack3<>* dw,
-                   Vec3 uniform, Pack3<>* w, Pack<>* residual);
-/// Computes dw = M^-1 K lambda of pieces of paths, and lambda unless it is known.
+/// Ends that of pieces of paths: lambda, unless it is known, and dw = M^-1 K lambda. Also computes w := w0 + dw and the
+/// residual, but for that of separators, unless these are null. `upcoming` are arrays for the next pieces.
 void accelerate_pieces(const Shape& shape, const Points& points, const Rods& rods, bool lambda_is_known,
-                       const Upcoming& upcoming, Pack3<>* dw);
-/// Computes the forces F = K lambda, and points += F/m unless these are null. On the way down pieces,
-/// lambda = -z/d - (h/d).F_p, or L'^-1 D^-1 y, takes z's place, unless it is known. If there is a force on the roots
-/// from outside, it is added to F.
+                       const Upcoming& upcoming, Vec3 uniform, Pack3<>* dw, Pack3<>* w, Pack<>* residual);
+/// Computes the forces F = K lambda, and points += F/m unless these are null; of paths, lambda alone. On the way down
+/// pieces, lambda = -z/d - (h/d).F_p, or L'^-1 D^-1 y, takes z's place, unless it is known. If there is a force on the
+/// roots from outside, it is added to F.
 void substitute_down(const Shape& shape, const Pack<>* inverse_mass, const Rods& rods, bool lambda_is_known,
                      const Pack3<>* on_roots, Pack3<>* F, Pack3<>* points);
 /// Computes dw = F/m in F's place and w := w0 + dw. If w0 is null, it is `uniform` for all points.

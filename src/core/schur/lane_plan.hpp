@@ -29,10 +29,10 @@ struct LaneGroup {
   std::size_t first_rod = 0, first_place = 0, first_factor = 0;  ///< starts in the arrays of lanes
   std::size_t first_joint = 0, end_joint = 0;                    ///< of JointPlace
   std::size_t num_members = 0;
-  const IslandStructure* structure = nullptr;       ///< of equal islands; null for pieces
-  std::array<std::size_t, num_lanes> separator{};   ///< [lane] of pieces of paths
-  std::array<Index, num_lanes> island{};            ///< [lane] that of the member
-  std::array<bool, num_lanes> has_joint_as_root{};  ///< [lane] false at the root of a tree and the end of a path
+  const IslandStructure* structure = nullptr;      ///< of equal islands; null for pieces
+  std::array<std::size_t, num_lanes> separator{};  ///< [lane] of pieces of paths
+  std::array<Index, num_lanes> island{};           ///< [lane] that of the member
+  std::array<bool, num_lanes> ends_island{};  ///< [lane] true at an island, the root of a tree and the end of a path
   bool have_same_parents = true, is_padded = false, has_supports = false;
   bool stands_alone = true;  ///< is a grove by itself
 
@@ -57,7 +57,7 @@ struct LanePlan {
   std::vector<std::unique_ptr<const IslandStructure>> structures;
   std::vector<LaneGroup> groups;
   std::vector<std::size_t> level_start{0}, grove_start{0};  ///< the first group of a level; the first level of a grove
-  std::vector<Index> parent;                                ///< [rod][lane] place in the group, of pieces
+  std::vector<Index> parent;                                ///< [rod][lane] place in the group, of trees
   std::vector<Index> row;                                   ///< [rod][lane]
   std::vector<Index> point;  ///< [place][lane]; ~point where the motion of the point is not the member's to write
   std::vector<JointPlace> joints;

@@ -130,7 +130,7 @@ void LaneSolver::note_findings(const GroveVisit& visit) {
   });
   for (const LaneGroup& group : groups) {
     for (std::size_t lane = 0; lane < num_lanes; ++lane) {
-      if (group.has_joint_as_root[lane]) continue;
+      if (!group.ends_island[lane]) continue;
       Elimination& own = of_island_[static_cast<std::size_t>(group.island[lane])];
       work.found.include(own.largest_right_side, own.residual);
       own = {};
@@ -193,9 +193,11 @@ Elimination LaneSolver::solve(const Parallel& parallel, const FreeMotion& motion
       group.substitute_down(blocks, motion.uniform, w);
       group.write_rows(group.arrays().rods.z, lambda);
     });
-    grove.up([](Group& group) {
-      if (group.plan().has_joints()) group.find_residual();
-    });
+    if (!groups_.plan().joints.empty()) {
+      grove.up([](Group& group) {
+        if (group.plan().has_joints()) group.find_residual();
+      });
+    }
     note_findings(grove);
   });
   return found();
@@ -259,20 +261,13 @@ void LaneSolver::correct(const Parallel& parallel, const double* blocks, double*
       // Islands whose series are in lanes have rows of 0, see MultiplierSeries.
       if (grove.stands_alone()) is_needed = !are_zero(group.arrays().rods.b, group.plan().num_rods);
       if (!is_needed) return;
-      if (!grove.is_of_paths()) group.read_directions(blocks);
       group.read_separators(blocks);
       group.substitute_up();
     });
     if (!is_needed) return;
     grove.solve_separators();
     grove.down([&](Group& group) {
-      if (grove.is_of_paths()) {
-        group.move(blocks, false, points);
-      } else {
-        group.read_points(points, group.own().points);
-        group.substitute_down(group.own().points);
-        group.write_points(group.own().points, points);
-      }
+      group.move(blocks, false, points);
       group.write_rows(group.arrays().rods.z, rows);
     });
   });
@@ -286,11 +281,7 @@ void LaneSolver::add_reactions(const GroveVisit& grove, const double* blocks, co
   if (grove.is_of_paths()) grove.up([&](Group& group) { group.read_separators(blocks, rows); });
   grove.down([&](Group& group) {
     group.read_rows(rows, group.arrays().rods.z);
-    if (grove.is_of_paths()) return group.move(blocks, true, points);
-    group.read_directions(blocks);
-    group.read_points(points, group.own().points);
-    group.substitute_down(group.own().points, nullptr, true);
-    group.write_points(group.own().points, points);
+    group.move(blocks, true, points);
   });
 }
 
@@ -388,8 +379,12 @@ Projection LaneSolver::project_velocities(const Parallel& parallel, const double
                                           const double* r, double* v, double* sum) {
   groups_.take_lengths();
   visit(parallel, [&](const GroveVisit& grove) {
+    if (grove.is_of_paths()) {
+      grove.up([&](Group& group) { group.read_separators(blocks); });
+      return project(
+          grove, target, [&](Group& group) { group.evaluate_rates(r, v); }, move_paths(blocks, v, sum));
+    }
     grove.up([&](Group& group) {
-      if (grove.is_of_paths()) return group.read_separators(blocks);
       group.read_points(v, group.own().points);
       group.find_directions(r, group.own().directions);
       group.read_directions(blocks);
@@ -398,10 +393,6 @@ Projection LaneSolver::project_velocities(const Parallel& parallel, const double
       group.call_for_blocks(blocks);
       if (sum != nullptr) group.read_rows(sum, group.own().sum);
     });
-    if (grove.is_of_paths()) {
-      return project(
-          grove, target, [&](Group& group) { group.evaluate_rates(r, v); }, move_paths(blocks, v, sum));
-    }
     project_in_lanes(
         grove, target, false, [](Group& group) { group.evaluate_rates(); }, v, sum);
   });

@@ -10,7 +10,7 @@
 
 namespace tanor::detail {
 
-/// Solves islands of rods in groups of eight equal fronts, side by side in the lanes of a vector. The system alone
+/// Solves islands of rods in groups of eight islands or pieces, side by side in the lanes of a vector. The system alone
 /// decides which of them share a vector.
 ///
 /// Batches are islands of which many have one topology. Their elimination is written down once for a topology. Trees

@@ -101,7 +101,7 @@ class PathCutter {
       if (is_there) row[num_lanes * (k - 1)] = static_cast<Index>(piece.first_row + k - 1);
     }
     group->island[lane] = piece.island;
-    group->has_joint_as_root[lane] = !piece.is_last(length);
+    group->ends_island[lane] = piece.is_last(length);
     group->has_supports = group->has_supports || begins_at_support || path.ends_at_support(piece.last_row(length));
     if (is_there) group->separator[lane] = piece.separator;
   }

@@ -21,7 +21,6 @@ struct RodRows {
   std::vector<Vec3> offset;                                          ///< [row] as in RodKernel; empty if there are none
   std::vector<std::pair<std::size_t, const MovingScalar*>> lengths;  ///< lengths that depend on time, by row
 
-  RodRows() = default;
   RodRows(const Constraints& constraints, std::size_t num_rows)
       : ends(num_rows, {-1, -1}), block(num_rows), constant_length(num_rows) {
     const auto read = [&]<bool Timed, bool Shifted>(const Family<RodKernel<Timed, Shifted>>& rods) {

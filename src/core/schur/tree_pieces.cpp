@@ -307,7 +307,7 @@ class Grouping {
     Index* const parent = result_.parent.data() + num_lanes * group->first_rod + lane;
     Index* const row = result_.row.data() + num_lanes * group->first_rod + lane;
     group->island[lane] = static_cast<Index>(piece.tree);
-    group->has_joint_as_root[lane] = piece.above != none;
+    group->ends_island[lane] = piece.above == none;
     for (std::size_t k = 0; k < pad; ++k) {
       row[num_lanes * k] = -1;
       parent[num_lanes * k] = static_cast<Index>(group->num_rods + 1);
