@@ -287,7 +287,7 @@ void LaneSolver::add_reactions(const GroveVisit& grove, const double* blocks, co
 
 // ---- projections ----
 
-/// Calls evaluate(group), which finds the violation, and move(group), which moves points by M^-1 K S^-1 (-violation).
+/// Calls evaluate(group), which finds the violation, and move(), which moves points by M^-1 K S^-1 (-violation).
 template <class Evaluate, class Move>
 void LaneSolver::project(const GroveVisit& grove, double target, const Evaluate& evaluate, const Move& move) {
   LaneGroups::Workspace& work = groups_.workspaces()[grove.workspace()];
@@ -302,34 +302,34 @@ void LaneSolver::project(const GroveVisit& grove, double target, const Evaluate&
         for (std::size_t k = 0; k < grove.groups().size(); ++k) violation.see(work.right_side.data()[k]);
         return violation.read();
       },
-      [&] {
-        grove.solve_separators();
-        grove.down(move);
-      });
+      move);
   work.projection.violation = larger(work.projection.violation, reached.violation);
   work.projection.iterations = std::max(work.projection.iterations, reached.iterations);
 }
 
-namespace {
-
-/// Returns what moves points of paths, which do not stay in lanes.
-auto move_paths(const double* blocks, double* points, double* sum) {
-  return [=](LaneGroups::Group& group) {
-    group.move(blocks, false, points);
-    if (sum != nullptr) group.add_rows(group.arrays().rods.z, sum);
-  };
+/// Does so with points of paths, which do not stay in lanes.
+template <class Evaluate>
+void LaneSolver::project_paths(const GroveVisit& grove, const double* blocks, double target, const Evaluate& evaluate,
+                               double* points, double* sum) {
+  project(grove, target, evaluate, [&] {
+    grove.solve_separators();
+    grove.down([&](Group& group) {
+      group.move(blocks, false, points);
+      if (sum != nullptr) group.add_rows(group.arrays().rods.z, sum);
+    });
+  });
 }
-
-}  // namespace
 
 /// Does so with points that stay in lanes. `was_moved` says that joints do not have theirs yet.
 template <class Evaluate>
 void LaneSolver::project_in_lanes(const GroveVisit& grove, double target, bool was_moved, const Evaluate& evaluate,
                                   double* points, double* sum) {
-  const auto move = [&](Group& group) {
+  const auto move = [&] {
     was_moved = true;
-    group.substitute_down(group.own().points);
-    if (sum != nullptr) group.add_multipliers();
+    grove.down([&](Group& group) {
+      group.substitute_down(group.own().points);
+      if (sum != nullptr) group.add_multipliers();
+    });
   };
   const auto take_and_evaluate = [&](Group& group) {
     if (was_moved) group.take_joints(group.own().points);
@@ -371,8 +371,8 @@ void LaneSolver::project_positions_of_paths(const GroveVisit& grove, const doubl
     group.read_separators(blocks);
   });
   if (sum != nullptr) add_reactions(grove, blocks, sum, r);
-  project(
-      grove, target, [&](Group& group) { group.evaluate_values(r); }, move_paths(blocks, r, sum));
+  project_paths(
+      grove, blocks, target, [&](Group& group) { group.evaluate_values(r); }, r, sum);
 }
 
 Projection LaneSolver::project_velocities(const Parallel& parallel, const double* blocks, double target,
@@ -381,8 +381,8 @@ Projection LaneSolver::project_velocities(const Parallel& parallel, const double
   visit(parallel, [&](const GroveVisit& grove) {
     if (grove.is_of_paths()) {
       grove.up([&](Group& group) { group.read_separators(blocks); });
-      return project(
-          grove, target, [&](Group& group) { group.evaluate_rates(r, v); }, move_paths(blocks, v, sum));
+      return project_paths(
+          grove, blocks, target, [&](Group& group) { group.evaluate_rates(r, v); }, v, sum);
     }
     grove.up([&](Group& group) {
       group.read_points(v, group.own().points);

@@ -56,6 +56,9 @@ class LaneSolver final : public IslandSolver {
   template <class Evaluate, class Move>
   void project(const GroveVisit& visit, double target, const Evaluate& evaluate, const Move& move);
   template <class Evaluate>
+  void project_paths(const GroveVisit& visit, const double* blocks, double target, const Evaluate& evaluate,
+                     double* points, double* sum);
+  template <class Evaluate>
   void project_in_lanes(const GroveVisit& visit, double target, bool was_moved, const Evaluate& evaluate,
                         double* points, double* sum);
   void project_positions_of_paths(const GroveVisit& visit, const double* blocks, double target, double* r,
