@@ -149,14 +149,14 @@ template <class Lanes>
                                                      typename Lanes::Lane* largest) {
   using Lane = typename Lanes::Lane;
   const auto& [topology, schedule] = structure;
-  const auto u = [&](int k) __attribute__((always_inline)) {
-    return part.of(rods.u[k]);
+  const auto u = [ part, from = rods.u ](int k) __attribute__((always_inline)) {
+    return part.of(from[k]);
   };
-  const auto mass = [&](int point) __attribute__((always_inline)) {
+  const auto mass = [ part, inverse_mass ](int point) __attribute__((always_inline)) {
     return part.of(inverse_mass[point]);
   };
-  const auto factor = [&](int slot) __attribute__((always_inline))->Lane& {
-    return part.of(rods.factor[slot]);
+  const auto factor = [ part, to = rods.factor ](int slot) __attribute__((always_inline))->Lane& {
+    return part.of(to[slot]);
   };
   for (int slot = 0; slot < schedule.num_slots; ++slot) factor(slot) = Lane{};
   for (const auto& [slot, a, b, point, sign] : schedule.products) factor(slot) += sign * mass(point) * dot(u(a), u(b));
@@ -181,11 +181,11 @@ template <class Lanes>
 [[gnu::always_inline]] inline void substitute(const Lanes& part, const IslandSchedule& schedule, const EqualEnds& ends,
                                               const Pack3<>* s, const Rods& rods) {
   using Lane = typename Lanes::Lane;
-  const auto factor = [&](int slot) __attribute__((always_inline)) {
-    return part.of(rods.factor[slot]);
+  const auto factor = [ part, from = rods.factor ](int slot) __attribute__((always_inline)) {
+    return part.of(from[slot]);
   };
-  const auto x = [&](std::size_t a) __attribute__((always_inline))->Lane& {
-    return part.of(rods.z[a]);
+  const auto x = [ part, to = rods.z ](std::size_t a) __attribute__((always_inline))->Lane& {
+    return part.of(to[a]);
   };
   const auto row_of = [&](int slot) __attribute__((always_inline)) {
     return static_cast<std::size_t>(schedule.slot_row[static_cast<std::size_t>(slot)]);
