@@ -1,4 +1,4 @@
-/// What solvers in lanes report and move is compared with K and M, row by row and island by island.
+/// Compares the reports and the moves of solvers in lanes with K and M, row by row and island by island.
 
 #include <gtest/gtest.h>
 
