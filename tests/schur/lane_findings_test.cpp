@@ -82,29 +82,46 @@ std::string name_of(const Case& each) {
          " islands, the first of " + std::to_string(each.islands[0].size()) + " rods";
 }
 
+/// Many islands, which threads share.
+std::vector<Case> cases_of_many(AnyNumbers* any) {
+  return {{LinearSolver::Trees, copies_of(tree_of(31, any), 900)},
+          {LinearSolver::Paths, copies_of(path_of(90), 400)},
+          {LinearSolver::Batches, copies_of(ring_of(5), 6000)}};
+}
+
+/// The islands of a case with K and the factor of their places.
+struct Factorized : SolverAtPlace {
+  std::vector<double> blocks;
+
+  Factorized(const System& system, LinearSolver kind, int threads = 1)
+      : SolverAtPlace(system, kind, threads), blocks(3 * work.constraints.num_blocks()) {
+    EXPECT_GT(solver.linearise(model.parallel, r.data(), nullptr, blocks.data()).reciprocal_condition, 0.0);
+  }
+  Factorized(const Case& each, AnyNumbers* any, int threads = 1)
+      : Factorized(make_islands(each.islands, any), each.solver, threads) {}
+};
+
 /// Moving one point after the factor was made leaves a residual in the rows beside it alone.
 TEST(LaneFindings, AKeptFactorTellsTheResidualOfEachIsland) {
   AnyNumbers any(61);
   for (const Case& each : cases(&any)) {
     SCOPED_TRACE(name_of(each));
-    SolverAtPlace at(make_islands(each.islands, &any), each.solver);
+    Factorized at(each, &any);
     const Model& model = at.model;
     Constraints& constraints = at.work.constraints;
-    std::vector<double> blocks(3 * constraints.num_blocks()), b(model.num_rows()), scratch(b), lambda(b),
-        w0(at.r.size());
+    std::vector<double> b(model.num_rows()), scratch(b), lambda(b), w0(at.r.size());
     for (double& w : w0) w = 5.0 * any();
-    ASSERT_GT(at.solver.linearise(model.parallel, at.r.data(), nullptr, blocks.data()).reciprocal_condition, 0.0);
     for (std::size_t point = 0; point < model.num_moving(); point += 1 + model.num_moving() / 60) {
       std::vector<double> r = at.r, w = w0;
       for (std::size_t c = 0; c < 3; ++c) r[3 * point + c] += 0.1 * any();
-      constraints.evaluate_gradients(model.parallel, r.data(), blocks.data());
+      constraints.evaluate_gradients(model.parallel, r.data(), at.blocks.data());
       (void)constraints.evaluate_right_side(model.parallel, r.data(), at.v.data(), w.data(), b.data(), nullptr);
       std::vector<double> rest = b;
       const Elimination found = at.solver.solve(model.parallel, {r.data(), at.v.data(), w.data()}, FactorUse::Keep,
-                                                blocks.data(), scratch.data(), lambda.data(), w.data());
+                                                at.blocks.data(), scratch.data(), lambda.data(), w.data());
       for (const Incidence& one : model.incidences) {
         const Vec3 dw = load(w.data(), one.point) - load(w0.data(), one.point);
-        rest[static_cast<std::size_t>(one.row)] += one.sign * dot(load(blocks.data(), one.block), dw);
+        rest[static_cast<std::size_t>(one.row)] += one.sign * dot(load(at.blocks.data(), one.block), dw);
       }
       double own = 0.0;
       for (std::size_t island = 0; island < model.numbering.num_islands(); ++island) {
@@ -129,35 +146,34 @@ TEST(LaneFindings, MultipliersActAlongTheBlocksThatAreGiven) {
   for (const Case& each : cases(&any)) {
     if (each.solver == LinearSolver::Trees) continue;
     SCOPED_TRACE(name_of(each));
-    SolverAtPlace at(make_islands(each.islands, &any), each.solver);
+    Factorized at(each, &any);
     const Model& model = at.model;
-    std::vector<double> blocks(3 * at.work.constraints.num_blocks()), rows(model.num_rows());
-    ASSERT_GT(at.solver.linearise(model.parallel, at.r.data(), nullptr, blocks.data()).reciprocal_condition, 0.0);
-    for (double& x : blocks) x *= 1.0 + 0.02 * any();
+    std::vector<double> rows(model.num_rows());
+    for (double& x : at.blocks) x *= 1.0 + 0.02 * any();
     const auto expect_along_blocks = [&](std::vector<double> before, const std::vector<double>& after,
                                          const std::vector<double>& multipliers) {
-      model.gather.add_scaled(model.parallel, blocks.data(), multipliers.data(), model.inverse_mass.data(),
+      model.gather.add_scaled(model.parallel, at.blocks.data(), multipliers.data(), model.inverse_mass.data(),
                               model.num_moving(), before.data());
       EXPECT_LE(largest_difference(before, after), 1e-12 * (1.0 + largest(after)));
     };
     std::vector<double> points(at.r.size());
     for (double& row : rows) row = any();
-    at.solver.correct(model.parallel, blocks.data(), rows.data(), points.data());
+    at.solver.correct(model.parallel, at.blocks.data(), rows.data(), points.data());
     expect_along_blocks(std::vector<double>(points.size()), points, rows);
 
     // Each call comes after another one at the factor's own configuration.
-    std::vector<double> own(blocks.size()), v = at.v, r = at.r, sum(rows.size());
+    std::vector<double> own(at.blocks.size()), v = at.v, r = at.r, sum(rows.size());
     (void)at.solver.linearise(model.parallel, at.r.data(), nullptr, own.data());
-    (void)at.solver.project_velocities(model.parallel, blocks.data(), 1e-12, at.r.data(), v.data(), sum.data());
+    (void)at.solver.project_velocities(model.parallel, at.blocks.data(), 1e-12, at.r.data(), v.data(), sum.data());
     expect_along_blocks(at.v, v, sum);
     (void)at.solver.linearise(model.parallel, at.r.data(), nullptr, own.data());
     for (std::size_t i = 0; i < 3 * model.num_moving(); ++i) r[i] += 1e-3 * any();
     const std::vector<double> before = r;
-    (void)at.solver.project_positions(model.parallel, blocks.data(), 1e-12, r.data(), nullptr, nullptr);
+    (void)at.solver.project_positions(model.parallel, at.blocks.data(), 1e-12, r.data(), nullptr, nullptr);
     std::vector<double> guided = before;
     std::ranges::fill(sum, 0.0);
     (void)at.solver.linearise(model.parallel, at.r.data(), nullptr, own.data());
-    (void)at.solver.project_positions(model.parallel, blocks.data(), 1e-12, guided.data(), nullptr, sum.data());
+    (void)at.solver.project_positions(model.parallel, at.blocks.data(), 1e-12, guided.data(), nullptr, sum.data());
     expect_along_blocks(before, guided, sum);
     EXPECT_LE(largest_difference(r, guided), 1e-12 * largest(r));
   }
@@ -167,19 +183,18 @@ TEST(LaneFindings, AGuessOfMultipliersMovesPoints) {
   AnyNumbers any(63);
   for (const Case& each : cases(&any)) {
     SCOPED_TRACE(name_of(each));
-    SolverAtPlace at(make_islands(each.islands, &any), each.solver);
+    Factorized at(each, &any);
     const Model& model = at.model;
-    std::vector<double> blocks(3 * at.work.constraints.num_blocks()), sum(model.num_rows()), r = at.r;
-    ASSERT_GT(at.solver.linearise(model.parallel, at.r.data(), nullptr, blocks.data()).reciprocal_condition, 0.0);
+    std::vector<double> sum(model.num_rows()), r = at.r;
     for (double& row : sum) row = 1e-3 * any();
     const std::vector<double> guess = sum;
     const Projection none =
-        at.solver.project_positions(model.parallel, blocks.data(), HUGE_VAL, r.data(), nullptr, sum.data());
+        at.solver.project_positions(model.parallel, at.blocks.data(), HUGE_VAL, r.data(), nullptr, sum.data());
     EXPECT_EQ(none.iterations, 0);
     EXPECT_EQ(sum, guess);
     std::vector<double> moved = at.r;
-    model.gather.add_scaled(model.parallel, blocks.data(), guess.data(), model.inverse_mass.data(), model.num_moving(),
-                            moved.data());
+    model.gather.add_scaled(model.parallel, at.blocks.data(), guess.data(), model.inverse_mass.data(),
+                            model.num_moving(), moved.data());
     EXPECT_LE(largest_difference(moved, r), 1e-13 * largest(r));
     EXPECT_GT(largest_difference(at.r, r), 1e-5);
   }
@@ -194,20 +209,16 @@ TEST(LaneFindings, StarsAreProjectedAlongTheirGradients) {
 /// Threads take islands by themselves; the report is that of all.
 TEST(LaneFindings, TheWorstIslandOfAnyThreadIsReported) {
   AnyNumbers any(65);
-  for (const Case& each : {Case{LinearSolver::Trees, copies_of(tree_of(31, &any), 900)},
-                           Case{LinearSolver::Paths, copies_of(path_of(90), 400)},
-                           Case{LinearSolver::Batches, copies_of(ring_of(5), 6000)}}) {
+  for (const Case& each : cases_of_many(&any)) {
     SCOPED_TRACE(name_of(each));
-    SolverAtPlace at(make_islands(each.islands, &any), each.solver, 3);
+    Factorized at(each, &any, 3);
     const Model& model = at.model;
-    std::vector<double> blocks(3 * at.work.constraints.num_blocks());
-    (void)at.solver.linearise(model.parallel, at.r.data(), nullptr, blocks.data());
     for (const std::size_t point : {std::size_t{0}, model.num_moving() / 2, model.num_moving() - 1}) {
       std::vector<double> r = at.r;
       r[3 * point] += 1e-3;
       const double known = at.work.constraints.evaluate_values(model.parallel, r.data(), at.there.data());
       const Projection none =
-          at.solver.project_positions(model.parallel, blocks.data(), 1.0, r.data(), nullptr, nullptr);
+          at.solver.project_positions(model.parallel, at.blocks.data(), 1.0, r.data(), nullptr, nullptr);
       EXPECT_GT(known, 1e-5);
       EXPECT_NEAR(none.violation, known, 1e-9 * known) << point;
     }
@@ -289,17 +300,15 @@ TEST(LaneFindings, ASingleRowIsCorrected) {
   AnyNumbers any(69);
   for (const Case& each : cases(&any)) {
     SCOPED_TRACE(name_of(each));
-    SolverAtPlace at(make_islands(each.islands, &any), each.solver);
+    Factorized at(each, &any);
     const Model& model = at.model;
-    std::vector<double> blocks(3 * at.work.constraints.num_blocks());
-    (void)at.solver.linearise(model.parallel, at.r.data(), nullptr, blocks.data());
     for (std::size_t row = 0; row < model.num_rows(); row += 1 + model.num_rows() / 50) {
       std::vector<double> rows(model.num_rows()), x(rows), points(at.r.size()), moved(points);
       rows[row] = 1.0;
       at.solver.solve_negative(model.parallel, rows.data(), x.data());
-      at.solver.correct(model.parallel, blocks.data(), rows.data(), points.data());
+      at.solver.correct(model.parallel, at.blocks.data(), rows.data(), points.data());
       EXPECT_LE(relative_difference(rows, x), 1e-13) << row;
-      model.gather.add_scaled(model.parallel, blocks.data(), x.data(), model.inverse_mass.data(), model.num_moving(),
+      model.gather.add_scaled(model.parallel, at.blocks.data(), x.data(), model.inverse_mass.data(), model.num_moving(),
                               moved.data());
       EXPECT_LE(relative_difference(points, moved), 1e-12) << row;
     }
@@ -311,14 +320,13 @@ TEST(LaneFindings, VelocitiesAreProjectedAtTheirOwnPlace) {
   AnyNumbers any(70);
   for (const Case& each : cases(&any)) {
     SCOPED_TRACE(name_of(each));
-    SolverAtPlace at(make_islands(each.islands, &any), each.solver);
+    Factorized at(each, &any);
     const Model& model = at.model;
-    std::vector<double> blocks(3 * at.work.constraints.num_blocks()), v = at.v, r = at.r;
-    (void)at.solver.linearise(model.parallel, at.r.data(), nullptr, blocks.data());
+    std::vector<double> v = at.v, r = at.r;
     for (double& x : r) x += 0.1 * any();
     const double known = at.work.constraints.evaluate_rates(model.parallel, r.data(), v.data(), at.there.data());
     const Projection none =
-        at.solver.project_velocities(model.parallel, blocks.data(), HUGE_VAL, r.data(), v.data(), nullptr);
+        at.solver.project_velocities(model.parallel, at.blocks.data(), HUGE_VAL, r.data(), v.data(), nullptr);
     EXPECT_NEAR(none.violation, known, 1e-12 * known);
   }
 }
@@ -327,14 +335,13 @@ TEST(LaneFindings, MultipliersOfVelocitiesAreAddedToTheirSum) {
   AnyNumbers any(71);
   for (const Case& each : cases(&any)) {
     SCOPED_TRACE(name_of(each));
-    SolverAtPlace at(make_islands(each.islands, &any), each.solver);
+    Factorized at(each, &any);
     const Model& model = at.model;
-    std::vector<double> blocks(3 * at.work.constraints.num_blocks()), v = at.v, sum(model.num_rows()), more(sum);
-    (void)at.solver.linearise(model.parallel, at.r.data(), nullptr, blocks.data());
-    (void)at.solver.project_velocities(model.parallel, blocks.data(), 1e-12, at.r.data(), v.data(), sum.data());
+    std::vector<double> v = at.v, sum(model.num_rows()), more(sum);
+    (void)at.solver.project_velocities(model.parallel, at.blocks.data(), 1e-12, at.r.data(), v.data(), sum.data());
     for (std::size_t row = 0; row < sum.size(); ++row) sum[row] += more[row] = 1.0 + std::abs(any());
     std::vector<double> again = at.v;
-    (void)at.solver.project_velocities(model.parallel, blocks.data(), 1e-12, at.r.data(), again.data(), more.data());
+    (void)at.solver.project_velocities(model.parallel, at.blocks.data(), 1e-12, at.r.data(), again.data(), more.data());
     EXPECT_EQ(again, v);
     EXPECT_LE(relative_difference(more, sum), 1e-14);
   }
@@ -342,9 +349,7 @@ TEST(LaneFindings, MultipliersOfVelocitiesAreAddedToTheirSum) {
 
 TEST(LaneFindings, IterationsAreThoseOfTheWorstIsland) {
   AnyNumbers any(72);
-  for (const Case& each : {Case{LinearSolver::Trees, copies_of(tree_of(31, &any), 900)},
-                           Case{LinearSolver::Paths, copies_of(path_of(90), 400)},
-                           Case{LinearSolver::Batches, copies_of(ring_of(5), 6000)}}) {
+  for (const Case& each : cases_of_many(&any)) {
     SCOPED_TRACE(name_of(each));
     const System system = make_islands(each.islands, &any);
     for (const bool is_first : {true, false}) {

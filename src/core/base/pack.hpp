@@ -303,10 +303,6 @@ struct Largest {
     value = magnitudes > value ? magnitudes : value;
     zero += 0.0 * magnitudes;
   }
-  void include(const Largest& other) {
-    value = other.value > value ? other.value : value;
-    zero += other.zero;
-  }
   double read() const {
     double result = 0.0;
     for (std::size_t lane = 0; lane < num_lanes; ++lane) result = larger(result, value[lane] + zero[lane]);

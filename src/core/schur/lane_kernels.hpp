@@ -263,7 +263,7 @@ struct TreeEnds {
     return Parent<Lanes>(part, parents + num_lanes * k);
   }
 };
-/// Those of pieces of paths follow one another:
+/// The ends of rods of a path are neighbouring places:
 struct PathEnds {
   static constexpr Program program = Program::Paths;
   template <class Lanes>
