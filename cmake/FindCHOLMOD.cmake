@@ -1,30 +1,37 @@
-# Debian's SuiteSparse ships no package files: finds CHOLMOD's header and library.
-# Defines the target CHOLMOD::CHOLMOD, and CHOLMOD_HAS_GPL: whether it contains its modules under the GPL (Supernodal,
-# MatrixOps, Modify), as Debian's does. One that was compiled with -DNGPL has none.
-find_path(CHOLMOD_INCLUDE_DIR cholmod.h PATH_SUFFIXES suitesparse)
-find_library(CHOLMOD_LIBRARY cholmod)
-find_library(SUITESPARSECONFIG_LIBRARY suitesparseconfig)
+# Finds CHOLMOD by the package files that SuiteSparse brings from version 6 on, else (Debian 12 ships none) by header and
+# library. Defines the target CHOLMOD::CHOLMOD, and CHOLMOD_HAS_GPL: whether it contains its modules under the GPL
+# (Supernodal, MatrixOps, Modify), as Debian's does. One that was compiled with -DNGPL has none.
+find_package(CHOLMOD CONFIG QUIET)
+if(TARGET SuiteSparse::CHOLMOD)
+  set(cholmod_library SuiteSparse::CHOLMOD)
+else()
+  find_path(CHOLMOD_INCLUDE_DIR cholmod.h PATH_SUFFIXES suitesparse)
+  find_library(CHOLMOD_LIBRARY cholmod)
+  find_library(SUITESPARSECONFIG_LIBRARY suitesparseconfig)
+  set(cholmod_library ${CHOLMOD_LIBRARY} ${SUITESPARSECONFIG_LIBRARY})
+  include(FindPackageHandleStandardArgs)
+  find_package_handle_standard_args(CHOLMOD REQUIRED_VARS CHOLMOD_LIBRARY SUITESPARSECONFIG_LIBRARY CHOLMOD_INCLUDE_DIR)
+  mark_as_advanced(CHOLMOD_INCLUDE_DIR CHOLMOD_LIBRARY SUITESPARSECONFIG_LIBRARY)
+endif()
 
-include(FindPackageHandleStandardArgs)
-find_package_handle_standard_args(CHOLMOD REQUIRED_VARS CHOLMOD_LIBRARY SUITESPARSECONFIG_LIBRARY CHOLMOD_INCLUDE_DIR)
+if(CHOLMOD_FOUND AND NOT TARGET CHOLMOD::CHOLMOD)
+  add_library(CHOLMOD::CHOLMOD INTERFACE IMPORTED)
+  target_link_libraries(CHOLMOD::CHOLMOD INTERFACE ${cholmod_library})
+  if(CHOLMOD_INCLUDE_DIR)
+    target_include_directories(CHOLMOD::CHOLMOD INTERFACE ${CHOLMOD_INCLUDE_DIR})
+  endif()
+endif()
 if(CHOLMOD_FOUND)
-  include(CheckLibraryExists)
+  include(CheckFunctionExists)
   set(CMAKE_REQUIRED_QUIET ON)
-  check_library_exists(${CHOLMOD_LIBRARY} cholmod_analyze "" CHOLMOD_LINKS)
-  check_library_exists(${CHOLMOD_LIBRARY} cholmod_super_symbolic "" CHOLMOD_LINKS_SUPERNODAL)
+  set(CMAKE_REQUIRED_LIBRARIES CHOLMOD::CHOLMOD)
+  check_function_exists(cholmod_analyze CHOLMOD_LINKS)
+  check_function_exists(cholmod_super_symbolic CHOLMOD_LINKS_SUPERNODAL)
+  unset(CMAKE_REQUIRED_LIBRARIES)
   unset(CMAKE_REQUIRED_QUIET)
   # A static one does not link alone: nothing is known then, and the worse is said.
   set(CHOLMOD_HAS_GPL ON)
   if(CHOLMOD_LINKS AND NOT CHOLMOD_LINKS_SUPERNODAL)
     set(CHOLMOD_HAS_GPL OFF)
   endif()
-endif()
-mark_as_advanced(CHOLMOD_INCLUDE_DIR CHOLMOD_LIBRARY SUITESPARSECONFIG_LIBRARY)
-
-if(CHOLMOD_FOUND AND NOT TARGET CHOLMOD::CHOLMOD)
-  add_library(CHOLMOD::CHOLMOD UNKNOWN IMPORTED)
-  set_target_properties(CHOLMOD::CHOLMOD PROPERTIES
-    IMPORTED_LOCATION ${CHOLMOD_LIBRARY}
-    INTERFACE_INCLUDE_DIRECTORIES ${CHOLMOD_INCLUDE_DIR}
-    INTERFACE_LINK_LIBRARIES ${SUITESPARSECONFIG_LIBRARY})
 endif()

@@ -1,20 +1,25 @@
-# KLU of the same package as CHOLMOD, with the orderings on which it stands.
+# Finds KLU, with the orderings on which it stands, by the package files of SuiteSparse, else by header and libraries.
 # Defines the target KLU::KLU.
-find_path(KLU_INCLUDE_DIR klu.h PATH_SUFFIXES suitesparse)
-foreach(part klu amd btf colamd suitesparseconfig)
-  string(TOUPPER ${part} name)
-  find_library(${name}_LIBRARY ${part})
-endforeach()
-
-include(FindPackageHandleStandardArgs)
-find_package_handle_standard_args(KLU REQUIRED_VARS KLU_LIBRARY BTF_LIBRARY AMD_LIBRARY COLAMD_LIBRARY
-  SUITESPARSECONFIG_LIBRARY KLU_INCLUDE_DIR)
-mark_as_advanced(KLU_INCLUDE_DIR KLU_LIBRARY BTF_LIBRARY AMD_LIBRARY COLAMD_LIBRARY SUITESPARSECONFIG_LIBRARY)
+find_package(KLU CONFIG QUIET)
+if(TARGET SuiteSparse::KLU)
+  set(klu_libraries SuiteSparse::KLU)
+else()
+  find_path(KLU_INCLUDE_DIR klu.h PATH_SUFFIXES suitesparse)
+  foreach(part klu btf amd colamd suitesparseconfig)
+    string(TOUPPER ${part} name)
+    find_library(${name}_LIBRARY ${part})
+    list(APPEND klu_libraries ${${name}_LIBRARY})
+  endforeach()
+  include(FindPackageHandleStandardArgs)
+  find_package_handle_standard_args(KLU REQUIRED_VARS KLU_LIBRARY BTF_LIBRARY AMD_LIBRARY COLAMD_LIBRARY
+    SUITESPARSECONFIG_LIBRARY KLU_INCLUDE_DIR)
+  mark_as_advanced(KLU_INCLUDE_DIR KLU_LIBRARY BTF_LIBRARY AMD_LIBRARY COLAMD_LIBRARY SUITESPARSECONFIG_LIBRARY)
+endif()
 
 if(KLU_FOUND AND NOT TARGET KLU::KLU)
-  add_library(KLU::KLU UNKNOWN IMPORTED)
-  set_target_properties(KLU::KLU PROPERTIES
-    IMPORTED_LOCATION ${KLU_LIBRARY}
-    INTERFACE_INCLUDE_DIRECTORIES ${KLU_INCLUDE_DIR}
-    INTERFACE_LINK_LIBRARIES "${BTF_LIBRARY};${AMD_LIBRARY};${COLAMD_LIBRARY};${SUITESPARSECONFIG_LIBRARY}")
+  add_library(KLU::KLU INTERFACE IMPORTED)
+  target_link_libraries(KLU::KLU INTERFACE ${klu_libraries})
+  if(KLU_INCLUDE_DIR)
+    target_include_directories(KLU::KLU INTERFACE ${KLU_INCLUDE_DIR})
+  endif()
 endif()

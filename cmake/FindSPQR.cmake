@@ -1,17 +1,22 @@
-# SuiteSparseQR of the same package as CHOLMOD, on which it stands.
-# Defines the target SPQR::SPQR.
+# Finds SuiteSparseQR of the same package as CHOLMOD, on which it stands, by the package files of SuiteSparse, else by
+# header and library. Defines the target SPQR::SPQR.
 find_package(CHOLMOD QUIET)
-find_path(SPQR_INCLUDE_DIR SuiteSparseQR.hpp PATH_SUFFIXES suitesparse)
-find_library(SPQR_LIBRARY spqr)
-
-include(FindPackageHandleStandardArgs)
-find_package_handle_standard_args(SPQR REQUIRED_VARS SPQR_LIBRARY SPQR_INCLUDE_DIR CHOLMOD_FOUND)
-mark_as_advanced(SPQR_INCLUDE_DIR SPQR_LIBRARY)
+find_package(SPQR CONFIG QUIET)
+if(TARGET SuiteSparse::SPQR)
+  set(spqr_library SuiteSparse::SPQR)
+else()
+  find_path(SPQR_INCLUDE_DIR SuiteSparseQR.hpp PATH_SUFFIXES suitesparse)
+  find_library(SPQR_LIBRARY spqr)
+  set(spqr_library ${SPQR_LIBRARY})
+  include(FindPackageHandleStandardArgs)
+  find_package_handle_standard_args(SPQR REQUIRED_VARS SPQR_LIBRARY SPQR_INCLUDE_DIR CHOLMOD_FOUND)
+  mark_as_advanced(SPQR_INCLUDE_DIR SPQR_LIBRARY)
+endif()
 
 if(SPQR_FOUND AND NOT TARGET SPQR::SPQR)
-  add_library(SPQR::SPQR UNKNOWN IMPORTED)
-  set_target_properties(SPQR::SPQR PROPERTIES
-    IMPORTED_LOCATION ${SPQR_LIBRARY}
-    INTERFACE_INCLUDE_DIRECTORIES ${SPQR_INCLUDE_DIR}
-    INTERFACE_LINK_LIBRARIES CHOLMOD::CHOLMOD)
+  add_library(SPQR::SPQR INTERFACE IMPORTED)
+  target_link_libraries(SPQR::SPQR INTERFACE ${spqr_library} CHOLMOD::CHOLMOD)
+  if(SPQR_INCLUDE_DIR)
+    target_include_directories(SPQR::SPQR INTERFACE ${SPQR_INCLUDE_DIR})
+  endif()
 endif()

@@ -1,23 +1,19 @@
 # The plugs for programs of others (src/bindings/embed), each where its host is found.
 
-# LAMMPS and LIGGGHTS, where their headers are. ON: they have to be.
+# LAMMPS and LIGGGHTS, where their headers are.
 function(find_rank_host name header library)
   # A host that is not sanitized itself cannot load what is.
-  if(NOT TANOR_${name} OR TANOR_SANITIZE)
+  if(TANOR_SANITIZE)
     return()
   endif()
   find_path(${name}_INCLUDE_DIR fix.h PATH_SUFFIXES ${header})
   find_library(${name}_LIBRARY ${library})
   find_package(MPI QUIET COMPONENTS CXX)
-  if(${name}_INCLUDE_DIR AND ${name}_LIBRARY AND MPI_CXX_FOUND AND TANOR_SHARED)
-    set(${name}_FOUND ON PARENT_SCOPE)
-  elseif(NOT TANOR_${name} STREQUAL "AUTO")
-    message(FATAL_ERROR "TANOR_${name} needs ${header}/fix.h, lib${library}, MPI and TANOR_SHARED")
-  endif()
+  need_for(found TANOR_${name} "fix tanor/rods for ${name}" "${header}/fix.h, lib${library}, MPI or TANOR_SHARED"
+    ${name}_INCLUDE_DIR ${name}_LIBRARY MPI_CXX_FOUND TANOR_SHARED)
+  set(${name}_FOUND ${found} PARENT_SCOPE)
 endfunction()
 
-declare_part(TANOR_LAMMPS "fix tanor/rods for LAMMPS")
-declare_part(TANOR_LIGGGHTS "fix tanor/rods for LIGGGHTS")
 find_rank_host(LAMMPS lammps lammps)
 find_rank_host(LIGGGHTS liggghts liggghts)
 if(LAMMPS_FOUND OR LIGGGHTS_FOUND)
@@ -31,20 +27,17 @@ if(LIGGGHTS_FOUND)
   add_subdirectory(src/bindings/embed/liggghts src/embed/liggghts)
 endif()
 
-# OpenMM, where its headers are, and a compiler takes them for C++20 (clang 14 does not). ON: they have to be.
-declare_part(TANOR_OPENMM "ExactConstraints for OpenMM")
-if(TANOR_OPENMM)
-  find_package(OpenMM QUIET)
-  if(OpenMM_FOUND)
-    include(CheckCXXSourceCompiles)
-    set(CMAKE_REQUIRED_LIBRARIES OpenMM::OpenMM)
-    check_cxx_source_compiles("#include <OpenMM.h>\nint main() { OpenMM::System system; }" OpenMM_COMPILES)
-    unset(CMAKE_REQUIRED_LIBRARIES)
-  endif()
-  if(OpenMM_COMPILES AND TANOR_SHARED)
-    add_subdirectory(src/bindings/embed/openmm src/embed/openmm)
-  elseif(NOT TANOR_OPENMM STREQUAL "AUTO")
-    message(FATAL_ERROR "TANOR_OPENMM needs openmm/reference/ReferenceConstraints.h, libOpenMM, a compiler that takes "
-      "its headers for C++20, and TANOR_SHARED")
-  endif()
+# OpenMM, where its headers are, and a compiler takes them for C++20 (clang 14 does not).
+find_package(OpenMM QUIET)
+if(OpenMM_FOUND)
+  include(CheckCXXSourceCompiles)
+  set(CMAKE_REQUIRED_LIBRARIES OpenMM::OpenMM)
+  check_cxx_source_compiles("#include <OpenMM.h>\nint main() { OpenMM::System system; }" OpenMM_COMPILES)
+  unset(CMAKE_REQUIRED_LIBRARIES)
+endif()
+need_for(has_openmm TANOR_OPENMM "ExactConstraints for OpenMM"
+  "openmm/reference/ReferenceConstraints.h, libOpenMM, a compiler that takes its headers for C++20, or TANOR_SHARED"
+  OpenMM_COMPILES TANOR_SHARED)
+if(has_openmm)
+  add_subdirectory(src/bindings/embed/openmm src/embed/openmm)
 endif()

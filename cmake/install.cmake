@@ -30,8 +30,7 @@ install(FILES ${PROJECT_BINARY_DIR}/tanor.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}
 if(TANOR_BUILD_PROGRAM)
   if(TANOR_HAS_REPORT_PAGE)  # the licences of what is bundled into the program
     foreach(library IN ITEMS three uplot)
-      install(FILES ${page_build}/node_modules/${library}/LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/tanor
-        RENAME LICENSE.${library} COMPONENT program)
+      install(FILES ${page_bundle}/LICENSE.${library} DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/tanor COMPONENT program)
     endforeach()
   endif()
   file(RELATIVE_PATH bindir_to_libdir ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})

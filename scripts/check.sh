@@ -51,6 +51,7 @@ check_types() {
 mapfile -t sources < <(git ls-files --cached --others --exclude-standard -- '*.hpp' '*.cpp' '*.h')
 
 scripts/install_packages library program page test docs python check
+scripts/report_page
 if command -v ccache >/dev/null; then export CMAKE_CXX_COMPILER_LAUNCHER=${CMAKE_CXX_COMPILER_LAUNCHER-ccache}; fi
 
 if [[ ${1:-} == --format ]]; then
@@ -66,7 +67,7 @@ headline "format (scripts/check.sh --format mends it)"
 clang-format --dry-run -Werror "${sources[@]}"
 
 headline "scripts"
-shellcheck scripts/{abi,bench,blas_kernels,check.sh,coverage,docs,error-time,extreme,fetch_examples,install_packages,main_job,package,run,test,test-formats,test-hosts,test-rooms,test_aarch64} \
+shellcheck scripts/{abi,bench,blas_kernels,check.sh,coverage,docs,error-time,extreme,fetch_examples,install_packages,main_job,package,report_page,run,test,test-formats,test-hosts,test-rooms,test_aarch64} \
   .ci/run
 
 headline "types of the page of a run"

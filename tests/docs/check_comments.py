@@ -2,8 +2,7 @@
 """Fails where a comment of the sources is no sentence: it begins with a preposition or a bare value. Comments that stand
 behind code, beside what they are about, may be short.
 
-It also fails where a source has more than 500 lines. The stubs of the Python module are exempt, since
-src/bindings/python/write_stubs.py writes them and Python wants one file for the whole module."""
+It also fails where a source has more than 500 lines."""
 import pathlib
 import re
 import subprocess

@@ -1,12 +1,9 @@
 # Configures a tree in which Python, MPI and the page cannot be found, as before scripts/test has installed them, and then
 # the same tree where they can: they are looked for again. Under CI the tests are not configured without them.
 #
-#   cmake -D source=… -D work=… -D compiler=… -D generator=… -D page=… -P configure_again.cmake
+#   cmake -D source=… -D work=… -D compiler=… -D generator=… -P configure_again.cmake
 file(REMOVE_RECURSE ${work})
 file(MAKE_DIRECTORY ${work})
-if(EXISTS ${page}/installed)
-  file(CREATE_LINK ${page} ${work}/report_page SYMBOLIC)  # what npm fetched once
-endif()
 set(parts tanor_python tanor_mpi html_page_template)
 set(hidden -D CMAKE_DISABLE_FIND_PACKAGE_pybind11=ON -D CMAKE_DISABLE_FIND_PACKAGE_MPI=ON -D CMAKE_DISABLE_FIND_PACKAGE_ZLIB=ON)
 set(shown -U CMAKE_DISABLE_FIND_PACKAGE_*)
@@ -41,3 +38,4 @@ if(NOT failed OR NOT said MATCHES "pybind11-dev" OR NOT said MATCHES "libopenmpi
 endif()
 
 expect_parts(ON ${shown})
+expect_parts(OFF -D TANOR_AUTO=OFF)

@@ -1,8 +1,7 @@
 #!/usr/bin/python3
-"""Writes the stubs of the package, tanor/__init__.pyi, from the docstrings and signatures of the built one.
+"""Writes the stubs of the built package, PACKAGE_FOLDER/__init__.pyi, from its docstrings and signatures.
 
-    write_stubs.py PACKAGE_FOLDER            prints them
-    write_stubs.py PACKAGE_FOLDER FILE       compares them with FILE; exit code 1 where it is another one
+    write_stubs.py PACKAGE_FOLDER
 """
 
 import dataclasses
@@ -142,19 +141,14 @@ def stubs(module: object) -> str:
     return text
 
 
-def main(package: str, file: str | None = None) -> int:
-    sys.path.insert(0, str(pathlib.Path(package).parent))
+def main(package: str) -> None:
+    folder = pathlib.Path(package)
+    sys.path.insert(0, str(folder.parent))
+    sys.dont_write_bytecode = True
     import tanor
 
-    made = stubs(tanor)
-    if file is None:
-        print(made, end="")
-        return 0
-    is_same = pathlib.Path(file).read_text(encoding="utf-8") == made
-    if not is_same:
-        print(f"{file} is not what write_stubs.py makes; write it anew", file=sys.stderr)
-    return 0 if is_same else 1
+    (folder / "__init__.pyi").write_text(stubs(tanor), encoding="utf-8")
 
 
 if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:]))
+    main(*sys.argv[1:])

@@ -1,7 +1,5 @@
 #include "statics/damped_mode_finder.hpp"
 
-#if __has_include(<Spectra/GenEigsSolver.h>)
-
 #include <Spectra/GenEigsSolver.h>
 
 #include <Eigen/Core>
@@ -205,6 +203,9 @@ DampedModeFinder::Found DampedModeFinder::find_lowest(std::size_t count, std::si
               " searches there are still more in the circle of " + text(shift_) + " 1/s around those that are wanted");
 }
 
-}  // namespace tanor::detail
+DampedModeFinder::Found find_lowest_damped_modes(EquilibriumEquations& equations, Eigen::SparseMatrix<double> damping,
+                                                 std::size_t count, std::size_t freedoms, double rate, double zero) {
+  return DampedModeFinder(equations, std::move(damping), rate, zero).find_lowest(count, freedoms);
+}
 
-#endif
+}  // namespace tanor::detail

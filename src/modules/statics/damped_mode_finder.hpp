@@ -54,4 +54,9 @@ class DampedModeFinder {
   std::vector<double> x_, mu_, image_;
 };
 
+/// Finds the `count` lowest damped modes of a system with many freedoms (see DampedModeFinder). Throws InputError in a
+/// build without Spectra (TANOR_SPECTRA).
+DampedModeFinder::Found find_lowest_damped_modes(EquilibriumEquations& equations, Eigen::SparseMatrix<double> damping,
+                                                 std::size_t count, std::size_t freedoms, double rate, double zero);
+
 }  // namespace tanor::detail

@@ -125,20 +125,6 @@ void write_damped_modes(const Model& model, const DampedModeSet& found, std::siz
   }
 }
 
-/// Finds damped modes of a system with many freedoms. This needs Spectra.
-DampedModeFinder::Found find_lowest_damped_modes(GivenEquilibrium& state, Eigen::SparseMatrix<double> damping,
-                                                 std::size_t count, double rate, double zero) {
-#if __has_include(<Spectra/GenEigsSolver.h>)
-  return DampedModeFinder(state.equations(), std::move(damping), rate, zero)
-      .find_lowest(count, state.degrees_of_freedom());
-#else
-  throw InputError("/modes/damped", "found true with " + std::to_string(state.degrees_of_freedom()) +
-                                        " degrees of freedom; this tanor was built without Spectra and finds damped "
-                                        "modes of at most " +
-                                        std::to_string(most_dense_freedoms));
-#endif
-}
-
 Modes& fail(Modes& result, Status status, std::string what) {
   result.outcome = {status, std::move(what)};
   return result;
@@ -200,7 +186,8 @@ Modes modes(const System& system, std::span<const double> positions, const Modes
   if (options.damped) D += find_damping(state.equations().work(), options.time, state.positions().data());
   if (has_rates && !plan.is_dense) {
     const DampedModeFinder::Found found =
-        find_lowest_damped_modes(state, std::move(D), plan.count, std::sqrt(finder.scale()), std::sqrt(zero));
+        find_lowest_damped_modes(state.equations(), std::move(D), plan.count, state.degrees_of_freedom(),
+                                 std::sqrt(finder.scale()), std::sqrt(zero));
     if (!found.outcome.ok()) return fail(result, found.outcome.status, found.outcome.what);
     write_damped_modes(model, found.modes, plan.count, zero, &result);
     result.residual_max = found.modes.residual;
