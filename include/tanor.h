@@ -228,6 +228,9 @@ TN_API int tn_observe(tn_system* system, double time, tn_const_points x, tn_cons
 /** Writes the values at the last tn_observe, NaN before it: one for each column. `*size` is the room at `values` and
  * receives the number of values. If `values` is null, the call only asks for that number. */
 TN_API int tn_observed(tn_system* system, size_t number, double* values, size_t* size);
+/** Writes the name of the member whose value `max` or `min` took at the last tn_observe ("rod0[17]", or empty), as
+ * tn_row_name does. */
+TN_API int tn_observed_member(tn_system* system, size_t number, char* member, size_t size);
 /** Writes the name of a column, such as "load(support0).x" or "tension(rod0): rod0[17]", as tn_row_name does. */
 TN_API int tn_column_name(tn_system* system, size_t number, size_t column, char* text, size_t size);
 

@@ -227,6 +227,7 @@ class Host {
       check(tn_observed(system_, k, values.data(), &size), {}, {});
       std::array<char, 16> name;
       check(tn_column_name(system_, k, size - 1, name.data(), name.size()), {}, {});
+      check(tn_observed_member(system_, k, name.data(), name.size()), {}, {});
       for (const tn_which which : {TN_LEAST, TN_LARGEST})
         check(tn_extreme(system_, k, size % 4, which, nullptr, nullptr, name.data(), name.size()), {}, {});
     }

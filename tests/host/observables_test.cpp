@@ -411,6 +411,14 @@ TEST(CObservables, TellValuesNamesAndExtremes) {
   EXPECT_EQ(tn_extreme(made, tension, 1, TN_LARGEST, &value, &time, nullptr, 0), TN_EINVAL);
   EXPECT_EQ(tn_extreme(made, tension, 0, static_cast<tn_which>(0), &value, &time, nullptr, 0), TN_EINVAL);
   EXPECT_EQ(tn_extreme(made, 2, 0, TN_LEAST, &value, &time, nullptr, 0), TN_EINVAL);
+  name = {};
+  ASSERT_EQ(tn_observed_member(made, tension, name.data(), name.size()), TN_OK);
+  EXPECT_STREQ(name.data(), "rod0[0]");
+  ASSERT_EQ(tn_observed_member(made, load, name.data(), name.size()), TN_OK);
+  EXPECT_STREQ(name.data(), "");
+  EXPECT_EQ(tn_observed_member(made, 2, name.data(), name.size()), TN_EINVAL);
+  EXPECT_EQ(tn_observed_member(made, tension, nullptr, 0), TN_EINVAL);
+  EXPECT_STREQ(tn_last_error(made), "there is no room for the name of a member");
 
   ASSERT_EQ(tn_remove_observable(made, tension), TN_OK);
   ASSERT_EQ(tn_column_name(made, 0, 0, name.data(), name.size()), TN_OK);

@@ -42,6 +42,12 @@ int tn_observed(tn_system* system, size_t number, double* values, size_t* size) 
       system, [&](tn_system& self) { write_list<double>(find_observed(self, number).values, values, size, "values"); });
 }
 
+int tn_observed_member(tn_system* system, size_t number, char* member, size_t size) {
+  return guard(system, [&](tn_system& self) {
+    write_text(find_observed(self, number).member, member, size, "the name of a member");
+  });
+}
+
 int tn_column_name(tn_system* system, size_t number, size_t column, char* text, size_t size) {
   return guard(system, [&](tn_system& self) {
     const std::vector<std::string> names = column_names(find_observed(self, number));
