@@ -188,7 +188,7 @@ struct MutableVelocities {
 /// accelerations have no meaning; the others are as they were.
 struct SolveArrays {
   std::span<double> accelerations{};    ///< 3n, m/s^2: w (25); the prescribed ones at supports
-  std::span<double> multipliers{};      ///< [equations]: lambda = eta^(xi) (31)
+  std::span<double> multipliers{};      ///< [equations]: Lagrange multipliers lambda = eta^(xi) (31)
   std::span<double> reactions{};        ///< 3n, N: eta = K lambda (23), also at supports
   std::span<double> support_forces{};   ///< 3n, N: the load that each support carries (K lambda + f there), else 0
   std::span<double> active_forces{};    ///< 3n, N: f

@@ -3,6 +3,10 @@
 /// \file
 /// tanor: motion and reactions of large systems of material points under constraints.
 ///
+/// The equations are a differential-algebraic system of index 3 (DAE): M w = f + K lambda under xi(r, t) = 0, with the
+/// constraint Jacobian J = K' = d xi/d r' and the Lagrange multipliers lambda. These solve S lambda = -(phi + K'M^-1 f)
+/// with the Schur complement S = K'M^-1K (Delassus operator).
+///
 /// Readers of the paper should note its terms. Its *inverse problem*, accelerations from forces, is the *forward
 /// dynamics* of the field (`Dynamics`, `Simulation`); its *direct problem*, forces from a motion, is *inverse dynamics*
 /// (`InverseDynamics`). Names here are those of the field.
