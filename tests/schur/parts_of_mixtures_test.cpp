@@ -89,9 +89,9 @@ class PartsOfMixtures : public testing::TestWithParam<std::string> {
       std::ranges::set_difference(before, left_, std::back_inserter(*own));
     };
     take("points", [&] { return PointSolver::make(problem, &left_); });
-    take("batches", [&] { return LaneSolver::make_batches(problem, 1, false, &left_); });
-    take("paths", [&] { return LaneSolver::make_paths(problem, 1, &left_); });
-    take("trees", [&] { return LaneSolver::make_trees(problem, 1, true, &left_); });
+    take("batches", [&] { return LaneSolver::make(problem, LinearSolver::Batches, 1, false, &left_); });
+    take("paths", [&] { return LaneSolver::make(problem, LinearSolver::Paths, 1, false, &left_); });
+    take("trees", [&] { return LaneSolver::make(problem, LinearSolver::Trees, 1, true, &left_); });
     if (part == nullptr) {
       *own = left_;
       part = std::make_unique<SparseSolver>(group(*own), problem.incidences,

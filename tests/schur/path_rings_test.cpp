@@ -74,7 +74,8 @@ struct Numbers {
     for (double& w : w0) w = any(*random);
     std::vector<Index> islands(numbering.num_islands());
     std::iota(islands.begin(), islands.end(), 0);
-    solver = LaneSolver::make_paths({constraints, gather, incidences, numbering, inverse_mass, {}}, 3, &islands);
+    solver = LaneSolver::make({constraints, gather, incidences, numbering, inverse_mass, {}}, LinearSolver::Paths, 3,
+                              false, &islands);
     EXPECT_TRUE(islands.empty());
   }
 };

@@ -125,13 +125,10 @@ inline constexpr double flops_of_tangent_product = 6.0, flops_of_tangent_point =
 
 // ---- threads and caches (bench/linear_solvers --threads) ----
 
-inline constexpr std::size_t rows_of_lanes_worth_a_thread = 2048, groups_of_points_worth_a_thread = 256;
+inline constexpr std::size_t rows_of_lanes_worth_a_thread = 2048;
 /// Products of S from which its assembly is worth a thread. A thread that sleeps takes longer to wake than a net of 30
 /// points a side, with a third of that number, takes to assemble (bench/linear_solvers --threads 2: net 30).
 inline constexpr std::size_t products_worth_a_thread = 16384;
-/// Largest number of ranges that the points on guides are handed out in. Argued, not measured: it bounds an array on
-/// the stack, and is more than the threads of most machines.
-inline constexpr std::size_t most_ranges_of_points = 64;
 /// Rods of a path that are eliminated one after the other in a lane before a separator. Measured with 32, 64 and 128
 /// (bench/linear_solvers, chains): few enough that eight lanes stay in the first caches.
 inline constexpr std::size_t most_rods_of_piece = 64;

@@ -1,8 +1,56 @@
 #include "schur/composite_solver.hpp"
 
+#include <tanor/error.hpp>
+
 #include <algorithm>
+#include <numeric>
+
+#include "plan/thresholds.hpp"
+#include "schur/lane_solver.hpp"
+#include "schur/point_solver.hpp"
+#include "schur/sparse_solver.hpp"
 
 namespace tanor::detail {
+
+namespace {
+
+const char* obstacle_to_all(const Constraints& constraints, const Numbering& numbering) {
+  if (numbering.num_rows() == 0) return "there are no constraints";
+  if (numbering.first_idle_row() < numbering.num_rows()) return "some constraints join supports alone";
+  if (constraints.tangents().size() > 0) return "contacts with friction have rows that come and go";
+  return nullptr;
+}
+
+/// Each solver takes the islands that it serves out of `islands`.
+std::vector<std::unique_ptr<SchurSolver>> serve_special_islands(const SchurProblem& problem,
+                                                                const SolverOptions& wanted,
+                                                                std::vector<Index>* islands) {
+  std::vector<std::unique_ptr<SchurSolver>> solvers;
+  const auto add = [&](LinearSolver kind, const auto& make) {
+    if (wanted.linear_solver != LinearSolver::Auto && wanted.linear_solver != kind) return;
+    if (std::unique_ptr<SchurSolver> solver = make()) solvers.push_back(std::move(solver));
+  };
+  const bool eagerly = wanted.linear_solver != LinearSolver::Auto;
+  add(LinearSolver::ClosedForm, [&] { return PointSolver::make(problem, islands); });
+  for (const LinearSolver kind : {LinearSolver::Batches, LinearSolver::Paths, LinearSolver::Trees})
+    add(kind, [&] { return LaneSolver::make(problem, kind, wanted.threads, eagerly, islands); });
+  return solvers;
+}
+
+/// Makes sparse factors of the islands that are left over. Returns null if they are too much of the system.
+std::unique_ptr<SchurSolver> make_sparse_solver(const SchurProblem& problem, const std::vector<Index>& left) {
+  IslandGroup group(problem.constraints, problem.gather, problem.incidences, problem.numbering, problem.inverse_mass,
+                    left);
+  const auto num_left = static_cast<double>(group.rows.size());
+  const double num_special = static_cast<double>(problem.numbering.num_rows()) - num_left;
+  if (num_left > plan::most_sparse_rows * num_special) return nullptr;
+  auto result = std::make_unique<SparseSolver>(std::move(group), problem.incidences,
+                                               PointPlaces{problem.positions, problem.numbering.user_point});
+  if (result->factor().products > plan::most_sparse_products * num_special) return nullptr;
+  return result;
+}
+
+}  // namespace
 
 CompositeSolver::CompositeSolver(std::vector<std::unique_ptr<SchurSolver>> solvers) : solvers_(std::move(solvers)) {
   for (const auto& solver : solvers_) {
@@ -14,81 +62,29 @@ CompositeSolver::CompositeSolver(std::vector<std::unique_ptr<SchurSolver>> solve
   if (summary_.factor.orderings.empty()) summary_.factor.orderings = {Ordering::Natural};
 }
 
-template <class Each>
-Elimination CompositeSolver::join(const Each& each) {
-  Elimination result;
-  for (const auto& solver : solvers_) {
-    result.include(each(*solver));
+CompositeSolver make_composite_solver(const SchurProblem& problem, const SolverOptions& wanted) {
+  const bool is_forced = wanted.linear_solver != LinearSolver::Auto;
+  const auto refuse = [&](const std::string& why) -> CompositeSolver {
+    if (is_forced) throw InputError("/solver/linear_solver", "it does not serve this system: " + why);
+    return CompositeSolver();
+  };
+  const Numbering& numbering = problem.numbering;
+  if (wanted.linear_solver == LinearSolver::General || wanted.linear_solver == LinearSolver::Cholmod ||
+      (!is_forced && numbering.num_rows() < plan::fewest_rows))
+    return CompositeSolver();
+  if (wanted.ordering != Ordering::Auto) return refuse("an ordering is asked for, which belongs to the general solver");
+  if (const char* obstacle = obstacle_to_all(problem.constraints, numbering)) return refuse(obstacle);
+
+  std::vector<Index> left(numbering.num_islands());
+  std::iota(left.begin(), left.end(), 0);
+  std::vector<std::unique_ptr<SchurSolver>> solvers = serve_special_islands(problem, wanted, &left);
+  if (!left.empty()) {
+    if (is_forced) return refuse("some islands have another structure");
+    std::unique_ptr<SchurSolver> sparse = solvers.empty() ? nullptr : make_sparse_solver(problem, left);
+    if (sparse == nullptr) return CompositeSolver();
+    solvers.push_back(std::move(sparse));
   }
-  return result;
-}
-
-Elimination CompositeSolver::solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks,
-                                   double* scratch, double* lambda, double* w) {
-  return join([&](SchurSolver& solver) { return solver.solve(parallel, motion, use, blocks, scratch, lambda, w); });
-}
-
-Elimination CompositeSolver::factorize(const Parallel& parallel, const double* blocks) {
-  return join([&](SchurSolver& solver) { return solver.factorize(parallel, blocks); });
-}
-
-void CompositeSolver::solve_negative(const Parallel& parallel, const double* b, double* x) {
-  for (const auto& solver : solvers_) solver->solve_negative(parallel, b, x);
-}
-
-void CompositeSolver::correct(const Parallel& parallel, const double* blocks, double* rows, double* points) {
-  for (const auto& solver : solvers_) solver->correct(parallel, blocks, rows, points);
-}
-
-// ---- projections ----
-
-double CompositeSolver::evaluate_values(const Parallel& parallel, const double* r, double* xi) {
-  double result = 0.0;
-  for (const auto& solver : solvers_) result = larger(result, solver->evaluate_values(parallel, r, xi));
-  return result;
-}
-
-double CompositeSolver::evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rates) {
-  double result = 0.0;
-  for (const auto& solver : solvers_) result = larger(result, solver->evaluate_rates(parallel, r, v, rates));
-  return result;
-}
-
-template <class Each>
-Projection CompositeSolver::join_projections(const Each& each) {
-  Projection result;
-  for (const auto& solver : solvers_) {
-    const Projection found = each(*solver);
-    result.violation = larger(result.violation, found.violation);
-    result.iterations = std::max(result.iterations, found.iterations);
-  }
-  return result;
-}
-
-Elimination CompositeSolver::linearise(const Parallel& parallel, const double* r, const PointSource* source,
-                                       double* blocks) {
-  return join([&](SchurSolver& solver) { return solver.linearise(parallel, r, source, blocks); });
-}
-
-Projection CompositeSolver::project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
-                                              const PointSource* source, double* sum) {
-  return join_projections(
-      [&](SchurSolver& solver) { return solver.project_positions(parallel, blocks, target, r, source, sum); });
-}
-
-Projection CompositeSolver::project_velocities(const Parallel& parallel, const double* blocks, double target,
-                                               const double* r, double* v, double* sum) {
-  return join_projections(
-      [&](SchurSolver& solver) { return solver.project_velocities(parallel, blocks, target, r, v, sum); });
-}
-
-void CompositeSolver::add_reactions(const Parallel& parallel, const double* blocks, const double* rows,
-                                    double* points) {
-  for (const auto& solver : solvers_) solver->add_reactions(parallel, blocks, rows, points);
-}
-
-void CompositeSolver::read_offsets(std::span<const Vec3> offsets) {
-  for (const auto& solver : solvers_) solver->read_offsets(offsets);
+  return CompositeSolver(std::move(solvers));
 }
 
 }  // namespace tanor::detail

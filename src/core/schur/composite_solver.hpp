@@ -1,7 +1,6 @@
 #pragma once
 
 #include <memory>
-#include <utility>
 #include <vector>
 
 #include "schur/schur_solver.hpp"
@@ -16,28 +15,51 @@ class CompositeSolver final : public SchurSolver {
   bool is_empty() const { return solvers_.empty(); }
 
   Elimination solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks, double* scratch,
-                    double* lambda, double* w) override;
-  Elimination factorize(const Parallel& parallel, const double* blocks) override;
-  void solve_negative(const Parallel& parallel, const double* b, double* x) override;
-  void correct(const Parallel& parallel, const double* blocks, double* rows, double* points) override;
-  void read_offsets(std::span<const Vec3> offsets) override;
+                    double* lambda, double* w) override {
+    return join<Elimination>(&SchurSolver::solve, parallel, motion, use, blocks, scratch, lambda, w);
+  }
+  Elimination factorize(const Parallel& parallel, const double* blocks) override {
+    return join<Elimination>(&SchurSolver::factorize, parallel, blocks);
+  }
+  Elimination linearise(const Parallel& parallel, const double* r, const PointSource* source, double* blocks) override {
+    return join<Elimination>(&SchurSolver::linearise, parallel, r, source, blocks);
+  }
+  Projection project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
+                               const PointSource* source, double* sum) override {
+    return join<Projection>(&SchurSolver::project_positions, parallel, blocks, target, r, source, sum);
+  }
+  Projection project_velocities(const Parallel& parallel, const double* blocks, double target, const double* r,
+                                double* v, double* sum) override {
+    return join<Projection>(&SchurSolver::project_velocities, parallel, blocks, target, r, v, sum);
+  }
+  void solve_negative(const Parallel& parallel, const double* b, double* x) override {
+    for (const auto& solver : solvers_) solver->solve_negative(parallel, b, x);
+  }
+  void correct(const Parallel& parallel, const double* blocks, double* rows, double* points) override {
+    for (const auto& solver : solvers_) solver->correct(parallel, blocks, rows, points);
+  }
+  void add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) override {
+    for (const auto& solver : solvers_) solver->add_reactions(parallel, blocks, rows, points);
+  }
+  double evaluate_values(const Parallel& parallel, const double* r, double* xi) override {
+    return join<Projection>(&SchurSolver::evaluate_values, parallel, r, xi).violation;
+  }
+  double evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rates) override {
+    return join<Projection>(&SchurSolver::evaluate_rates, parallel, r, v, rates).violation;
+  }
+  void read_offsets(std::span<const Vec3> offsets) override {
+    for (const auto& solver : solvers_) solver->read_offsets(offsets);
+  }
   const Summary& summary() const override { return summary_; }
 
-  double evaluate_values(const Parallel& parallel, const double* r, double* xi) override;
-  double evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rates) override;
-  Elimination linearise(const Parallel& parallel, const double* r, const PointSource* source, double* blocks) override;
-  Projection project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
-                               const PointSource* source, double* sum) override;
-  Projection project_velocities(const Parallel& parallel, const double* blocks, double target, const double* r,
-                                double* v, double* sum) override;
-  void add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) override;
-
  private:
-  /// Calls each(solver) one after the other and joins what they report.
-  template <class Each>
-  Elimination join(const Each& each);
-  template <class Each>
-  Projection join_projections(const Each& each);
+  /// Calls a function of each solver and joins what they report.
+  template <class Report, class Function, class... Arguments>
+  Report join(Function function, const Arguments&... arguments) {
+    Report result;
+    for (const auto& solver : solvers_) result.include(Report{((*solver).*function)(arguments...)});
+    return result;
+  }
 
   std::vector<std::unique_ptr<SchurSolver>> solvers_;
   Summary summary_;

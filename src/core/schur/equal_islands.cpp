@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <optional>
+#include <string>
 #include <utility>
 
 #include "plan/thresholds.hpp"
@@ -52,30 +54,17 @@ bool read_island(const RodRows& rods, Index first_row, Index end_row, Index num_
   return true;
 }
 
-/// Returns true if the rods form one path, from a free end or a support to another one.
-bool is_path(const IslandTopology& topology) {
-  std::vector<int> num_rods(static_cast<std::size_t>(topology.num_points + topology.num_supports), 0);
-  for (const auto& [i, j] : topology.rods) {
-    ++num_rods[static_cast<std::size_t>(i)];
-    ++num_rods[static_cast<std::size_t>(j)];
-  }
-  return topology.rods.size() + 1 == num_rods.size() && *std::max_element(num_rods.begin(), num_rods.end()) <= 2;
-}
-
 /// Puts eight islands of one topology side by side.
 void add_group(const IslandStructure& structure, std::span<const Island> members, LanePlan* plan) {
   const auto num_points = static_cast<std::size_t>(structure.topology.num_points),
              num_supports = static_cast<std::size_t>(structure.topology.num_supports);
-  LaneGroup group{.num_rods = structure.topology.rods.size(),
-                  .num_places = num_points + num_supports,
-                  .first_rod = plan->num_slots(),
-                  .first_place = plan->num_places(),
-                  .first_factor = plan->size_of_factor,
-                  .num_members = members.size(),
-                  .structure = &structure,
-                  .has_supports = num_supports > 0};
-  plan->row.resize(plan->row.size() + num_lanes * group.num_rods);
-  plan->point.resize(plan->point.size() + num_lanes * group.num_places);
+  const auto num_slots = static_cast<std::size_t>(structure.schedule.num_slots);
+  LaneGroup& group = plan->add({.num_rods = structure.topology.rods.size(),
+                                .num_places = num_points + num_supports,
+                                .num_members = members.size(),
+                                .structure = &structure,
+                                .has_supports = num_supports > 0},
+                               num_slots);
   group.ends_island.fill(true);
   for (std::size_t lane = 0; lane < num_lanes; ++lane) {
     const Island& island = members[std::min(lane, members.size() - 1)];
@@ -89,8 +78,10 @@ void add_group(const IslandStructure& structure, std::span<const Island> members
           p < num_points ? first + static_cast<Index>(p) : ~island.supports[p - num_points];
   }
   plan->num_rods += members.size() * group.num_rods;
-  plan->size_of_factor += static_cast<std::size_t>(structure.schedule.num_slots);
-  plan->groups.push_back(group);
+  plan->factor.include({.parts = members.size(),
+                        .pattern_nonzeros = members.size() * (num_slots - structure.schedule.num_fill_slots),
+                        .factor_nonzeros = members.size() * num_slots,
+                        .flops = static_cast<double>(members.size()) * structure.schedule.flops()});
   plan->end_level();
   plan->end_grove();
 }
@@ -110,11 +101,15 @@ LanePlan take_equal_islands(const RodRows& rods, const Numbering& numbering, boo
     island.number = number;
     by_topology[std::move(topology)].push_back(std::move(island));
   }
+  const auto is_open_path = [&](Index number) {
+    const std::optional<RodPath> path = find_path(rods.ends, numbering, number);
+    return path && !path->is_ring;
+  };
   LanePlan result;
   std::vector<char> is_taken(numbering.num_islands(), 0);
   for (const auto& [topology, members] : by_topology) {
     const std::size_t lanes = (members.size() + num_lanes - 1) / num_lanes * num_lanes;
-    const bool is_long = topology.rods.size() > plan::long_path && is_path(topology);
+    const bool is_long = topology.rods.size() > plan::long_path && is_open_path(members.front().number);
     const double wanted = is_long ? plan::fullness_of_long_paths : plan::fullness_of_lanes;
     if (!eagerly && static_cast<double>(members.size()) < wanted * static_cast<double>(lanes)) continue;
     auto structure = std::make_unique<const IslandStructure>(topology);
@@ -126,6 +121,9 @@ LanePlan take_equal_islands(const RodRows& rods, const Numbering& numbering, boo
     for (const Island& island : members) is_taken[static_cast<std::size_t>(island.number)] = 1;
   }
   std::erase_if(*islands, [&](Index number) { return is_taken[static_cast<std::size_t>(number)] != 0; });
+  const std::size_t count = result.structures.size();
+  result.reason = std::to_string(result.factor.parts) + " islands of rods have " + std::to_string(count) +
+                  (count == 1 ? " structure" : " structures");
   return result;
 }
 

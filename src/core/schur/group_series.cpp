@@ -90,7 +90,7 @@ class GroupSeries::Rods {
       arrays_.begin_pass(before);
       group_.answer_at_joints(nullptr);
     }
-    lanes::substitute_up(arrays_.in.shape, arrays_.in.points, arrays_.in.rods);
+    lanes::substitute_up(arrays_.in);
     group_.hand_over_answers();
   }
   /// Ends it.

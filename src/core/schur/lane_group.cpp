@@ -18,13 +18,13 @@ LaneGroups::Group::Group(LaneGroups* all, std::size_t group, std::size_t first_g
       grove_(all->workspaces_[of_grove]) {
   const LaneGroup& first = all->plan_.groups[first_group];
   const std::size_t rod = group_.first_rod - first.first_rod, place = group_.first_place - first.first_place;
-  const bool is_of_tree = !all->plan_.parent.empty(), is_of_path = !all->plan_.paths.empty();
+  const bool is_of_tree = all->plan_.program == Program::Trees, is_of_path = all->plan_.program == Program::Paths;
   // A path goes through memory with each pass.
   Workspace& of_pass = is_of_path ? work_ : grove_;
   const std::size_t pass_rod = is_of_path ? 0 : rod, pass_place = is_of_path ? 0 : place;
   own_ = {of_pass.points.data() + pass_place, of_pass.directions.data() + pass_rod, of_pass.sum.data() + pass_rod,
           grove_.right_side.data() + (group - first_group), grove_.residual.data() + (group - first_group)};
-  in_ = {.shape = {group_.num_rods, group_.num_places, group_.structure,
+  in_ = {.shape = {all->plan_.program, group_.num_rods, group_.num_places, group_.structure,
                    is_of_tree ? all->plan_.parent.data() + num_lanes * group_.first_rod : nullptr,
                    group_.have_same_parents},
          .points = {all->inverse_mass_.data() + group_.first_place, work_.mobility.data(),
@@ -66,7 +66,7 @@ void LaneGroups::Group::hand_over_factor() {
     own->spread = work_.border.spread[lane];
     own->taken = work_.border.taken[lane];
   });
-  if (in_.shape.is_of_tree() && !group_.stands_alone) own_joint().mobility = in_.points.mobility[group_.num_rods];
+  if (is_tree() && !group_.stands_alone) own_joint().mobility = in_.points.mobility[group_.num_rods];
 }
 
 void LaneGroups::Group::hand_over_answers() {
@@ -75,7 +75,7 @@ void LaneGroups::Group::hand_over_answers() {
     own->y = work_.border.y[lane];
     own->taken_y = work_.border.taken_y[lane];
   });
-  if (in_.shape.is_of_tree() && !group_.stands_alone) in_.points.s[group_.num_rods].write(&own_joint().s);
+  if (is_tree() && !group_.stands_alone) in_.points.s[group_.num_rods].write(&own_joint().s);
 }
 
 void LaneGroups::Group::read_separators(const double* blocks, const double* rows) {
@@ -100,8 +100,8 @@ void LaneGroups::Group::take_separators() {
 }
 
 void LaneGroups::Group::take_mobilities() {
-  if (!in_.shape.is_of_tree()) return;
-  lanes::free_points(in_.shape, in_.points);
+  if (!is_tree()) return;
+  lanes::free_points(in_);
   if (group_.has_joints()) lanes::take_mobilities(joints(), all_.joints_.data(), in_.points.mobility);
 }
 
@@ -110,7 +110,7 @@ void LaneGroups::Group::answer_at_joints(const Pack3<>* force) {
 }
 
 void LaneGroups::Group::hand_over_roots(const Pack3<>* points) {
-  if (in_.shape.is_of_tree() && !group_.stands_alone) points[group_.num_rods].write(&own_joint().dw);
+  if (is_tree() && !group_.stands_alone) points[group_.num_rods].write(&own_joint().dw);
 }
 
 void LaneGroups::Group::take_joints(Pack3<>* points) {
@@ -149,35 +149,35 @@ lanes::Motion LaneGroups::Group::read_motion(const FreeMotion& motion, const dou
 }
 
 void LaneGroups::Group::evaluate(const lanes::Motion& motion) {
-  lanes::evaluate(in_.shape, motion, in_.rods, own_.right_side);
+  lanes::evaluate(in_, motion, own_.right_side);
 }
 
 void LaneGroups::Group::eliminate() {
   take_mobilities();
-  lanes::eliminate(in_.shape, in_.points, in_.rods, &work_.found);
+  lanes::eliminate(in_, &work_.found);
   hand_over_factor();
 }
 
 void LaneGroups::Group::evaluate_and_eliminate(const lanes::Motion& motion) {
   take_mobilities();
   answer_at_joints(nullptr);
-  lanes::evaluate_and_eliminate(in_.shape, motion, in_.points, in_.rods, own_.right_side, &work_.found);
+  lanes::evaluate_and_eliminate(in_, motion, own_.right_side, &work_.found);
   hand_over_factor();
   hand_over_answers();
 }
 
 void LaneGroups::Group::solve(const lanes::Motion& motion, const Vec3* uniform, FactorUse use, double* w) {
-  const bool is_in_one_pass = use == FactorUse::Renew && in_.shape.is_of_tree();
+  const bool is_in_one_pass = use == FactorUse::Renew && is_tree();
   if (is_in_one_pass) {
     evaluate_and_eliminate(motion);
   } else {
     evaluate(motion);
     // It is made as elsewhere, so that its bits do not tell what was solved before.
     if (use == FactorUse::Renew) eliminate();
-    if (in_.shape.is_of_tree()) std::memset(in_.points.s, 0, group_.num_places * sizeof(Pack3<>));
+    if (is_tree()) std::memset(in_.points.s, 0, group_.num_places * sizeof(Pack3<>));
   }
-  lanes::finish(in_.shape, in_.points, in_.rods, is_in_one_pass, in_.dw, motion.w0,
-                uniform != nullptr ? *uniform : Vec3{}, work_.w.data(), own_.right_side, &work_.found);
+  lanes::finish(in_, is_in_one_pass, motion.w0, uniform != nullptr ? *uniform : Vec3{}, work_.w.data(), own_.right_side,
+                &work_.found);
   write_points(work_.w.data(), w);
   if (next() != nullptr) {
     const Pack<>* const factor = all_.factor_.data() + all_.plan_.groups[number_ + 1].first_factor;
@@ -186,9 +186,9 @@ void LaneGroups::Group::solve(const lanes::Motion& motion, const Vec3* uniform, 
 }
 
 void LaneGroups::Group::substitute_up() {
-  if (in_.shape.is_of_tree()) std::memset(in_.points.s, 0, group_.num_places * sizeof(Pack3<>));
+  if (is_tree()) std::memset(in_.points.s, 0, group_.num_places * sizeof(Pack3<>));
   answer_at_joints(nullptr);
-  lanes::substitute_up(in_.shape, in_.points, in_.rods);
+  lanes::substitute_up(in_);
   hand_over_answers();
 }
 
@@ -196,14 +196,13 @@ void LaneGroups::Group::substitute_up() {
 
 void LaneGroups::Group::substitute_down(Pack3<>* points, const Pack3<>* known, bool lambda_is_known) {
   if (is_path()) take_separators();
-  const bool may_hang = in_.shape.is_of_tree() && !group_.stands_alone;
+  const bool may_hang = is_tree() && !group_.stands_alone;
   Pack3<> force = may_hang ? own_joint().dw : Pack3<>{};
   for (std::size_t lane = 0; lane < num_lanes && may_hang; ++lane) {
     const std::size_t own = std::min(lane, group_.num_members - 1);
     set_lane(&force, lane, group_.ends_island[lane] ? Vec3{} : Vec3{force.x[own], force.y[own], force.z[own]});
   }
-  lanes::substitute_down(in_.shape, in_.points.inverse_mass, in_.rods, lambda_is_known, may_hang ? &force : nullptr,
-                         in_.dw, points);
+  lanes::substitute_down(in_, lambda_is_known, may_hang ? &force : nullptr, points);
   if (group_.has_joints()) lanes::pull_joints(joints(), in_.dw, known, all_.joints_.data());
   if (points != nullptr) hand_over_roots(points);
 }
@@ -213,7 +212,7 @@ void LaneGroups::Group::substitute_down(const double* blocks, const Vec3* unifor
   if (is_path()) {
     read_directions(blocks);
     take_separators();
-    lanes::accelerate_pieces(in_.shape, in_.points, in_.rods, false, upcoming({w, nullptr, blocks}), everywhere, in_.dw,
+    lanes::accelerate_pieces(in_, false, upcoming({w, nullptr, blocks}), everywhere,
                              uniform != nullptr ? work_.w.data() : nullptr, own_.residual);
     for_separators([&](Separator* own, std::size_t lane) {
       own->first_dw = lane_of(in_.dw[0], lane);
@@ -223,32 +222,29 @@ void LaneGroups::Group::substitute_down(const double* blocks, const Vec3* unifor
   }
   if (uniform == nullptr) read_points(w, work_.w.data());
   substitute_down();
-  lanes::accelerate(in_.shape, in_.points.inverse_mass, in_.dw, uniform != nullptr ? nullptr : work_.w.data(),
-                    everywhere, work_.w.data());
+  lanes::accelerate(in_, uniform != nullptr ? nullptr : work_.w.data(), everywhere, work_.w.data());
   hand_over_roots(in_.dw);
   if (group_.has_joints()) {
     std::copy_n(in_.dw, group_.num_places, own_.points);
   } else {
-    lanes::find_residual(in_.shape, in_.rods, in_.dw, own_.residual);
+    lanes::find_residual(in_, in_.dw, own_.residual);
   }
   write_points(work_.w.data(), w);
 }
 
 void LaneGroups::Group::find_residual() {
   take_joints(own_.points);
-  lanes::find_residual(in_.shape, in_.rods, own_.points, own_.residual);
+  lanes::find_residual(in_, own_.points, own_.residual);
 }
 
 // ---- projections ----
 
 void LaneGroups::Group::evaluate_values() {
-  lanes::evaluate_values(in_.shape, own_.points, offsets(), all_.lengths_.value.data() + group_.first_rod, in_.rods.b,
-                         own_.right_side);
+  lanes::evaluate_values(in_, own_.points, offsets(), all_.lengths_.value.data() + group_.first_rod, own_.right_side);
 }
 
 void LaneGroups::Group::evaluate_rates() {
-  lanes::evaluate_rates(in_.shape, own_.directions, own_.points, group_of(all_.lengths_.first, group_), in_.rods.b,
-                        own_.right_side);
+  lanes::evaluate_rates(in_, own_.directions, own_.points, group_of(all_.lengths_.first, group_), own_.right_side);
 }
 
 void LaneGroups::Group::add_multipliers() {
@@ -261,18 +257,16 @@ void LaneGroups::Group::evaluate_values(const double* r) {
 }
 
 void LaneGroups::Group::evaluate_rates(const double* r, const double* v) {
-  read_points(r, work_.r.data());
-  read_points(v, work_.v.data());
-  lanes::evaluate_rates(in_.shape, {work_.r.data(), work_.v.data(), nullptr, offsets(), nullptr, {}},
-                        group_of(all_.lengths_.first, group_), in_.rods.b, own_.right_side);
+  find_directions(r, own_.directions);
+  read_points(v, own_.points);
+  evaluate_rates();
 }
 
 void LaneGroups::Group::move(const double* blocks, bool lambda_is_known, double* points) {
   read_directions(blocks);
   if (is_path()) {
     take_separators();
-    lanes::accelerate_pieces(in_.shape, in_.points, in_.rods, lambda_is_known, upcoming({points, nullptr, blocks}), {},
-                             in_.dw, nullptr, nullptr);
+    lanes::accelerate_pieces(in_, lambda_is_known, upcoming({points, nullptr, blocks}), {}, nullptr, nullptr);
     return add_points(in_.dw, points);
   }
   read_points(points, own_.points);
@@ -288,11 +282,11 @@ const Pack3<>* LaneGroups::Group::offsets() const {
 
 void LaneGroups::Group::find_directions(const double* r, Pack3<>* u) {
   read_points(r, work_.r.data());
-  lanes::find_directions(in_.shape, work_.r.data(), offsets(), u);
+  lanes::find_directions(in_, work_.r.data(), offsets(), u);
 }
 
 void LaneGroups::Group::read_directions(const double* blocks, bool are_new) {
-  if (in_.shape.is_of_tree() && !are_new) return;  // kept since the factor was made
+  if (is_tree() && !are_new) return;  // kept since the factor was made
   read_blocks(blocks, in_.rods.u);
 }
 

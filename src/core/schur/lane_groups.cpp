@@ -64,7 +64,7 @@ void LaneGroups::read_masses(std::span<const double> inverse_mass) {
     inverse_mass_.data()[k / num_lanes][k % num_lanes] =
         inverse_mass[static_cast<std::size_t>(point < 0 ? ~point : point)];
   }
-  if (plan_.parent.empty()) return;
+  if (plan_.program != Program::Trees) return;
   inverse_masses_.resize(plan_.num_slots());
   // Rods of nobody join free points to one that never moves, which leaves them out of all that is found.
   for (const LaneGroup& group : plan_.groups) {
@@ -99,7 +99,7 @@ void LaneGroups::find_places() {
     const auto is_own = [](Index own) { return own >= 0; };
     found.own_points = static_cast<std::size_t>(std::find_if_not(point, end, is_own) - point) / num_lanes;
     // The rods of a path that are left over are few in a row, and are moved one by one in less time.
-    if (group.is_padded || (group.num_rods == 1 && !plan_.paths.empty())) continue;
+    if (group.is_padded || (group.num_rods == 1 && plan_.program == Program::Paths)) continue;
     found.rows = find_sequences(plan_.row.data() + group.first_rod * num_lanes, group.num_rods, 1);
     found.blocks = find_sequences(block_.data() + group.first_rod * num_lanes, group.num_rods, 3);
   }
@@ -163,7 +163,7 @@ std::size_t LaneGroups::num_shares(std::size_t num_slots, const Parallel& parall
 }
 
 void LaneGroups::prepare_workspaces(int threads) {
-  const bool are_of_trees = !plan_.parent.empty();
+  const bool are_of_trees = plan_.program == Program::Trees, are_of_paths = plan_.program == Program::Paths;
   factor_.resize(plan_.size_of_factor);
   if (are_of_trees) {
     u_.resize(plan_.num_slots());
@@ -184,7 +184,7 @@ void LaneGroups::prepare_workspaces(int threads) {
     for (auto* points : {&work.r, &work.v, &work.w, &work.s, &work.dw}) points->resize(of_group);
     if (are_of_trees) work.mobility.resize(of_group);
     work.b.resize(most.rods);
-    if (!plan_.paths.empty()) most.rods = most.places = of_group;
+    if (are_of_paths) most.rods = most.places = of_group;
     work.u.resize(are_of_trees ? 0 : most.rods);
     work.directions.resize(most.rods);
     work.points.resize(most.places);

@@ -139,12 +139,7 @@ class LaneGroups::Group : public GroupTransfers {
 
   // ---- the arrays ----
   const LaneGroup& plan() const { return group_; }
-  struct Arrays {
-    lanes::Shape shape;
-    lanes::Points points;
-    lanes::Rods rods;
-    Pack3<>* dw;
-  };
+  using Arrays = lanes::Arrays;
   const Arrays& arrays() const { return in_; }
   /// The group's part of the arrays of its grove. Of a path, points, directions and sums are the thread's.
   struct Own {
@@ -162,7 +157,8 @@ class LaneGroups::Group : public GroupTransfers {
   std::span<const JointPlace> joints() const {
     return std::span(all_.plan_.joints).subspan(group_.first_joint, group_.end_joint - group_.first_joint);
   }
-  bool is_path() const { return in_.shape.is_of_path(); }
+  bool is_path() const { return in_.shape.program == Program::Paths; }
+  bool is_tree() const { return in_.shape.program == Program::Trees; }
   /// Calls visit(separator, lane) for the last rods of pieces of a path.
   template <class Visit>
   void for_separators(const Visit& visit) const;

@@ -24,7 +24,7 @@ class GroveVisit {
         workspace_(workspace) {}
 
   bool stands_alone() const { return groups_.front().stands_alone; }
-  bool is_of_paths() const { return !all_.plan().paths.empty(); }
+  bool is_of_paths() const { return all_.plan().program == Program::Paths; }
   std::span<const LaneGroup> groups() const { return groups_; }
   LanePlan::Extent extent() const { return all_.plan().extent(number_); }
   std::size_t workspace() const { return workspace_; }

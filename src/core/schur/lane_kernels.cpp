@@ -94,29 +94,28 @@ template <class Lanes>
 
 /// Computes dw of a piece of a path, w and the residual in one pass.
 template <class Lanes>
-[[gnu::always_inline]] inline void accelerate_piece(const Lanes& part, const Shape& shape, const Pack<>* inverse_mass,
-                                                    const Rods& rods, const Upcoming& upcoming, Pack3<>* to,
+[[gnu::always_inline]] inline void accelerate_piece(const Lanes& part, const Arrays& in, const Upcoming& upcoming,
                                                     Vec3 uniform, Pack3<>* w, Pack<>* residual) {
   using Lane = typename Lanes::Lane;
   const typename Lanes::Vector everywhere{Lane{} + uniform.x, Lane{} + uniform.y, Lane{} + uniform.z};
   Seen<Lanes::width> seen;
-  auto before = part.of(rods.border->force_before), u_before = before, dw_before = before;
+  auto before = part.of(in.rods.border->force_before), u_before = before, dw_before = before;
   const auto add = [&](std::size_t k, const auto& force) __attribute__((always_inline)) {
-    const auto dw = part.of(inverse_mass[k]) * (before - force);
-    part.write(dw, &to[k]);
+    const auto dw = part.of(in.points.inverse_mass[k]) * (before - force);
+    part.write(dw, &in.dw[k]);
     if (w != nullptr) part.write(everywhere + dw, &w[k]);
     before = force;
     return dw;
   };
-  for (std::size_t k = 0; k < shape.num_rods; ++k) {
-    const auto u = part.of(rods.u[k]);
-    const auto dw = add(k, part.of(rods.z[k]) * u);
+  for (std::size_t k = 0; k < in.shape.num_rods; ++k) {
+    const auto u = part.of(in.rods.u[k]);
+    const auto dw = add(k, part.of(in.rods.z[k]) * u);
     upcoming.fetch(k);
-    if (k > 0 && residual != nullptr) seen.see(magnitude(dot(u_before, dw - dw_before) + part.of(rods.b[k - 1])));
+    if (k > 0 && residual != nullptr) seen.see(magnitude(dot(u_before, dw - dw_before) + part.of(in.rods.b[k - 1])));
     u_before = u;
     dw_before = dw;
   }
-  (void)add(shape.num_rods, typename Lanes::Vector{});
+  (void)add(in.shape.num_rods, typename Lanes::Vector{});
   if (residual != nullptr) part.of(*residual) = seen.value + seen.zero;
 }
 
@@ -129,20 +128,23 @@ template <class Lanes, class Ends>
       });
 }
 
-/// Runs body(part, ends) for the kind of ends that the shape has. Each kind has a function of its own for each
-/// instruction set, which gcc optimizes better than all kinds in one. Bodies of many numbers capture where these are
-/// and copy them inside, since a body is copied twice.
+/// Runs body(part, ends, arrays) for the kind of ends that the group has. Each kind has a function of its own for each
+/// instruction set, which gcc optimizes better than all kinds in one. The arrays are copied inside, since a body is
+/// copied twice.
 template <class Body>
-void dispatch_ends(const Shape& shape, const Body& body) {
-  with_ends(shape, [&](auto ends) {
-    for_each_part([ body, ends ](const auto& part) __attribute__((always_inline)) { body(part, ends); });
+void for_group(const Arrays& arrays, const Body& body) {
+  with_ends(arrays.shape, [&](auto ends) {
+    for_each_part([ body, ends, at = &arrays ](const auto& part) __attribute__((always_inline)) {
+      const Arrays in = *at;
+      body(part, ends, in);
+    });
   });
 }
 
 }  // namespace
 
-void free_points(const Shape& shape, const Points& points) {
-  dispatch([=] {
+void free_points(const Arrays& in) {
+  dispatch([shape = in.shape, points = in.points] {
     const Pack<> nothing{};
     const Pack3<> none{};
     for (std::size_t i = 0; i < shape.num_places; ++i) {
@@ -154,186 +156,152 @@ void free_points(const Shape& shape, const Points& points) {
   });
 }
 
-void find_directions(const Shape& shape, const Pack3<>* r, const Pack3<>* offset, Pack3<>* u) {
-  dispatch_ends(
-      shape, [=]<class Lanes>(const Lanes& part, auto ends) __attribute__((always_inline)) {
+void find_directions(const Arrays& arrays, const Pack3<>* r, const Pack3<>* offset, Pack3<>* u) {
+  for_group(
+      arrays, [=]<class Lanes>(const Lanes& part, auto ends, const Arrays& in) __attribute__((always_inline)) {
         typename Lanes::Lane inverse;
-        for (std::size_t k = 0; k < shape.num_rods; ++k)
+        for (std::size_t k = 0; k < in.shape.num_rods; ++k)
           part.write(direction(part, ends, k, r, offset, &inverse), &u[k]);
       });
 }
 
-void evaluate(const Shape& shape_of, const Motion& motion_of, const Rods& rods_of, Pack<>* right_side) {
-  dispatch_ends(
-      shape_of, [ =, shape_at = &shape_of, motion_at = &motion_of, rods_at = &
-                  rods_of ]<class Lanes>(const Lanes& part, auto ends) __attribute__((always_inline)) {
-        const Shape shape = *shape_at;
-        const Motion motion = *motion_at;
-        const Rods rods = *rods_at;
-        part.of(*right_side) = largest_of(
-            part, shape.num_rods, [&](std::size_t k) __attribute__((always_inline)) {
-              typename Lanes::Vector u;
-              return evaluate_rod(part, ends, motion, k, rods, &u);
-            });
-      });
+void evaluate(const Arrays& arrays, const Motion& motion_of, Pack<>* right_side) {
+  for_group(
+      arrays, [ right_side, motion_at = &motion_of ]<class Lanes>(const Lanes& part, auto ends, const Arrays& in)
+                  __attribute__((always_inline)) {
+                    const Motion motion = *motion_at;
+                    part.of(*right_side) = largest_of(
+                        part, in.shape.num_rods, [&](std::size_t k) __attribute__((always_inline)) {
+                          typename Lanes::Vector u;
+                          return evaluate_rod(part, ends, motion, k, in.rods, &u);
+                        });
+                  });
 }
 
-void eliminate(const Shape& shape_of, const Points& points_of, const Rods& rods_of, Findings* found) {
-  dispatch_ends(
-      shape_of, [ =, shape_at = &shape_of, points_at = &points_of, rods_at = &
-                  rods_of ]<class Lanes>(const Lanes& part, auto ends) __attribute__((always_inline)) {
-        const Shape shape = *shape_at;
-        const Points points = *points_at;
-        const Rods rods = *rods_at;
+void eliminate(const Arrays& arrays, Findings* found) {
+  for_group(
+      arrays, [=]<class Lanes>(const Lanes& part, auto ends, const Arrays& in) __attribute__((always_inline)) {
         typename Lanes::Lane largest = part.of(found->largest_inverse);
         if constexpr (ends.program == Program::Trees) {
-          for (std::size_t k = 0; k < shape.num_rods; ++k) eliminate_rod(part, ends, k, points, rods, &largest);
+          for (std::size_t k = 0; k < in.shape.num_rods; ++k)
+            eliminate_rod(part, ends, k, in.points, in.rods, &largest);
         } else if constexpr (ends.program == Program::Paths) {
           const auto take = [&](std::size_t k, typename Lanes::Vector * u) __attribute__((always_inline)) {
-            *u = part.of(rods.u[k]);
+            *u = part.of(in.rods.u[k]);
             return typename Lanes::Lane{};
           };
-          eliminate_piece<false>(part, shape, points, rods, take, &largest);
+          eliminate_piece<false>(part, in.shape, in.points, in.rods, take, &largest);
         } else {
-          eliminate_columns(part, *shape.structure, points.inverse_mass, rods, &largest);
+          eliminate_columns(part, *in.shape.structure, in.points.inverse_mass, in.rods, &largest);
         }
         part.of(found->largest_inverse) = largest;
       });
 }
 
-void substitute_up(const Shape& shape, const Points& points, const Rods& rods) {
-  dispatch_ends(
-      shape, [=](const auto& part, auto ends)
-                 __attribute__((always_inline)) { substitute_up(part, ends, shape, points, rods); });
+void substitute_up(const Arrays& arrays) {
+  for_group(
+      arrays, [](const auto& part, auto ends, const Arrays& in)
+                  __attribute__((always_inline)) { substitute_up(part, ends, in.shape, in.points, in.rods); });
 }
 
-void evaluate_and_eliminate(const Shape& shape_of, const Motion& motion_of, const Points& points_of,
-                            const Rods& rods_of, Pack<>* right_side, Findings* found) {
-  dispatch_ends(
-      shape_of, [ =, shape_at = &shape_of, motion_at = &motion_of, points_at = &points_of, rods_at = &
-                  rods_of ]<class Lanes>(const Lanes& part, auto ends) __attribute__((always_inline)) {
-        const Shape shape = *shape_at;
+void evaluate_and_eliminate(const Arrays& arrays, const Motion& motion_of, Pack<>* right_side, Findings* found) {
+  for_group(
+      arrays, [ right_side, found, motion_at = &motion_of ]<class Lanes>(
+                  const Lanes& part, auto ends, const Arrays& in) __attribute__((always_inline)) {
         const Motion motion = *motion_at;
-        const Points points = *points_at;
-        const Rods rods = *rods_at;
         typename Lanes::Lane largest = part.of(found->largest_inverse);
+        Seen<Lanes::width> seen;
+        const auto take = [&](std::size_t k, typename Lanes::Vector * u) __attribute__((always_inline)) {
+          const auto b = evaluate_rod(part, ends, motion, k, in.rods, u);
+          seen.see(magnitude(b));
+          return b;
+        };
         if constexpr (ends.program == Program::Paths) {
-          Seen<Lanes::width> seen;
-          const auto take = [&](std::size_t k, typename Lanes::Vector * u) __attribute__((always_inline)) {
-            const auto b = evaluate_rod(part, ends, motion, k, rods, u);
+          const auto take_next = [&](std::size_t k, typename Lanes::Vector * u) __attribute__((always_inline)) {
+            const auto b = take(k, u);
             motion.upcoming.fetch(k);
-            seen.see(magnitude(b));
             return b;
           };
-          eliminate_piece<true>(part, shape, points, rods, take, &largest);
-          part.of(*right_side) = seen.value + seen.zero;
-        } else {
-          part.of(*right_side) = largest_of(
-              part, shape.num_rods, [&](std::size_t k) __attribute__((always_inline)) {
-                typename Lanes::Vector u;
-                const auto b = evaluate_rod(part, ends, motion, k, rods, &u);
-                if constexpr (ends.program == Program::Trees) {
-                  eliminate_rod(part, ends, k, points, rods, &largest);
-                  substitute_rod(part, ends, k, points, rods);
-                }
-                return b;
-              });
+          eliminate_piece<true>(part, in.shape, in.points, in.rods, take_next, &largest);
+        } else if constexpr (ends.program == Program::Trees) {
+          for (std::size_t k = 0; k < in.shape.num_rods; ++k) {
+            typename Lanes::Vector u;
+            (void)take(k, &u);
+            eliminate_rod(part, ends, k, in.points, in.rods, &largest);
+            substitute_rod(part, ends, k, in.points, in.rods);
+          }
         }
+        part.of(*right_side) = seen.value + seen.zero;
         part.of(found->largest_inverse) = largest;
       });
 }
 
-void finish(const Shape& shape_of, const Points& points_of, const Rods& rods_of, bool is_substituted, Pack3<>* F,
-            const Pack3<>* w0, Vec3 uniform, Pack3<>* w, const Pack<>* right_side, Findings* found) {
-  dispatch_ends(
-      shape_of, [ =, shape_at = &shape_of, points_at = &points_of, rods_at = &rods_of ](const auto& part, auto ends)
-                    __attribute__((always_inline)) {
-                      const Shape shape = *shape_at;
-                      const Points points = *points_at;
-                      const Rods rods = *rods_at;
-                      if (!is_substituted) substitute_up(part, ends, shape, points, rods);
-                      substitute_down(part, ends, shape, rods, false, nullptr, F);
-                      add_dw(part, shape, points.inverse_mass, F, w0, uniform, w);
-                      found->include(part, part.of(*right_side), largest_residual(part, ends, shape, rods, F));
-                    });
+void finish(const Arrays& arrays, bool is_substituted, const Pack3<>* w0, Vec3 uniform, Pack3<>* w,
+            const Pack<>* right_side, Findings* found) {
+  for_group(
+      arrays, [=](const auto& part, auto ends, const Arrays& in) __attribute__((always_inline)) {
+        if (!is_substituted) substitute_up(part, ends, in.shape, in.points, in.rods);
+        substitute_down(part, ends, in.shape, in.rods, false, nullptr, in.dw);
+        add_dw(part, in.shape, in.points.inverse_mass, in.dw, w0, uniform, w);
+        found->include(part, part.of(*right_side), largest_residual(part, ends, in.shape, in.rods, in.dw));
+      });
 }
 
-void accelerate_pieces(const Shape& shape_of, const Points& points_of, const Rods& rods_of, bool lambda_is_known,
-                       const Upcoming& upcoming_of, Vec3 uniform, Pack3<>* dw, Pack3<>* w, Pack<>* residual) {
-  for_each_part([ =, shape_at = &shape_of, points_at = &points_of, rods_at = &rods_of, upcoming_at = &
-                  upcoming_of ](const auto& part) __attribute__((always_inline)) {
-    const Shape shape = *shape_at;
-    const Rods rods = *rods_at;
-    if (!lambda_is_known) substitute_piece_down(part, shape, rods);
-    accelerate_piece(part, shape, points_at->inverse_mass, rods, *upcoming_at, dw, uniform, w, residual);
+void accelerate_pieces(const Arrays& arrays, bool lambda_is_known, const Upcoming& upcoming_of, Vec3 uniform,
+                       Pack3<>* w, Pack<>* residual) {
+  for_each_part([ =, at = &arrays, upcoming_at = &upcoming_of ](const auto& part) __attribute__((always_inline)) {
+    const Arrays in = *at;
+    if (!lambda_is_known) substitute_piece_down(part, in.shape, in.rods);
+    accelerate_piece(part, in, *upcoming_at, uniform, w, residual);
   });
 }
 
-void substitute_down(const Shape& shape, const Pack<>* inverse_mass, const Rods& rods, bool lambda_is_known,
-                     const Pack3<>* on_roots, Pack3<>* F, Pack3<>* points) {
-  dispatch_ends(
-      shape, [=](const auto& part, auto ends) __attribute__((always_inline)) {
-        substitute_down(part, ends, shape, rods, lambda_is_known, on_roots, F);
-        for (std::size_t i = 0; points != nullptr && i < shape.num_places; ++i)
-          part.write(part.of(points[i]) + part.of(inverse_mass[i]) * part.of(F[i]), &points[i]);
+void substitute_down(const Arrays& arrays, bool lambda_is_known, const Pack3<>* on_roots, Pack3<>* points) {
+  for_group(
+      arrays, [=](const auto& part, auto ends, const Arrays& in) __attribute__((always_inline)) {
+        substitute_down(part, ends, in.shape, in.rods, lambda_is_known, on_roots, in.dw);
+        for (std::size_t i = 0; points != nullptr && i < in.shape.num_places; ++i)
+          part.write(part.of(points[i]) + part.of(in.points.inverse_mass[i]) * part.of(in.dw[i]), &points[i]);
       });
 }
 
-void accelerate(const Shape& shape, const Pack<>* inverse_mass, Pack3<>* F, const Pack3<>* w0, Vec3 uniform,
-                Pack3<>* w) {
-  for_each_part([=](const auto& part)
-                    __attribute__((always_inline)) { add_dw(part, shape, inverse_mass, F, w0, uniform, w); });
+void accelerate(const Arrays& arrays, const Pack3<>* w0, Vec3 uniform, Pack3<>* w) {
+  for_each_part([ =, shape = arrays.shape, inverse_mass = arrays.points.inverse_mass, dw = arrays.dw ](const auto& part)
+                    __attribute__((always_inline)) { add_dw(part, shape, inverse_mass, dw, w0, uniform, w); });
 }
 
-void find_residual(const Shape& shape, const Rods& rods, const Pack3<>* dw, Pack<>* residual) {
-  dispatch_ends(
-      shape, [=](const auto& part, auto ends) __attribute__((always_inline)) {
-        part.of(*residual) = largest_residual(part, ends, shape, rods, dw);
+void find_residual(const Arrays& arrays, const Pack3<>* dw, Pack<>* residual) {
+  for_group(
+      arrays, [=](const auto& part, auto ends, const Arrays& in) __attribute__((always_inline)) {
+        part.of(*residual) = largest_residual(part, ends, in.shape, in.rods, dw);
       });
 }
 
-void evaluate_values(const Shape& shape, const Pack3<>* r, const Pack3<>* offset, const Pack<>* length, Pack<>* b,
+void evaluate_values(const Arrays& arrays, const Pack3<>* r, const Pack3<>* offset, const Pack<>* length,
                      Pack<>* largest) {
-  dispatch_ends(
-      shape, [=](const auto& part, auto ends) __attribute__((always_inline)) {
+  for_group(
+      arrays, [=](const auto& part, auto ends, const Arrays& in) __attribute__((always_inline)) {
         part.of(*largest) = largest_of(
-            part, shape.num_rods, [&](std::size_t k) __attribute__((always_inline)) {
+            part, in.shape.num_rods, [&](std::size_t k) __attribute__((always_inline)) {
               const auto apart = distance(part, ends, k, r, offset);
               auto rho = dot(apart, apart);
               take_roots(&rho);
               const auto xi = rho - part.of(length[k]);
-              part.of(b[k]) = xi;
+              part.of(in.rods.b[k]) = xi;
               return xi / part.of(length[k]);
             });
       });
 }
 
-void evaluate_rates(const Shape& shape, const Pack3<>* u, const Pack3<>* v, const Pack<>* length_first, Pack<>* b,
+void evaluate_rates(const Arrays& arrays, const Pack3<>* u, const Pack3<>* v, const Pack<>* length_first,
                     Pack<>* largest) {
-  dispatch_ends(
-      shape, [=](const auto& part, auto ends) __attribute__((always_inline)) {
+  for_group(
+      arrays, [=](const auto& part, auto ends, const Arrays& in) __attribute__((always_inline)) {
         part.of(*largest) = largest_of(
-            part, shape.num_rods, [&](std::size_t k) __attribute__((always_inline)) {
+            part, in.shape.num_rods, [&](std::size_t k) __attribute__((always_inline)) {
               auto rate = dot(part.of(u[k]), difference(part, ends, k, v));
               if (length_first != nullptr) rate -= part.of(length_first[k]);
-              part.of(b[k]) = rate;
-              return rate;
-            });
-      });
-}
-
-void evaluate_rates(const Shape& shape, const Motion& motion_of, const Pack<>* length_first, Pack<>* b,
-                    Pack<>* largest) {
-  dispatch_ends(
-      shape, [ =, motion_at = &motion_of ]<class Lanes>(const Lanes& part, auto ends) __attribute__((always_inline)) {
-        const Motion motion = *motion_at;
-        part.of(*largest) = largest_of(
-            part, shape.num_rods, [&](std::size_t k) __attribute__((always_inline)) {
-              typename Lanes::Lane inverse;
-              const auto u = direction(part, ends, k, motion.r, motion.offset, &inverse);
-              auto rate = dot(u, difference(part, ends, k, motion.v));
-              if (length_first != nullptr) rate -= part.of(length_first[k]);
-              part.of(b[k]) = rate;
+              part.of(in.rods.b[k]) = rate;
               return rate;
             });
       });

@@ -2,14 +2,13 @@
 
 #include <array>
 #include <cstddef>
-#include <limits>
 #include <span>
 
 #include <tanor/system.hpp>
 
-#include "base/lane_parts.hpp"
 #include "base/pack.hpp"
 #include "base/vec3.hpp"
+#include "schur/findings.hpp"
 #include "schur/lane_plan.hpp"
 
 /// \file Arithmetic of rods in groups of eight equal islands, or of eight pieces of trees or paths, side by side in the
@@ -21,19 +20,14 @@
 /// are eliminated from the first rod on; the last one is a separator (path_separators.hpp).
 namespace tanor::detail::lanes {
 
-enum class Program { Islands, Trees, Paths };
-
 /// How the rods of a group join its places.
 struct Shape {
+  Program program;
   std::size_t num_rods, num_places;
   const IslandStructure* structure;  ///< of equal islands, else null
   const Index*
       parent;  ///< [rod][lane] of pieces of trees, whose rod k joins the child at place k to its parent, else null
   bool have_same_parents;
-
-  bool is_of_tree() const { return parent != nullptr; }
-  /// Rod k of a piece of a path joins the places k and k + 1.
-  bool is_of_path() const { return structure == nullptr && parent == nullptr; }
 };
 
 /// Symmetric 3 x 3 matrices.
@@ -101,74 +95,48 @@ struct Rods {
   PathFactor& path_factor(std::size_t k) const { return reinterpret_cast<PathFactor*>(factor)[k]; }
 };
 
-/// The largest numbers that were found in each lane.
-struct Findings {
-  Pack<> largest_inverse = Pack<>{} + 1.0;  ///< S_aa over the pivots; infinite if one of these is not positive
-  Largest right_side, residual, own_residual;
-
-  /// Includes the largest |b| and residual of one island in each lane of a part.
-  template <class Lanes, class Lane>
-  [[gnu::always_inline]] void include(const Lanes& part, const Lane& largest_b, const Lane& largest_left) {
-    const auto see = [&part](const Lane& size, Largest* to) __attribute__((always_inline)) {
-      Seen<Lanes::width> seen;
-      seen.see(size);
-      seen.write(part, to);
-    };
-    see(largest_b, &right_side);
-    see(largest_left, &residual);
-    see(largest_left / (largest_b + std::numeric_limits<double>::min()), &own_residual);
-  }
-  /// Includes those of one island.
-  void include(double largest_b, double largest_left) {
-    const auto see = [](double size, Largest* to) {
-      to->value[0] = std::max(to->value[0], size);
-      to->zero[0] += 0.0 * size;
-    };
-    see(largest_b, &right_side);
-    see(largest_left, &residual);
-    see(largest_left / (largest_b + std::numeric_limits<double>::min()), &own_residual);
-  }
+/// All arrays of a group.
+struct Arrays {
+  Shape shape;
+  Points points;
+  Rods rods;
+  Pack3<>* dw;  ///< [place]; forces F = K lambda on the way to it
 };
 
 /// Frees all points: W = 1/m and s = 0.
-void free_points(const Shape& shape, const Points& points);
+void free_points(const Arrays& arrays);
 /// Evaluates u of rods at r.
-void find_directions(const Shape& shape, const Pack3<>* r, const Pack3<>* offset, Pack3<>* u);
+void find_directions(const Arrays& arrays, const Pack3<>* r, const Pack3<>* offset, Pack3<>* u);
 /// Evaluates u and b of rods, and the largest |b|.
-void evaluate(const Shape& shape, const Motion& motion, const Rods& rods, Pack<>* right_side);
+void evaluate(const Arrays& arrays, const Motion& motion, Pack<>* right_side);
 /// Factorizes S. The pivot of a rod of a tree is d = u'(W_c + W_p) u, and W_p -= h h'/d.
-void eliminate(const Shape& shape, const Points& points, const Rods& rods, Findings* found);
+void eliminate(const Arrays& arrays, Findings* found);
 /// Solves S lambda = -(b + K's), of trees the way up to the roots: z, and s_p -= z h/d; of paths y = -L^-1 b.
-void substitute_up(const Shape& shape, const Points& points, const Rods& rods);
+void substitute_up(const Arrays& arrays);
 /// Does all three for pieces, in one pass, so that one rod's evaluation runs while another one's pivot is waited for.
-void evaluate_and_eliminate(const Shape& shape, const Motion& motion, const Points& points, const Rods& rods,
-                            Pack<>* right_side, Findings* found);
-/// Ends a solve of whole islands with the factor that there is: lambda, unless `is_substituted` up to the roots, then F
-/// = K lambda, and the rest as `accelerate`. Includes the residual and the right side of islands in what was found.
-void finish(const Shape& shape, const Points& points, const Rods& rods, bool is_substituted, Pack3<>* F,
-            const Pack3<>* w0, Vec3 uniform, Pack3<>* w, const Pack<>* right_side, Findings* found);
+void evaluate_and_eliminate(const Arrays& arrays, const Motion& motion, Pack<>* right_side, Findings* found);
+/// Ends a solve of whole islands with the factor that there is: lambda, unless `is_substituted` up to the roots, then
+/// F, and the rest as `accelerate`. Includes the residual and the right side of islands in what was found.
+void finish(const Arrays& arrays, bool is_substituted, const Pack3<>* w0, Vec3 uniform, Pack3<>* w,
+            const Pack<>* right_side, Findings* found);
 /// Ends that of pieces of paths: lambda, unless it is known, and dw = M^-1 K lambda. Also computes w := w0 + dw and the
 /// residual, but for that of separators, unless these are null. `upcoming` are arrays for the next pieces.
-void accelerate_pieces(const Shape& shape, const Points& points, const Rods& rods, bool lambda_is_known,
-                       const Upcoming& upcoming, Vec3 uniform, Pack3<>* dw, Pack3<>* w, Pack<>* residual);
-/// Computes the forces F = K lambda, and points += F/m unless these are null; of paths, lambda alone. On the way down
-/// pieces, lambda = -z/d - (h/d).F_p, or L'^-1 D^-1 y, takes z's place, unless it is known. If there is a force on the
-/// roots from outside, it is added to F.
-void substitute_down(const Shape& shape, const Pack<>* inverse_mass, const Rods& rods, bool lambda_is_known,
-                     const Pack3<>* on_roots, Pack3<>* F, Pack3<>* points);
-/// Computes dw = F/m in F's place and w := w0 + dw. If w0 is null, it is `uniform` for all points.
-void accelerate(const Shape& shape, const Pack<>* inverse_mass, Pack3<>* F, const Pack3<>* w0, Vec3 uniform,
-                Pack3<>* w);
+void accelerate_pieces(const Arrays& arrays, bool lambda_is_known, const Upcoming& upcoming, Vec3 uniform, Pack3<>* w,
+                       Pack<>* residual);
+/// Computes the forces F, and points += F/m unless these are null; of paths, lambda alone. On the way down pieces,
+/// lambda = -z/d - (h/d).F_p, or L'^-1 D^-1 y, takes z's place, unless it is known. If there is a force on the roots
+/// from outside, it is added to F.
+void substitute_down(const Arrays& arrays, bool lambda_is_known, const Pack3<>* on_roots, Pack3<>* points);
+/// Computes dw = F/m and w := w0 + dw. If w0 is null, it is `uniform` for all points.
+void accelerate(const Arrays& arrays, const Pack3<>* w0, Vec3 uniform, Pack3<>* w);
 /// Finds the largest |K'dw + b|.
-void find_residual(const Shape& shape, const Rods& rods, const Pack3<>* dw, Pack<>* residual);
+void find_residual(const Arrays& arrays, const Pack3<>* dw, Pack<>* residual);
 /// Evaluates xi at r in b's place, and the largest |xi|/length.
-void evaluate_values(const Shape& shape, const Pack3<>* r, const Pack3<>* offset, const Pack<>* length, Pack<>* b,
+void evaluate_values(const Arrays& arrays, const Pack3<>* r, const Pack3<>* offset, const Pack<>* length,
                      Pack<>* largest);
 /// Evaluates K'v + xi_t in b's place with K of u, and the largest one. `length_first` is l' [rod]; null if 0.
-void evaluate_rates(const Shape& shape, const Pack3<>* u, const Pack3<>* v, const Pack<>* length_first, Pack<>* b,
+void evaluate_rates(const Arrays& arrays, const Pack3<>* u, const Pack3<>* v, const Pack<>* length_first,
                     Pack<>* largest);
-/// Does the same with K at r.
-void evaluate_rates(const Shape& shape, const Motion& motion, const Pack<>* length_first, Pack<>* b, Pack<>* largest);
 
 /// Take W, or dw, of joints at their places.
 void take_mobilities(std::span<const JointPlace> places, const Joint* joints, Mobility* mobility);
@@ -294,8 +262,8 @@ template <class Lanes, class Ends, class Vector>
 /// Calls body(ends) with the kind of ends that the shape has.
 template <class Body>
 [[gnu::always_inline]] inline void with_ends(const Shape& shape, const Body& body) {
-  if (shape.structure != nullptr) return body(EqualEnds{shape.structure->topology.rods.data()});
-  if (shape.is_of_path()) return body(PathEnds());
+  if (shape.program == Program::Islands) return body(EqualEnds{shape.structure->topology.rods.data()});
+  if (shape.program == Program::Paths) return body(PathEnds());
   shape.have_same_parents ? body(TreeEnds<SamePlace>{shape.parent}) : body(TreeEnds<OwnPlaces>{shape.parent});
 }
 

@@ -4,14 +4,19 @@
 #include <cstddef>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "base/pack.hpp"
+#include "schur/factor_summary.hpp"
 #include "schur/island_schedule.hpp"
 #include "schur/rod_rows.hpp"
 #include "system/numbering.hpp"
 
 namespace tanor::detail {
+
+/// Says how S is eliminated, see lane_kernels.hpp.
+enum class Program { Islands, Trees, Paths };
 
 /// Eight members side by side in the lanes: equal islands of rods, or pieces of trees or of a path. Where members are
 /// too few, the last one fills several lanes.
@@ -53,6 +58,7 @@ struct LanePlan {
   struct Island {
     Index first_point, end_point;
   };
+  Program program = Program::Islands;
   std::vector<Island> islands;
   std::vector<std::unique_ptr<const IslandStructure>> structures;
   std::vector<LaneGroup> groups;
@@ -66,9 +72,11 @@ struct LanePlan {
     std::size_t first_separator, end_separator;
     bool is_ring;
   };
-  std::vector<Path> paths;                 ///< [island], if these are paths
+  std::vector<Path> paths;                 ///< [island] of paths
   std::vector<std::size_t> path_start{0};  ///< [grove] the first one
   std::size_t num_rods = 0, size_of_factor = 0;
+  std::string reason;    ///< as in SchurSolver::Summary
+  FactorSummary factor;  ///< what it costs
 
   std::size_t num_separators() const { return paths.empty() ? 0 : paths.back().end_separator; }
   std::size_t num_slots() const { return row.size() / num_lanes; }
@@ -90,6 +98,18 @@ struct LanePlan {
   /// Returns how many of all lanes of rods have one.
   double fullness() const { return static_cast<double>(num_rods) / static_cast<double>(row.size()); }
 
+  /// Appends a group with room for its rods and places, and for so many packs of its factor.
+  LaneGroup& add(const LaneGroup& given, std::size_t packs_of_factor) {
+    LaneGroup& group = groups.emplace_back(given);
+    group.first_rod = num_slots();
+    group.first_place = num_places();
+    group.first_factor = size_of_factor;
+    group.first_joint = joints.size();
+    row.resize(row.size() + num_lanes * group.num_rods, -1);
+    point.resize(point.size() + num_lanes * group.num_places);
+    size_of_factor += packs_of_factor;
+    return group;
+  }
   void end_level() { level_start.push_back(groups.size()); }
   void end_grove() { grove_start.push_back(level_start.size() - 1); }
 };

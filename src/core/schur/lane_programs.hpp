@@ -1,19 +1,9 @@
 #pragma once
 
-#include <cmath>
-
 #include "schur/lane_kernels.hpp"
 
 /// \file The three programs that eliminate S, see lane_kernels.hpp, for some lanes.
 namespace tanor::detail::lanes {
-
-/// Includes a diagonal over its pivot in the largest one. A pivot that is 0, negative or NaN makes it
-/// infinite.
-template <class Lane>
-[[gnu::always_inline]] inline void include(const Lane& ratio, Lane* largest) {
-  const Lane checked = ratio > 0.0 ? ratio : Lane{} + HUGE_VAL;
-  *largest = checked > *largest ? checked : *largest;
-}
 
 // ---- pieces of trees ----
 

@@ -1,22 +1,24 @@
 #include "schur/lane_solver.hpp"
 
 #include <algorithm>
-#include <array>
-#include <string>
 #include <utility>
 
 namespace tanor::detail {
 
 // ---- the plan ----
 
-std::unique_ptr<LaneSolver> LaneSolver::make(const SchurProblem& problem, int threads, bool eagerly, const Take& take,
+std::unique_ptr<LaneSolver> LaneSolver::make(const SchurProblem& problem, LinearSolver kind, int threads, bool eagerly,
                                              std::vector<Index>* islands) {
   if (islands->empty()) return nullptr;
   const std::vector<Index> before = *islands;
   const RodRows rods(problem.constraints, problem.numbering.num_rows());
+  const auto take = kind == LinearSolver::Batches ? take_equal_islands
+                    : kind == LinearSolver::Paths ? take_paths
+                                                  : take_trees;
   LanePlan plan = take(rods, problem.numbering, eagerly, islands);
   if (plan.groups.empty()) return nullptr;
   std::unique_ptr<LaneSolver> result(new LaneSolver(problem, rods, std::move(plan), threads));
+  result->summary_ = {{kind}, result->groups_.plan().reason, result->groups_.plan().factor};
   result->serve(problem, before, *islands);
   return result;
 }
@@ -24,68 +26,6 @@ std::unique_ptr<LaneSolver> LaneSolver::make(const SchurProblem& problem, int th
 LaneSolver::LaneSolver(const SchurProblem& problem, const RodRows& rods, LanePlan plan, int threads)
     : groups_(std::move(plan), rods, problem.inverse_mass, problem.numbering.num_moving, threads),
       of_island_(groups_.plan().islands.size()) {}
-
-std::unique_ptr<LaneSolver> LaneSolver::make_batches(const SchurProblem& problem, int threads, bool eagerly,
-                                                     std::vector<Index>* islands) {
-  std::unique_ptr<LaneSolver> result = make(problem, threads, eagerly, take_equal_islands, islands);
-  if (result == nullptr) return nullptr;
-  const LanePlan& plan = result->groups_.plan();
-  FactorSummary factor{.parts = plan.islands.size()};
-  for (const LaneGroup& group : plan.groups) {
-    const IslandSchedule& schedule = group.structure->schedule;
-    const std::size_t entries = group.num_members * static_cast<std::size_t>(schedule.num_slots);
-    factor.factor_nonzeros += entries;
-    factor.pattern_nonzeros += entries - group.num_members * schedule.num_fill_slots;
-    factor.flops += static_cast<double>(group.num_members) * schedule.flops();
-  }
-  result->summary_ = {.solvers = {LinearSolver::Batches},
-                      .reason = std::to_string(factor.parts) + " islands of rods have " +
-                                std::to_string(plan.structures.size()) +
-                                (plan.structures.size() == 1 ? " structure" : " structures"),
-                      .factor = factor};
-  return result;
-}
-
-std::unique_ptr<LaneSolver> LaneSolver::make_trees(const SchurProblem& problem, int threads, bool eagerly,
-                                                   std::vector<Index>* islands) {
-  std::unique_ptr<LaneSolver> result = make(problem, threads, eagerly, take_trees, islands);
-  if (result == nullptr) return nullptr;
-  constexpr double flops_a_rod = 50.0;
-  const LanePlan& plan = result->groups_.plan();
-  const std::size_t count = plan.islands.size();
-  result->summary_ = {.solvers = {LinearSolver::Trees},
-                      .reason = (count == 1 ? "one tree" : std::to_string(count) + " trees") + " of rods, which use " +
-                                std::to_string(static_cast<int>(100.0 * plan.fullness())) + " % of the lanes",
-                      .factor = {.parts = count,
-                                 .pattern_nonzeros = 4 * plan.num_rods,
-                                 .factor_nonzeros = 4 * plan.num_rods,
-                                 .flops = flops_a_rod * static_cast<double>(plan.num_rods)}};
-  return result;
-}
-
-std::unique_ptr<LaneSolver> LaneSolver::make_paths(const SchurProblem& problem, int threads,
-                                                   std::vector<Index>* islands) {
-  std::unique_ptr<LaneSolver> result = make(problem, threads, false, take_paths, islands);
-  if (result == nullptr) return nullptr;
-  constexpr double flops_a_rod = 9.0;
-  const LanePlan& plan = result->groups_.plan();
-  const auto num_rings = static_cast<std::size_t>(std::ranges::count_if(plan.paths, &LanePlan::Path::is_ring)),
-             num_open = plan.paths.size() - num_rings;
-  std::size_t of_rings = 0;  // separators, which have a product with the closing rod
-  for (const LanePlan::Path& path : plan.paths)
-    of_rings += path.is_ring ? path.end_separator - path.first_separator : 0;
-  const auto count = [](std::size_t number, const std::string& what) {
-    return number == 1 ? "one " + what + " of rods" : std::to_string(number) + " " + what + "s of rods";
-  };
-  result->summary_ = {.solvers = {LinearSolver::Paths},
-                      .reason = (num_open > 0 ? count(num_open, "path") : "") + (num_open * num_rings > 0 ? ", " : "") +
-                                (num_rings > 0 ? count(num_rings, "ring") : ""),
-                      .factor = {.parts = plan.paths.size(),
-                                 .pattern_nonzeros = 2 * plan.num_rods - num_open,
-                                 .factor_nonzeros = 2 * plan.num_rods - plan.paths.size() + of_rings,
-                                 .flops = flops_a_rod * static_cast<double>(plan.num_rods)}};
-  return result;
-}
 
 // ---- grove by grove ----
 
@@ -103,20 +43,6 @@ void LaneSolver::visit(const Parallel& parallel, const Work& work) {
 void LaneSolver::note_findings(const GroveVisit& visit) {
   LaneGroups::Workspace& work = groups_.workspaces()[visit.workspace()];
   const std::span<const LaneGroup> groups = visit.groups();
-  const LanePlan& plan = groups_.plan();
-  std::array<Index, num_lanes> only;  // NOLINT: filled here
-  only.fill(groups.front().island.front());
-  if (std::ranges::all_of(groups, [&](const LaneGroup& group) { return group.island == only; })) {
-    Largest right_side, residual;
-    for (std::size_t k = 0; k < groups.size(); ++k) {
-      right_side.see(work.right_side.data()[k]);
-      residual.see(work.residual.data()[k]);
-    }
-    visit.for_each_path([&](std::size_t path) {
-      residual.see(Pack<>{residual_of_separators(groups_.separators(path), plan.paths[path].is_ring)});
-    });
-    return work.found.include(right_side.read(), residual.read());
-  }
   for (std::size_t k = 0; k < groups.size(); ++k) {
     for (std::size_t lane = 0; lane < num_lanes; ++lane) {
       Elimination& own = of_island_[static_cast<std::size_t>(groups[k].island[lane])];
@@ -126,7 +52,7 @@ void LaneSolver::note_findings(const GroveVisit& visit) {
   }
   visit.for_each_path([&](std::size_t path) {
     double& own = of_island_[path].residual;
-    own = larger(own, residual_of_separators(groups_.separators(path), plan.paths[path].is_ring));
+    own = larger(own, residual_of_separators(groups_.separators(path), groups_.plan().paths[path].is_ring));
   });
   for (const LaneGroup& group : groups) {
     for (std::size_t lane = 0; lane < num_lanes; ++lane) {
@@ -140,20 +66,13 @@ void LaneSolver::note_findings(const GroveVisit& visit) {
 
 Elimination LaneSolver::found() {
   Elimination result;
-  for (const LaneGroups::Workspace& work : groups_.workspaces()) {
-    for (std::size_t lane = 0; lane < num_lanes; ++lane)
-      result.reciprocal_condition = std::min(result.reciprocal_condition, 1.0 / work.found.largest_inverse[lane]);
-    result.include({1.0, work.found.right_side.read(), work.found.residual.read(), work.found.own_residual.read()});
-  }
+  for (const LaneGroups::Workspace& work : groups_.workspaces()) result.include(work.found.read());
   return result;
 }
 
 Projection LaneSolver::reached() {
   Projection result;
-  for (const LaneGroups::Workspace& work : groups_.workspaces()) {
-    result.violation = larger(result.violation, work.projection.violation);
-    result.iterations = std::max(result.iterations, work.projection.iterations);
-  }
+  for (const LaneGroups::Workspace& work : groups_.workspaces()) result.include(work.projection);
   return result;
 }
 
@@ -291,7 +210,7 @@ void LaneSolver::add_reactions(const GroveVisit& grove, const double* blocks, co
 template <class Evaluate, class Move>
 void LaneSolver::project(const GroveVisit& grove, double target, const Evaluate& evaluate, const Move& move) {
   LaneGroups::Workspace& work = groups_.workspaces()[grove.workspace()];
-  const Projection reached = iterate_along_chord(
+  work.projection.include(iterate_along_chord(
       target,
       [&] {
         grove.up([&](Group& group) {
@@ -302,9 +221,7 @@ void LaneSolver::project(const GroveVisit& grove, double target, const Evaluate&
         for (std::size_t k = 0; k < grove.groups().size(); ++k) violation.see(work.right_side.data()[k]);
         return violation.read();
       },
-      move);
-  work.projection.violation = larger(work.projection.violation, reached.violation);
-  work.projection.iterations = std::max(work.projection.iterations, reached.iterations);
+      move));
 }
 
 /// Does so with points of paths, which do not stay in lanes.

@@ -19,12 +19,10 @@ namespace tanor::detail {
 /// any leaf). Multipliers come back the other way.
 class LaneSolver final : public IslandSolver {
  public:
-  /// Takes islands out of `islands`, see take_equal_islands, take_paths and take_trees. Returns null if there are none.
-  static std::unique_ptr<LaneSolver> make_batches(const SchurProblem& problem, int threads, bool eagerly,
-                                                  std::vector<Index>* islands);
-  static std::unique_ptr<LaneSolver> make_paths(const SchurProblem& problem, int threads, std::vector<Index>* islands);
-  static std::unique_ptr<LaneSolver> make_trees(const SchurProblem& problem, int threads, bool eagerly,
-                                                std::vector<Index>* islands);
+  /// Takes islands out of `islands` as batches, paths or trees, see take_equal_islands, take_paths and take_trees.
+  /// Returns null if there are none.
+  static std::unique_ptr<LaneSolver> make(const SchurProblem& problem, LinearSolver kind, int threads, bool eagerly,
+                                          std::vector<Index>* islands);
 
   Elimination solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks, double* b,
                     double* lambda, double* w) override;
@@ -41,9 +39,6 @@ class LaneSolver final : public IslandSolver {
 
  private:
   using Group = LaneGroups::Group;
-  using Take = LanePlan (*)(const RodRows& rods, const Numbering& numbering, bool eagerly, std::vector<Index>* islands);
-  static std::unique_ptr<LaneSolver> make(const SchurProblem& problem, int threads, bool eagerly, const Take& take,
-                                          std::vector<Index>* islands);
   LaneSolver(const SchurProblem& problem, const RodRows& rods, LanePlan plan, int threads);
 
   template <class Work>

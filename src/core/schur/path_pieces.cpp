@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <string>
 
 #include "plan/thresholds.hpp"
 #include "schur/lane_plan.hpp"
@@ -43,6 +44,11 @@ class PathCutter {
     }
     while (row < path.first + path.num_rows()) alone_.push_back(next(1));
     plan_.paths.push_back({first_separator, separator, path.is_ring});
+    // Each separator of a ring has a product with the closing rod.
+    ++plan_.factor.parts;
+    plan_.factor.pattern_nonzeros += 2 * path.num_rows() - (path.is_ring ? 0 : 1);
+    plan_.factor.factor_nonzeros += 2 * path.num_rows() - 1 + (path.is_ring ? separator - first_separator : 0);
+    plan_.factor.flops += flops_a_rod * static_cast<double>(path.num_rows());
   }
   void end_grove() {
     for (std::size_t k = 0; k < alone_.size(); k += num_lanes)
@@ -56,6 +62,7 @@ class PathCutter {
 
  private:
   static constexpr std::size_t packs_of_factor = 3;  // see lanes::PathFactor
+  static constexpr double flops_a_rod = 9.0;
 
   struct Piece {
     RodPath path;
@@ -71,20 +78,14 @@ class PathCutter {
   };
 
   void add_group(std::span<const Piece> pieces, std::size_t length) {
-    LaneGroup group{.num_rods = length,
-                    .num_places = length + 1,
-                    .first_rod = plan_.num_slots(),
-                    .first_place = plan_.num_places(),
-                    .first_factor = plan_.size_of_factor,
-                    .num_members = pieces.size(),
-                    .is_padded = pieces.size() < num_lanes,
-                    .stands_alone = false};
-    plan_.row.resize(plan_.row.size() + num_lanes * length, -1);
-    plan_.point.resize(plan_.point.size() + num_lanes * group.num_places);
-    plan_.size_of_factor += length * packs_of_factor;
+    LaneGroup& group = plan_.add({.num_rods = length,
+                                  .num_places = length + 1,
+                                  .num_members = pieces.size(),
+                                  .is_padded = pieces.size() < num_lanes,
+                                  .stands_alone = false},
+                                 length * packs_of_factor);
     for (std::size_t lane = 0; lane < num_lanes; ++lane)
       add_piece(pieces[std::min(lane, pieces.size() - 1)], lane < pieces.size(), lane, &group);
-    plan_.groups.push_back(group);
   }
 
   void add_piece(const Piece& piece, bool is_there, std::size_t lane, LaneGroup* group) {
@@ -115,6 +116,7 @@ class PathCutter {
 
 LanePlan take_paths(const RodRows& rods, const Numbering& numbering, bool, std::vector<Index>* islands) {
   LanePlan result;
+  result.program = Program::Paths;
   PathCutter cutter(&result);
   std::erase_if(*islands, [&](Index island) {
     const std::optional<RodPath> path = find_path(rods.ends, numbering, island);
@@ -122,6 +124,14 @@ LanePlan take_paths(const RodRows& rods, const Numbering& numbering, bool, std::
     return path.has_value();
   });
   if (result.num_rods > 0) cutter.end_grove();
+  const auto add = [&](std::ptrdiff_t count, const std::string& what) {
+    if (count == 0) return;
+    result.reason += (result.reason.empty() ? "" : ", ") +
+                     (count == 1 ? "one " + what : std::to_string(count) + " " + what + "s") + " of rods";
+  };
+  const std::ptrdiff_t num_rings = std::ranges::count_if(result.paths, &LanePlan::Path::is_ring);
+  add(std::ssize(result.paths) - num_rings, "path");
+  add(num_rings, "ring");
   return result;
 }
 

@@ -26,51 +26,31 @@ class PointSolver final : public IslandSolver {
   void solve_negative(const Parallel& parallel, const double* b, double* x) override;
 
  private:
-  static constexpr std::size_t most_rows = 3;
-  enum class Guide { None, Plane, Sphere, Line, Circle };
-  struct Member {
-    Guide guide = Guide::None;
-    Index number = -1;  // number in its family
-    Index point = -1;
-    Index num_rows = 0;
-    Index first_block = -1;
-    bool is_still = true;  // true if its guide does not move
-    Index slot = -1;       // slot of its guide's geometry
-  };
-  /// Consecutive points [first, end) that have guides of the same kinds in the same order. The numbers of their members
-  /// grow by `stride` from point to point. Groups of eight are counted from the first point on.
-  struct Run {
-    Index first, end, first_row;
-    std::size_t first_group = 0;
-    Index num_rows = 0;
-    std::size_t num_members = 0;
-    std::array<Member, most_rows> members{};
-    std::array<Index, most_rows> stride{};
-    std::array<bool, most_rows> has_one_guide{};  // true if one guide serves all points
+  static constexpr std::size_t most_rows = 3, most_groups = 8, most_points = most_groups * num_lanes;
+  /// Consecutive points that have guides of the same kinds in the same order, and consecutive rows.
+  struct Chunk {
+    std::size_t first_point, first_row, num_rows, num_points = 0, first_factor = 0;
+    std::array<bool, most_rows> has_one_guide{true, true, true};   // [row] true if one guide serves all points
+    std::array<bool, most_rows> are_neighbours{true, true, true};  // [row] true if blocks follow one another
 
-    std::size_t num_groups() const { return (static_cast<std::size_t>(end - first) + num_lanes - 1) / num_lanes; }
+    std::size_t num_groups() const { return (num_points + num_lanes - 1) / num_lanes; }
+    bool is_full() const { return num_points % num_lanes == 0; }
   };
-  struct Chunk;
+  class Work;
 
-  explicit PointSolver(const Constraints& constraints) : constraints_(constraints) {}
-  static std::vector<Member> read_members(const Constraints& constraints, std::size_t num_rows);
-  bool append_point(std::span<const Member> rows, Index first_row);
-  template <class Work>
-  Elimination for_each_chunk(const Parallel& parallel, const Work& work) const;
-  PointFactor* factors_of(Chunk* chunk);
-  template <class Kernel>
-  void evaluate_moving(const Family<Kernel>& family, const FreeMotion& motion, std::size_t row, Chunk* chunk) const;
-  struct Guides;
-  void evaluate(const FreeMotion& motion, std::size_t member, std::size_t row, Chunk* chunk) const;
-  void evaluate_straight(Guide guide, const Guides& guides, bool is_still, const FreeMotion& motion, std::size_t row,
-                         Chunk* chunk) const;
-  void evaluate_round(Guide guide, const Guides& guides, bool is_still, const FreeMotion& motion, std::size_t row,
-                      Chunk* chunk) const;
+  explicit PointSolver(const SchurProblem& problem)
+      : constraints_(problem.constraints),
+        inverse_mass_(problem.inverse_mass),
+        block_(problem.numbering.num_rows(), -1) {}
+  void take(const Numbering& numbering, std::vector<Index>* islands);
+  template <class Visit>
+  Elimination for_each_chunk(const Parallel& parallel, const Visit& visit);
 
   const Constraints& constraints_;
   std::span<const double> inverse_mass_;
-  std::vector<Run> runs_;
-  std::vector<PointFactor> factors_;  // [group]; empty if every point has one row
+  std::vector<Index> block_;  // [row]; -1 where it belongs to no guide
+  std::vector<Chunk> chunks_;
+  std::vector<PointFactor> factors_;  // [group] of points with several rows
 };
 
 }  // namespace tanor::detail

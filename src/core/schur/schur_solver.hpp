@@ -61,6 +61,12 @@ inline double own_residual(double residual, double right_side) {
 struct Projection {
   double violation = 0.0;  ///< relative, or m/s; NaN if any number is
   int iterations = 0;
+
+  /// Keeps the worst of both.
+  void include(const Projection& other) {
+    violation = larger(violation, other.violation);
+    iterations = std::max(iterations, other.iterations);
+  }
 };
 
 /// Iterates along a chord. evaluate() returns the violation and move() goes along the current slope. Ends if the

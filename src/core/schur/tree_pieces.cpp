@@ -2,6 +2,7 @@
 #include <numeric>
 #include <optional>
 #include <set>
+#include <string>
 #include <utility>
 
 #include "plan/thresholds.hpp"
@@ -85,6 +86,7 @@ class Cut {
     open_.assign(tree.num_points(), {});
     next_.assign(tree.rods.size(), none);
     place_.resize(tree.num_points());
+    height_.assign(tree.num_points(), 0);
     std::vector<std::size_t> order(tree.rods.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::ranges::stable_sort(order, {}, [&](std::size_t rod) { return tree.rods[rod].parent; });
@@ -104,7 +106,8 @@ class Cut {
     std::size_t first = none, last = none, count = 0, level = 0;
   };
   bool is_support(Index point) const { return point >= tree_->end_point; }
-  Open& open(Index point) { return open_[static_cast<std::size_t>(point - tree_->first_point)]; }
+  std::size_t local(Index point) const { return static_cast<std::size_t>(point - tree_->first_point); }
+  Open& open(Index point) { return open_[local(point)]; }
   Open below(std::size_t rod) {
     const Index child = tree_->rods[rod].child;
     return is_support(child) ? Open{} : open(child);
@@ -144,53 +147,37 @@ class Cut {
     Open& own = open(root);
     pieces.push_back({number_, rods.size(), own.count, root, own.level});
     const auto put = [&](Index point, std::size_t place) {
-      const auto local = static_cast<std::size_t>(point - tree_->first_point);
-      place_[local] = static_cast<Index>(place);
-      if (last_at_[local] != none) pieces[last_at_[local]].above = pieces.size() - 1;
+      place_[local(point)] = static_cast<Index>(place);
+      if (const std::size_t below = last_at_[local(point)]; below != none) pieces[below].above = pieces.size() - 1;
     };
-    const std::size_t first = rods.size();
-    for (std::size_t rod = own.first, k = 0; k < own.count; rod = next_[rod], ++k) {
-      rods.push_back(tree_->rods[rod]);
-      if (!is_support(rods.back().child)) put(rods.back().child, k);
+    for (std::size_t rod = own.first, k = 0; k < own.count; rod = next_[rod], ++k) rods.push_back(tree_->rods[rod]);
+    const std::span made = std::span(rods).last(own.count);
+    if (!follow(made, root)) sort_by_height(made);
+    for (std::size_t k = 0; k < made.size(); ++k) {
+      if (!is_support(made[k].child)) put(made[k].child, k);
     }
     put(root, own.count);
-    last_at_[static_cast<std::size_t>(root - tree_->first_point)] = pieces.size() - 1;
-    for (std::size_t a = first; a < rods.size(); ++a)
-      parent.push_back(place_[static_cast<std::size_t>(rods[a].parent - tree_->first_point)]);
+    last_at_[local(root)] = pieces.size() - 1;
+    for (const RodTree::Rod& rod : made) parent.push_back(place_[local(rod.parent)]);
     own = {.level = own.level + 1};
-    if (!follow(pieces.back())) sort_by_height(pieces.back());
   }
   /// Returns true if the rods and points of a piece follow one another in memory, and may be read at once.
-  bool follow(const Piece& piece) const {
-    const std::span own = std::span(rods).subspan(piece.first, piece.num_rods);
+  static bool follow(std::span<const RodTree::Rod> own, Index root) {
     const auto count = static_cast<Index>(own.size());
     for (Index k = 0; k < count; ++k) {
       const RodTree::Rod& rod = own[static_cast<std::size_t>(k)];
       if (rod.row != own.front().row + k || rod.child != own.front().child + k) return false;
     }
-    return own.empty() || piece.root == own.front().child + count;
+    return own.empty() || root == own.front().child + count;
   }
-  /// Sorts rods by what hangs below them, so that few wait for the rod before them. The order is the piece's
-  /// own: a tree has the same bits whatever stands beside it.
-  void sort_by_height(const Piece& piece) {
-    Index* const parents = this->parent.data() + piece.first;
-    RodTree::Rod* const own = rods.data() + piece.first;
-    std::vector<int> height(piece.num_rods + 1, 0);
-    for (std::size_t k = 0; k < piece.num_rods; ++k) {
-      int& above = height[static_cast<std::size_t>(parents[k])];
-      above = std::max(above, height[k] + 1);
-    }
-    std::vector<std::size_t> order(piece.num_rods);
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::ranges::stable_sort(order, {}, [&](std::size_t k) { return height[k]; });
-    std::vector<Index> place(piece.num_rods + 1, static_cast<Index>(piece.num_rods));
-    for (std::size_t k = 0; k < order.size(); ++k) place[order[k]] = static_cast<Index>(k);
-    const std::vector<RodTree::Rod> rods_before(own, own + piece.num_rods);
-    const std::vector<Index> parents_before(parents, parents + piece.num_rods);
-    for (std::size_t k = 0; k < order.size(); ++k) {
-      own[k] = rods_before[order[k]];
-      parents[k] = place[static_cast<std::size_t>(parents_before[order[k]])];
-    }
+  /// Sorts rods by what hangs below them, so that few wait for the rod before them. The order is the piece's own: a
+  /// tree has the same bits whatever stands beside it.
+  void sort_by_height(std::span<RodTree::Rod> own) {
+    const auto height = [&](const RodTree::Rod& rod) { return is_support(rod.child) ? 0 : height_[local(rod.child)]; };
+    for (const RodTree::Rod& rod : own)
+      height_[local(rod.parent)] = std::max(height_[local(rod.parent)], height(rod) + 1);
+    std::ranges::stable_sort(own, {}, height);
+    height_[local(own.back().parent)] = 0;
   }
 
   const RodTree* tree_ = nullptr;
@@ -198,6 +185,7 @@ class Cut {
   std::vector<Open> open_;            // [point]
   std::vector<std::size_t> next_;     // [rod] in its list
   std::vector<Index> place_;          // [point] in the piece that is made
+  std::vector<int> height_;           // [point] likewise
   std::vector<std::size_t> last_at_;  // [point] the last piece with this root
 };
 
@@ -276,29 +264,25 @@ class Grouping {
   }
 
   void add_group(std::span<const Piece> pieces) {
-    LaneGroup group{.num_rods = pieces.front().num_rods,
-                    .first_rod = result_.num_slots(),
-                    .first_place = result_.num_places(),
-                    .first_factor = result_.size_of_factor,
-                    .first_joint = result_.joints.size(),
-                    .num_members = pieces.size()};
-    group.is_padded = pieces.back().num_rods < group.num_rods;
-    group.num_places = group.num_rods + (group.is_padded ? 2 : 1);
-    group.have_same_parents = std::ranges::all_of(
-        pieces, [&](const Piece& each) { return std::ranges::equal(parents(each), parents(pieces.front())); });
-    result_.parent.resize(result_.parent.size() + num_lanes * group.num_rods);
-    result_.row.resize(result_.parent.size());
-    result_.point.resize(result_.point.size() + num_lanes * group.num_places);
-    result_.size_of_factor += group.num_rods * packs_of_rod;
+    const std::size_t num_rods = pieces.front().num_rods;
+    const bool is_padded = pieces.back().num_rods < num_rods;
+    LaneGroup& group = result_.add(
+        {.num_rods = num_rods,
+         .num_places = num_rods + (is_padded ? 2 : 1),
+         .num_members = pieces.size(),
+         .have_same_parents = std::ranges::all_of(
+             pieces, [&](const Piece& each) { return std::ranges::equal(parents(each), parents(pieces.front())); }),
+         .is_padded = is_padded},
+        num_rods * packs_of_rod);
+    result_.parent.resize(result_.row.size());
     for (std::size_t lane = 0; lane < num_lanes; ++lane)
       add_piece(pieces[std::min(lane, pieces.size() - 1)], lane, &group);
     group.end_joint = result_.joints.size();
     // Roots are joints of pieces that come later.
     for (std::size_t lane = 0; lane < pieces.size(); ++lane) {
       if (pieces[lane].above != none)
-        joint_of_root_[static_cast<std::size_t>(pieces[lane].root)] = num_lanes * result_.groups.size() + lane;
+        joint_of_root_[static_cast<std::size_t>(pieces[lane].root)] = num_lanes * (result_.groups.size() - 1) + lane;
     }
-    result_.groups.push_back(group);
   }
 
   void add_piece(const Piece& piece, std::size_t lane, LaneGroup* group) {
@@ -345,6 +329,7 @@ class Grouping {
 /// Cuts trees into pieces.
 LanePlan cut_trees(std::span<const RodTree> trees, std::size_t num_moving) {
   LanePlan result;
+  result.program = Program::Trees;
   Cut cut;
   Grouping grouping(num_moving, &cut, &result);
   for (std::size_t tree = 0; tree < trees.size();) {
@@ -390,7 +375,13 @@ LanePlan take_trees(const RodRows& rods, const Numbering& numbering, bool eagerl
   std::ranges::sort(taken);
   std::ranges::sort(trees, {}, [](const RodTree& tree) { return std::pair(!tree.is_small(), tree.first_point); });
   std::erase_if(*islands, [&](Index island) { return std::ranges::binary_search(taken, island); });
-  return cut_trees(trees, numbering.num_moving);
+  LanePlan result = cut_trees(trees, numbering.num_moving);
+  constexpr double flops_a_rod = 50.0;
+  const std::size_t count = trees.size(), nonzeros = packs_of_rod * result.num_rods;
+  result.factor = {count, nonzeros, nonzeros, flops_a_rod * static_cast<double>(result.num_rods)};
+  result.reason = (count == 1 ? "one tree" : std::to_string(count) + " trees") + " of rods, which use " +
+                  std::to_string(static_cast<int>(100.0 * result.fullness())) + " % of the lanes";
+  return result;
 }
 
 }  // namespace tanor::detail
