@@ -109,13 +109,13 @@ class Traced {
   friend std::partial_ordering operator<=>(const Traced& a, const Traced& b) { return a.value() <=> b.value(); }
 
   friend Traced sqrt(const Traced& a) {
-    return a.is_constant() ? Traced(std::sqrt(a.constant_)) : a.alone(Operation::Sqrt);
+    return a.alone(Operation::Sqrt, [](double x) { return std::sqrt(x); });
   }
   friend Traced exp(const Traced& a) {
-    return a.is_constant() ? Traced(std::exp(a.constant_)) : a.alone(Operation::Exp);
+    return a.alone(Operation::Exp, [](double x) { return std::exp(x); });
   }
   friend Traced log(const Traced& a) {
-    return a.is_constant() ? Traced(std::log(a.constant_)) : a.alone(Operation::Log);
+    return a.alone(Operation::Log, [](double x) { return std::log(x); });
   }
   friend Traced sin(const Traced& a) {
     return a.is_constant() ? Traced(std::sin(a.constant_)) : a.pair(Operation::Sin, Operation::Cos).first;
@@ -147,7 +147,7 @@ class Traced {
     return y.combined(Operation::Atan2, x, x * x + y * y);
   }
   friend Traced abs(const Traced& a) {
-    return a.is_constant() ? Traced(std::abs(a.constant_)) : a.alone(Operation::Abs);
+    return a.alone(Operation::Abs, [](double x) { return std::abs(x); });
   }
   friend Traced min(const Traced& a, const Traced& b) { return a.chosen(Operation::Min, b); }
   friend Traced max(const Traced& a, const Traced& b) { return a.chosen(Operation::Max, b); }
@@ -168,8 +168,13 @@ class Traced {
     expression.instructions.push_back(instruction);
     return static_cast<int>(expression.instructions.size()) - 1;
   }
-  Traced alone(Operation operation) const {
-    return {*expression_, append(*expression_, {.operation = operation, .a = number_})};
+  template <class Function>
+  Traced alone(Operation operation, const Function& of_constant) const {
+    if (is_constant()) return of_constant(constant_);
+    return appended({.operation = operation, .a = number_});
+  }
+  Traced appended(const Expression::Instruction& instruction) const {
+    return {*expression_, append(*expression_, instruction)};
   }
   Traced combined(Operation operation, const Traced& b) const { return combined(operation, b, Traced(0.0)); }
   Traced combined(Operation operation, const Traced& b, const Traced& c) const {
@@ -184,12 +189,12 @@ class Traced {
     return combined(operation, b);
   }
   Traced scaled(double factor) const {
-    if (is_constant()) return factor * constant_;
-    return {*expression_, append(*expression_, {.operation = Operation::Scale, .a = number_, .constant = factor})};
+    return is_constant() ? factor * constant_
+                         : appended({.operation = Operation::Scale, .a = number_, .constant = factor});
   }
   Traced shifted(double shift) const {
-    if (is_constant()) return constant_ + shift;
-    return {*expression_, append(*expression_, {.operation = Operation::Shift, .a = number_, .constant = shift})};
+    return is_constant() ? constant_ + shift
+                         : appended({.operation = Operation::Shift, .a = number_, .constant = shift});
   }
   std::pair<Traced, Traced> pair(Operation first, Operation second) const {
     // The search looks at the last instructions only; else its time would grow with the square of the length of a text.
@@ -199,8 +204,8 @@ class Traced {
       if (all[i].operation != first || all[i].a != number_) continue;
       return {Traced(*expression_, static_cast<int>(i)), Traced(*expression_, static_cast<int>(i) + 1)};
     }
-    const Traced value = alone(first);
-    return {value, alone(second)};
+    const Traced value = appended({.operation = first, .a = number_});
+    return {value, appended({.operation = second, .a = number_})};
   }
 
   Expression* expression_ = nullptr;  // null for a constant

@@ -3,10 +3,10 @@
 /// \file
 /// Forward derivatives: a value with its partial derivatives in N variables.
 ///
-/// A function written once over a scalar type yields its gradient: K from xi(r, t), A from r(q, t). Forward has the
-/// functions of Jet, with the same conventions. Where a function has no derivative, the partials are infinite or NaN
-/// and the value stays right. A variable that does not take part has the partial 0, whatever the slope of the function
-/// is.
+/// A function written once over a scalar type yields its gradient: K from xi(r, t), A from r(q, t), and on Curved its
+/// second derivatives: d2U/dr dr' from U(r). Forward has the functions of Jet, with the same conventions. Where a
+/// function has no derivative, the partials are infinite or NaN and the value stays right. A variable that does not
+/// take part has the partial 0, whatever the slope of the function is.
 
 #include <array>
 #include <cmath>
@@ -16,13 +16,35 @@
 
 namespace tanor {
 
-/// A value with N partial derivatives. Comparisons look at the value alone.
-template <int N>
+template <int N, class S = double>
+struct Forward;
+
+namespace detail {
+
+/// The order of the derivatives that a number has.
+template <class S>
+inline constexpr int order_of = 0;
+template <int N, class S>
+inline constexpr int order_of<Forward<N, S>> = 1 + order_of<S>;
+
+constexpr bool is_zero(double x) {
+  return x == 0.0;
+}
+template <class T>
+constexpr bool is_zero(const T& x) {
+  return x.value() == 0.0 && x.is_constant();
+}
+
+}  // namespace detail
+
+/// A value with N partial derivatives. Comparisons look at the value alone. If S is a Forward, value and partials have
+/// derivatives themselves.
+template <int N, class S>
 struct Forward {
   static_assert(N >= 0);
 
-  double v = 0.0;             ///< value
-  std::array<double, N> d{};  ///< d[i] = partial derivative in variable i
+  S v = 0.0;             ///< value
+  std::array<S, N> d{};  ///< d[i] = partial derivative in variable i
 
   constexpr Forward() = default;
   constexpr Forward(double constant) : v(constant) {}  // NOLINT(google-explicit-constructor): constants fit everywhere
@@ -30,15 +52,25 @@ struct Forward {
   /// Returns the variable number i, 0 <= i < N.
   static constexpr Forward variable(double value, int i) {
     Forward a(value);
+    if constexpr (detail::order_of < S >> 0) a.v = S::variable(value, i);
     a.d[static_cast<std::size_t>(i)] = 1.0;
     return a;
   }
 
-  constexpr double value() const { return v; }
+  constexpr double value() const {
+    if constexpr (detail::order_of < S >> 0)
+      return v.value();
+    else
+      return v;
+  }
+  /// Returns the second derivative in variables i and j.
+  constexpr auto second(std::size_t i, std::size_t j) const requires(detail::order_of < S >> 0) {
+    return i < j ? d[j].d[i] : d[i].d[j];
+  }
 
   constexpr bool is_constant() const {
-    for (const double partial : d) {
-      if (partial != 0.0) return false;
+    for (const S& partial : d) {
+      if (!detail::is_zero(partial)) return false;
     }
     return true;
   }
@@ -55,12 +87,12 @@ struct Forward {
   }
   constexpr Forward& operator*=(double b) {
     v *= b;
-    for (double& partial : d) partial *= b;
+    for (S& partial : d) partial *= b;
     return *this;
   }
   constexpr Forward& operator/=(double b) {
     v /= b;
-    for (double& partial : d) partial /= b;
+    for (S& partial : d) partial /= b;
     return *this;
   }
   constexpr Forward& operator*=(const Forward& b) {
@@ -79,7 +111,7 @@ struct Forward {
   friend constexpr Forward operator+(const Forward& a) { return a; }
   friend constexpr Forward operator-(Forward a) {
     a.v = -a.v;
-    for (double& partial : a.d) partial = -partial;
+    for (S& partial : a.d) partial = -partial;
     return a;
   }
   friend constexpr Forward operator+(Forward a, const Forward& b) { return a += b; }
@@ -90,89 +122,101 @@ struct Forward {
   friend constexpr Forward operator/(Forward a, double b) { return a /= b; }
   friend constexpr Forward operator/(Forward a, const Forward& b) { return a /= b; }
 
-  friend constexpr bool operator==(const Forward& a, const Forward& b) { return a.v == b.v; }
-  friend constexpr std::partial_ordering operator<=>(const Forward& a, const Forward& b) { return a.v <=> b.v; }
+  friend constexpr bool operator==(const Forward& a, const Forward& b) { return a.value() == b.value(); }
+  friend constexpr std::partial_ordering operator<=>(const Forward& a, const Forward& b) {
+    return a.value() <=> b.value();
+  }
 };
 
+/// A value with its gradient and its Hessian in N variables, for the stiffness of an energy.
 template <int N>
-inline constexpr bool has_derivatives<Forward<N>> = true;
+using Curved = Forward<N, Forward<N>>;
+
+template <int N, class S>
+inline constexpr bool has_derivatives<Forward<N, S>> = true;
+template <int N, class S>
+inline constexpr bool is_composed<Forward<N, S>> = true;
 
 namespace detail {
 
 /// Returns slope * partial. A variable that does not take part gives 0 also if the slope is infinite or undefined.
-inline double chain(double slope, double partial) {
-  return partial == 0.0 ? 0.0 : slope * partial;
+template <class S>
+S chain(const S& slope, const S& partial) {
+  return is_zero(partial) ? S(0.0) : slope * partial;
 }
 
 /// Returns f(a) from the given value and slope f'(a).
-template <int N>
-Forward<N> chain(double value, double slope, const Forward<N>& a) {
-  Forward<N> r(value);
-  if (std::isfinite(slope)) {
-    for (std::size_t i = 0; i < N; ++i) r.d[i] = slope * a.d[i];
-  } else {
-    for (std::size_t i = 0; i < N; ++i) r.d[i] = chain(slope, a.d[i]);
+template <int N, class S>
+Forward<N, S> chain(const S& value, const S& slope, const Forward<N, S>& a) {
+  Forward<N, S> r;
+  r.v = value;
+  if constexpr (order_of<S> == 0) {
+    if (std::isfinite(slope)) {
+      for (std::size_t i = 0; i < N; ++i) r.d[i] = slope * a.d[i];
+      return r;
+    }
   }
+  for (std::size_t i = 0; i < N; ++i) r.d[i] = chain(slope, a.d[i]);
   return r;
 }
 
-/// The first function returns the value of a as a jet along itself; the second returns f(a) from f of that jet.
-template <int N>
-Jet<1> jet_of(const Forward<N>& a) {
-  return Jet<1>::variable(a.v);
-}
-template <int N>
-Forward<N> chain(const Jet<1>& f, const Forward<N>& a) {
-  return chain(f.c[0], f.c[1], a);
-}
-
 /// Returns f(a, b) from the given value and slopes.
-template <int N>
-Forward<N> chain(double value, double slope_a, const Forward<N>& a, double slope_b, const Forward<N>& b) {
-  Forward<N> r(value);
+template <int N, class S>
+Forward<N, S> chain(const S& value, const S& slope_a, const Forward<N, S>& a, const S& slope_b,
+                    const Forward<N, S>& b) {
+  Forward<N, S> r;
+  r.v = value;
   for (std::size_t i = 0; i < N; ++i) r.d[i] = chain(slope_a, a.d[i]) + chain(slope_b, b.d[i]);
   return r;
 }
 
+/// Returns f(a) from the series of f at the value of a.
+inline double compose(const Jet<0>& f, double) {
+  return f.c[0];
+}
+template <int P, int N, class S>
+Forward<N, S> compose(const Jet<P>& f, const Forward<N, S>& a) {
+  Jet<P - 1> value, slope;
+  for (int k = 0; k < P; ++k) {
+    value.c[k] = f.c[k];
+    slope.c[k] = (k + 1) * f.c[k + 1];
+  }
+  return chain(compose(value, a.v), compose(slope, a.v), a);
+}
+
 }  // namespace detail
 
-// The slopes of these functions are those of the jet.
-// clang-format off
-template <int N> Forward<N> sqrt(const Forward<N>& a) { return detail::chain(sqrt(detail::jet_of(a)), a); }
-template <int N> Forward<N> exp(const Forward<N>& a) { return detail::chain(exp(detail::jet_of(a)), a); }
-template <int N> Forward<N> log(const Forward<N>& a) { return detail::chain(log(detail::jet_of(a)), a); }
-template <int N> Forward<N> sin(const Forward<N>& a) { return detail::chain(sin(detail::jet_of(a)), a); }
-template <int N> Forward<N> cos(const Forward<N>& a) { return detail::chain(cos(detail::jet_of(a)), a); }
-template <int N> Forward<N> tan(const Forward<N>& a) { return detail::chain(tan(detail::jet_of(a)), a); }
-template <int N> Forward<N> asin(const Forward<N>& a) { return detail::chain(asin(detail::jet_of(a)), a); }
-template <int N> Forward<N> acos(const Forward<N>& a) { return detail::chain(acos(detail::jet_of(a)), a); }
-template <int N> Forward<N> atan(const Forward<N>& a) { return detail::chain(atan(detail::jet_of(a)), a); }
-template <int N> Forward<N> sinh(const Forward<N>& a) { return detail::chain(sinh(detail::jet_of(a)), a); }
-template <int N> Forward<N> cosh(const Forward<N>& a) { return detail::chain(cosh(detail::jet_of(a)), a); }
-template <int N> Forward<N> tanh(const Forward<N>& a) { return detail::chain(tanh(detail::jet_of(a)), a); }
-// clang-format on
+template <class Function, int N, class S>
+Forward<N, S> lift(const Function& f, const Forward<N, S>& a) {
+  return detail::compose(f(Jet<detail::order_of<Forward<N, S>>>::variable(a.value())), a);
+}
 
 /// Returns the angle of (x, y) from the x axis, in [-pi, pi].
-template <int N>
-Forward<N> atan2(const Forward<N>& y, const Forward<N>& x) {
+template <int N, class S>
+Forward<N, S> atan2(const Forward<N, S>& y, const Forward<N, S>& x) {
+  using std::atan2, std::sqrt;
   // (x y' - y x')/(x^2 + y^2); hypot does not overflow where the squares do.
-  const double length = std::hypot(x.v, y.v);
-  return detail::chain(std::atan2(y.v, x.v), x.v / length / length, y, -y.v / length / length, x);
+  const double size = std::hypot(x.value(), y.value());
+  S length = size;
+  if constexpr (detail::order_of < S >> 0) length *= sqrt(x.v / size * (x.v / size) + y.v / size * (y.v / size));
+  return detail::chain(atan2(y.v, x.v), x.v / length / length, y, -y.v / length / length, x);
 }
 
 /// Returns a^p. Integer powers are multiplied out, so that the base may then be 0 or negative.
-template <int N>
-Forward<N> pow(const Forward<N>& a, double p) {
+template <int N, class S>
+Forward<N, S> pow(const Forward<N, S>& a, double p) {
+  using std::pow;
   if (detail::is_small_integer(p)) return detail::signed_integer_power(a, static_cast<int>(p));
-  return detail::chain(std::pow(a.v, p), p * std::pow(a.v, p - 1.0), a);
+  return detail::chain(S(pow(a.v, p)), S(p * pow(a.v, p - 1.0)), a);
 }
 
 /// Returns a^b, a > 0; a constant exponent is treated as above.
-template <int N>
-Forward<N> pow(const Forward<N>& a, const Forward<N>& b) {
-  if (b.is_constant()) return pow(a, b.v);
-  const double value = std::pow(a.v, b.v);
-  return detail::chain(value, b.v * std::pow(a.v, b.v - 1.0), a, value * std::log(a.v), b);
+template <int N, class S>
+Forward<N, S> pow(const Forward<N, S>& a, const Forward<N, S>& b) {
+  using std::pow, std::log;
+  if (b.is_constant()) return pow(a, b.value());
+  const S value = pow(a.v, b.v);
+  return detail::chain(value, S(b.v * pow(a.v, b.v - 1.0)), a, S(value * log(a.v)), b);
 }
 
 }  // namespace tanor

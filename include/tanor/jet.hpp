@@ -309,6 +309,28 @@ inline constexpr bool has_derivatives<Jet<P>> = true;
 template <class T>
 concept Differentiable = has_derivatives<T>;
 
+/// True for a number made of simpler ones: lift(f, a) finds its function f from those of a jet or of its parts.
+template <class T>
+inline constexpr bool is_composed = false;
+template <class T>
+concept Composed = is_composed<T>;
+
+// A jet states each function once, by its value and its differential equation; composed numbers follow it.
+// clang-format off
+template <Composed T> T sqrt(const T& a) { return lift([](const auto& x) { using std::sqrt; return sqrt(x); }, a); }
+template <Composed T> T exp(const T& a) { return lift([](const auto& x) { using std::exp; return exp(x); }, a); }
+template <Composed T> T log(const T& a) { return lift([](const auto& x) { using std::log; return log(x); }, a); }
+template <Composed T> T sin(const T& a) { return lift([](const auto& x) { using std::sin; return sin(x); }, a); }
+template <Composed T> T cos(const T& a) { return lift([](const auto& x) { using std::cos; return cos(x); }, a); }
+template <Composed T> T tan(const T& a) { return lift([](const auto& x) { using std::tan; return tan(x); }, a); }
+template <Composed T> T asin(const T& a) { return lift([](const auto& x) { using std::asin; return asin(x); }, a); }
+template <Composed T> T acos(const T& a) { return lift([](const auto& x) { using std::acos; return acos(x); }, a); }
+template <Composed T> T atan(const T& a) { return lift([](const auto& x) { using std::atan; return atan(x); }, a); }
+template <Composed T> T sinh(const T& a) { return lift([](const auto& x) { using std::sinh; return sinh(x); }, a); }
+template <Composed T> T cosh(const T& a) { return lift([](const auto& x) { using std::cosh; return cosh(x); }, a); }
+template <Composed T> T tanh(const T& a) { return lift([](const auto& x) { using std::tanh; return tanh(x); }, a); }
+// clang-format on
+
 // At 0, abs takes the branch of positive numbers; min and max of equal numbers take the first one.
 // clang-format off
 template <Differentiable T> constexpr T abs(const T& a) { return a < T(0.0) ? -a : a; }

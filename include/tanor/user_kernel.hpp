@@ -49,6 +49,41 @@ std::array<Forward<static_cast<int>(size)>, size> load_variables(const double* x
   return variables;
 }
 
+/// Members of a map from `from` numbers to `to` numbers, at one time.
+struct MapBatch {
+  std::size_t count;
+  double t;
+  const double *x, *x_dot;         ///< [count][from]
+  double *value, *first, *second;  ///< [count][to] along (x + e x_dot, t + e); if `first` is null, the value alone
+  double* partials;                ///< [count][from][to]; may be null
+};
+
+/// Evaluates map(x, t) -> std::array<T, to> on Jet<2> for derivatives along the curve, on Forward for partial ones.
+template <std::size_t from, std::size_t to, class Map>
+void evaluate_map(const Map& map, const MapBatch& batch) {
+  if (batch.first != nullptr) {
+    const auto t = Jet<2>::variable(batch.t);
+    for (std::size_t k = 0; k < batch.count; ++k) {
+      const std::array<Jet<2>, to> r = map(load_curve<from>(batch.x + from * k, batch.x_dot + from * k), t);
+      for (std::size_t i = 0; i < to; ++i) {
+        batch.value[to * k + i] = r[i].value();
+        batch.first[to * k + i] = r[i].derivative(1);
+        batch.second[to * k + i] = r[i].derivative(2);
+      }
+    }
+  }
+  if (batch.partials == nullptr && batch.first != nullptr) return;
+  const Forward<static_cast<int>(from)> t(batch.t);
+  for (std::size_t k = 0; k < batch.count; ++k) {
+    const std::array<Forward<static_cast<int>(from)>, to> r = map(load_variables<from>(batch.x + from * k), t);
+    for (std::size_t i = 0; i < to; ++i) {
+      batch.value[to * k + i] = r[i].value();
+      for (std::size_t j = 0; j < from && batch.partials != nullptr; ++j)
+        batch.partials[(from * k + j) * to + i] = r[i].d[j];
+    }
+  }
+}
+
 }  // namespace detail
 
 /// Makes a kernel from callable(const std::array<T, 3p>& x, const T& t) -> T with x = {x1, y1, z1, x2, …}, for T =
@@ -68,24 +103,9 @@ ConstraintKernel make_constraint_kernel(Callable&& callable, bool thread_safe = 
   kernel.context = std::make_shared<const Function>(std::forward<Callable>(callable));
   kernel.evaluate = [](const void* context, const ConstraintBatch& batch) {
     const Function& function = *static_cast<const Function*>(context);
-    if (batch.rate != nullptr) {
-      const auto t = Jet<2>::variable(batch.t);
-      for (std::size_t k = 0; k < batch.count; ++k) {
-        const Jet<2> xi = function(detail::load_curve<size>(batch.r + size * k, batch.v + size * k), t);
-        batch.xi[k] = xi.value();
-        batch.rate[k] = xi.derivative(1);
-        batch.phi[k] = xi.derivative(2);
-      }
-    }
-    if (batch.gradient != nullptr || batch.rate == nullptr) {
-      const Forward<3 * p> t(batch.t);
-      for (std::size_t k = 0; k < batch.count; ++k) {
-        const Forward<3 * p> xi = function(detail::load_variables<size>(batch.r + size * k), t);
-        batch.xi[k] = xi.value();
-        if (batch.gradient == nullptr) continue;
-        for (std::size_t i = 0; i < size; ++i) batch.gradient[size * k + i] = xi.d[i];
-      }
-    }
+    detail::evaluate_map<size, 1>(
+        [&]<class T>(const std::array<T, size>& x, const T& t) { return std::array<T, 1>{function(x, t)}; },
+        {batch.count, batch.t, batch.r, batch.v, batch.xi, batch.rate, batch.phi, batch.gradient});
   };
   return kernel;
 }
@@ -96,33 +116,12 @@ template <int p, int s, class Callable>
 CoordinateKernel make_coordinate_kernel(Callable&& callable, bool thread_safe = true) {
   static_assert(p >= 1 && s >= 1);
   using Function = std::decay_t<Callable>;
-  constexpr std::size_t size = 3 * p;
   CoordinateKernel kernel{.num_points = p, .num_coordinates = s, .thread_safe = thread_safe};
   kernel.context = std::make_shared<const Function>(std::forward<Callable>(callable));
   kernel.evaluate = [](const void* context, const CoordinateBatch& batch) {
-    const Function& function = *static_cast<const Function*>(context);
-    if (batch.v != nullptr) {
-      const auto t = Jet<2>::variable(batch.t);
-      for (std::size_t k = 0; k < batch.count; ++k) {
-        const std::array<Jet<2>, size> r = function(detail::load_curve<s>(batch.q + s * k, batch.q_dot + s * k), t);
-        for (std::size_t i = 0; i < size; ++i) {
-          batch.r[size * k + i] = r[i].value();
-          batch.v[size * k + i] = r[i].derivative(1);
-          batch.psi[size * k + i] = r[i].derivative(2);
-        }
-      }
-    }
-    if (batch.tangents != nullptr || batch.v == nullptr) {
-      const Forward<s> t(batch.t);
-      for (std::size_t k = 0; k < batch.count; ++k) {
-        const std::array<Forward<s>, size> r = function(detail::load_variables<s>(batch.q + s * k), t);
-        for (std::size_t i = 0; i < size; ++i) {
-          batch.r[size * k + i] = r[i].value();
-          if (batch.tangents == nullptr) continue;
-          for (std::size_t j = 0; j < s; ++j) batch.tangents[(s * k + j) * size + i] = r[i].d[j];
-        }
-      }
-    }
+    detail::evaluate_map<s, 3 * p>(
+        *static_cast<const Function*>(context),
+        {batch.count, batch.t, batch.q, batch.q_dot, batch.r, batch.v, batch.psi, batch.tangents});
   };
   return kernel;
 }
@@ -142,13 +141,53 @@ struct EnergyArguments {
   }
 };
 
+/// Evaluates the energies of a batch, of p points with c constants each. energy<T>(x) is U on T = double, Forward and
+/// Curved, where x(i) is the i-th of the 3p coordinates, the constants and t. Derivatives take a pass for each point,
+/// and second ones a pass for each pair of points.
+template <class Energy>
+void evaluate_energies(const PotentialBatch& batch, std::size_t p, std::size_t c, const Energy& energy) {
+  const std::size_t size = 3 * p;
+  for (std::size_t k = 0; k < batch.count; ++k) {
+    const auto number = [&](std::size_t i) {
+      return i < size ? batch.r[size * k + i] : i < size + c ? batch.constants[c * k + i - size] : batch.t;
+    };
+    // Makes number i the variable number_of(i), or a constant if that is negative.
+    const auto run = [&]<class T>(const T*, const auto& number_of) {
+      return energy.template operator()<T>([&](std::size_t i) {
+        const int variable = number_of(i);
+        return variable < 0 ? T(number(i)) : T::variable(number(i), variable);
+      });
+    };
+    const auto place = [](std::size_t i, std::size_t a) { return i / 3 == a ? static_cast<int>(i % 3) : -1; };
+    batch.energy[k] = energy.template operator()<double>(number);
+    for (std::size_t a = 0; a < p && batch.gradient != nullptr; ++a) {
+      const Forward<3> u = run(static_cast<Forward<3>*>(nullptr), [&](std::size_t i) { return place(i, a); });
+      std::copy_n(u.d.begin(), 3, batch.gradient + size * k + 3 * a);
+    }
+    for (std::size_t ab = 0; ab < p * p && batch.hessian != nullptr; ++ab) {
+      const std::size_t a = ab / p, b = ab % p, second = a == b ? 0 : 3;
+      if (b < a) continue;
+      const Curved<6> u = run(static_cast<Curved<6>*>(nullptr), [&](std::size_t i) {
+        return i / 3 == b ? static_cast<int>(second + i % 3) : place(i, a);
+      });
+      double* const hessian = batch.hessian + size * size * k;
+      for (std::size_t entry = 0; entry < 9; ++entry) {
+        const std::size_t row = 3 * a + entry / 3, column = 3 * b + entry % 3;
+        hessian[row * size + column] = hessian[column * size + row] = u.second(entry / 3, second + entry % 3);
+      }
+    }
+    if (batch.rate == nullptr) continue;
+    const auto is_time = [&](std::size_t i) { return i == size + c ? 0 : -1; };
+    batch.rate[k] = run(static_cast<Forward<1>*>(nullptr), is_time).d[0];
+  }
+}
+
 /// Makes a kernel from energy(r, constants, t) of p points with c constants each, on T = double, Forward, Curved and
 /// Traced.
 template <int p, int c, class Energy>
 PotentialKernel make_energy_kernel(Energy&& given, bool thread_safe) {
   static_assert(1 <= p && p <= PotentialKernel::most_points);
   using Function = std::decay_t<Energy>;
-  constexpr std::size_t size = 3 * p;
   PotentialKernel kernel{.num_points = p, .num_constants = c, .thread_safe = thread_safe};
   kernel.expression = record_expression(3 * p + c + 1, [&](const std::vector<Traced>& x) {
     const EnergyArguments<Traced, p, c> at([&](std::size_t i) { return x[i]; });
@@ -157,28 +196,10 @@ PotentialKernel make_energy_kernel(Energy&& given, bool thread_safe) {
   kernel.context = std::make_shared<const Function>(std::forward<Energy>(given));
   kernel.evaluate = [](const void* context, const PotentialBatch& batch) {
     const Function& energy = *static_cast<const Function*>(context);
-    const auto run = [&]<class T>(std::size_t k, const T& t, const auto& variable) {
-      const EnergyArguments<T, p, c> at([&](std::size_t i) {
-        return i < size ? T(variable(batch.r[size * k + i], i)) : T(batch.constants[c * k + i - size]);
-      });
-      return T(energy(at.r, at.constants, t));
-    };
-    for (std::size_t k = 0; k < batch.count; ++k) {
-      if (batch.hessian != nullptr) {
-        using T = Curved<static_cast<int>(size)>;
-        const T u = run(k, T(batch.t), [](double x, std::size_t i) { return T::variable(x, static_cast<int>(i)); });
-        for (std::size_t i = 0; i < size * size; ++i) batch.hessian[size * size * k + i] = u.second(i / size, i % size);
-      }
-      batch.energy[k] = run(k, batch.t, [](double x, std::size_t) { return x; });
-      if (batch.gradient != nullptr) {
-        using T = Forward<static_cast<int>(size)>;
-        const T u = run(k, T(batch.t), [](double x, std::size_t i) { return T::variable(x, static_cast<int>(i)); });
-        std::copy_n(u.d.begin(), size, batch.gradient + size * k);
-      }
-      if (batch.rate != nullptr)
-        batch.rate[k] =
-            run(k, Forward<1>::variable(batch.t, 0), [](double x, std::size_t) { return Forward<1>(x); }).d[0];
-    }
+    evaluate_energies(batch, p, c, [&]<class T>(const auto& x) {
+      const EnergyArguments<T, p, c> at(x);
+      return T(energy(at.r, at.constants, T(x(3 * p + c))));
+    });
   };
   return kernel;
 }

@@ -80,13 +80,8 @@ void CornerTerms::append_angle(const Instruction& angle) {
 /// Returns the values of all instructions; variable(i) is that of the i-th variable.
 template <class T, class Variable>
 std::vector<T> CornerTerms::run(const Variable& variable) const {
-  std::vector<T> values(expression_.instructions.size());
-  for (std::size_t i = 0; i < expression_.variables.size(); ++i)
-    values[static_cast<std::size_t>(expression_.variables[i])] = variable(i);
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    const Instruction& instruction = expression_.instructions[i];
-    if (instruction.operation != Expression::Operation::Variable) values[i] = perform(instruction, values);
-  }
+  std::vector<T> values;
+  perform_all(expression_, variable, &values);
   return values;
 }
 

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include <tanor/error.hpp>
-#include <tanor/kernel.hpp>
+#include <tanor/user_kernel.hpp>
 
 #include "base/text.hpp"
 #include "system/formula.hpp"
@@ -112,37 +112,34 @@ void scatter_partials(const Formula& formula, const Variables& variables, std::s
   }
 }
 
-// ---- constraints ---------------------------------------------------------------------------------------------------
+// ---- constraints and coordinates -----------------------------------------------------------------------------------
 
-void evaluate_constraint(const void* context, const ConstraintBatch& batch) {
-  const auto& [formula, num_variables] = *static_cast<const std::pair<Formula, std::size_t>*>(context);
-  for_each_group(batch.count, [&, &formula = formula, num_variables = num_variables](const Rows& rows) {
-    const Variables variables(batch.r, batch.t, rows, num_variables);
-    scatter_along(formula, variables, batch.v, 1, 0, batch.xi, batch.rate, batch.phi);
-    if (batch.gradient != nullptr) scatter_partials(formula, variables, num_variables, 1, batch.gradient);
+/// Formulas of the numbers x and the time, with the derivatives along (x + e x_dot, t + e) and the partial ones.
+struct Map {
+  std::vector<Formula> components;
+  std::size_t num_variables;
+};
+void evaluate_map(const Map& map, const MapBatch& batch) {
+  const std::size_t size = map.components.size();
+  for_each_group(batch.count, [&](const Rows& rows) {
+    const Variables variables(batch.x, batch.t, rows, map.num_variables);
+    for (std::size_t i = 0; i < size; ++i) {
+      const Formula& formula = map.components[i];
+      scatter_along(formula, variables, batch.x_dot, size, i, batch.value, batch.first, batch.second);
+      if (batch.partials != nullptr)
+        scatter_partials(formula, variables, map.num_variables * size, size, batch.partials + i);
+    }
   });
 }
 
-// ---- coordinates ---------------------------------------------------------------------------------------------------
-
-struct CoordinateFormulas {
-  std::vector<Formula> components;  ///< 3 a point
-  std::size_t num_coordinates;
-};
+void evaluate_constraint(const void* context, const ConstraintBatch& batch) {
+  evaluate_map(*static_cast<const Map*>(context),
+               {batch.count, batch.t, batch.r, batch.v, batch.xi, batch.rate, batch.phi, batch.gradient});
+}
 
 void evaluate_coordinates(const void* context, const CoordinateBatch& batch) {
-  const auto& [components, s] = *static_cast<const CoordinateFormulas*>(context);
-  const std::size_t size = components.size();
-  for_each_group(batch.count, [&, &components = components, s = s](const Rows& rows) {
-    const Variables variables(batch.q, batch.t, rows, s);
-    for (std::size_t i = 0; i < size; ++i) {
-      const Formula& formula = components[i];
-      scatter_along(formula, variables, batch.q_dot, size, i, batch.r, batch.v, batch.psi);
-      if (batch.tangents != nullptr) {
-        scatter_partials(formula, variables, s * size, size, batch.tangents + i);
-      }
-    }
-  });
+  evaluate_map(*static_cast<const Map*>(context),
+               {batch.count, batch.t, batch.q, batch.q_dot, batch.r, batch.v, batch.psi, batch.tangents});
 }
 
 void check_names(std::span<const std::string> names, const Constants& constants) {
@@ -227,7 +224,7 @@ ConstraintKernel formula_constraint(std::string_view equation, int num_points, c
   ConstraintKernel kernel{.num_points = num_points, .evaluate = evaluate_constraint};
   kernel.expression = record(variables.size(), {&formula, 1});
   kernel.depends_on_time = formula.depends_on(static_cast<int>(num_variables));
-  kernel.context = std::make_shared<const std::pair<Formula, std::size_t>>(std::move(formula), num_variables);
+  kernel.context = std::make_shared<const Map>(Map{{std::move(formula)}, num_variables});
   return kernel;
 }
 
@@ -244,14 +241,14 @@ CoordinateKernel formula_coordinates(std::span<const std::string> names, std::sp
                           .num_coordinates = static_cast<int>(names.size()),
                           .evaluate = evaluate_coordinates,
                           .depends_on_time = false};
-  CoordinateFormulas formulas{{}, names.size()};
+  Map formulas{{}, names.size()};
   for (std::size_t i = 0; i < components.size(); ++i) {
     formulas.components.push_back(parse_at("/" + text(i), components[i], variables, constants));
     const bool has_time = formulas.components.back().depends_on(kernel.num_coordinates);
     kernel.depends_on_time = kernel.depends_on_time || has_time;
   }
   kernel.expression = record(variables.size(), formulas.components);
-  kernel.context = std::make_shared<const CoordinateFormulas>(std::move(formulas));
+  kernel.context = std::make_shared<const Map>(std::move(formulas));
   return kernel;
 }
 

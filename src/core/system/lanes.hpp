@@ -119,14 +119,14 @@ Lanes<T>& Lanes<T>::operator/=(const Lanes& b) {
 }
 
 /// Returns the function of each lane.
-template <class T, class Function>
-Lanes<T> map(const Lanes<T>& a, const Function& function) {
+template <class Function, class T>
+Lanes<T> lift(const Function& function, const Lanes<T>& a) {
   Lanes<T> r;
   for (std::size_t lane = 0; lane < Lanes<T>::width; ++lane) r.set(lane, function(a[lane]));
   return r;
 }
-template <class T, class Function>
-Lanes<T> map(const Lanes<T>& a, const Lanes<T>& b, const Function& function) {
+template <class Function, class T>
+Lanes<T> lift(const Function& function, const Lanes<T>& a, const Lanes<T>& b) {
   Lanes<T> r;
   for (std::size_t lane = 0; lane < Lanes<T>::width; ++lane) r.set(lane, function(a[lane], b[lane]));
   return r;
@@ -137,7 +137,7 @@ Lanes<T> sqrt(const Lanes<T>& a) {
   using std::sqrt;
   bool has_zero = false;
   for (std::size_t lane = 0; lane < Lanes<T>::width; ++lane) has_zero |= a.c[0][lane] == 0.0;
-  if (has_zero) return map(a, [](const T& x) { return sqrt(x); });
+  if (has_zero) return lift([](const T& x) { return sqrt(x); }, a);
   Lanes<T> r;
   for (std::size_t lane = 0; lane < Lanes<T>::width; ++lane) {
     const double root = std::sqrt(a.c[0][lane]);
@@ -158,34 +158,33 @@ Lanes<T> sqrt(const Lanes<T>& a) {
 template <class T>
 Lanes<T> signed_integer_power(const Lanes<T>& a, int n) {
   if (n == 2) return a * a;
-  return map(a, [n](const T& x) { return detail::signed_integer_power(x, n); });
+  return lift([n](const T& x) { return detail::signed_integer_power(x, n); }, a);
 }
 
+using tanor::exp, tanor::log, tanor::sin, tanor::cos, tanor::tan, tanor::asin, tanor::acos, tanor::atan, tanor::sinh,
+    tanor::cosh, tanor::tanh;
+
 // clang-format off
-template <class T> Lanes<T> exp(const Lanes<T>& a) { return map(a, [](const T& x) { using std::exp; return exp(x); }); }
-template <class T> Lanes<T> log(const Lanes<T>& a) { return map(a, [](const T& x) { using std::log; return log(x); }); }
-template <class T> Lanes<T> sin(const Lanes<T>& a) { return map(a, [](const T& x) { using std::sin; return sin(x); }); }
-template <class T> Lanes<T> cos(const Lanes<T>& a) { return map(a, [](const T& x) { using std::cos; return cos(x); }); }
-template <class T> Lanes<T> tan(const Lanes<T>& a) { return map(a, [](const T& x) { using std::tan; return tan(x); }); }
-template <class T> Lanes<T> asin(const Lanes<T>& a) { return map(a, [](const T& x) { using std::asin; return asin(x); }); }
-template <class T> Lanes<T> acos(const Lanes<T>& a) { return map(a, [](const T& x) { using std::acos; return acos(x); }); }
-template <class T> Lanes<T> atan(const Lanes<T>& a) { return map(a, [](const T& x) { using std::atan; return atan(x); }); }
-template <class T> Lanes<T> sinh(const Lanes<T>& a) { return map(a, [](const T& x) { using std::sinh; return sinh(x); }); }
-template <class T> Lanes<T> cosh(const Lanes<T>& a) { return map(a, [](const T& x) { using std::cosh; return cosh(x); }); }
-template <class T> Lanes<T> tanh(const Lanes<T>& a) { return map(a, [](const T& x) { using std::tanh; return tanh(x); }); }
-template <class T> Lanes<T> abs(const Lanes<T>& a) { return map(a, [](const T& x) { using std::abs; return abs(x); }); }
+template <class T> Lanes<T> abs(const Lanes<T>& a) { return lift([](const T& x) { using std::abs; return abs(x); }, a); }
 template <class T> Lanes<T> pow(const Lanes<T>& a, const Lanes<T>& b) {
-  return map(a, b, [](const T& x, const T& y) { using std::pow; return pow(x, y); });
+  return lift([](const T& x, const T& y) { using std::pow; return pow(x, y); }, a, b);
 }
 template <class T> Lanes<T> atan2(const Lanes<T>& a, const Lanes<T>& b) {
-  return map(a, b, [](const T& x, const T& y) { using std::atan2; return atan2(x, y); });
+  return lift([](const T& x, const T& y) { using std::atan2; return atan2(x, y); }, a, b);
 }
 template <class T> Lanes<T> min(const Lanes<T>& a, const Lanes<T>& b) {
-  return map(a, b, [](const T& x, const T& y) { using std::min; return min(x, y); });
+  return lift([](const T& x, const T& y) { using std::min; return min(x, y); }, a, b);
 }
 template <class T> Lanes<T> max(const Lanes<T>& a, const Lanes<T>& b) {
-  return map(a, b, [](const T& x, const T& y) { using std::max; return max(x, y); });
+  return lift([](const T& x, const T& y) { using std::max; return max(x, y); }, a, b);
 }
 // clang-format on
 
 }  // namespace tanor::detail
+
+namespace tanor {
+
+template <class T>
+inline constexpr bool is_composed<detail::Lanes<T>> = true;
+
+}  // namespace tanor

@@ -53,4 +53,16 @@ T perform(const Expression::Instruction& instruction, const std::vector<T>& valu
   return T(0.0);
 }
 
+/// Computes `values` of all instructions of an expression; variable(i) is that of the i-th variable.
+template <class T, class Variable>
+void perform_all(const Expression& expression, const Variable& variable, std::vector<T>* values) {
+  values->resize(std::max(values->size(), expression.instructions.size()));
+  for (std::size_t i = 0; i < expression.variables.size(); ++i)
+    (*values)[static_cast<std::size_t>(expression.variables[i])] = variable(i);
+  for (std::size_t i = 0; i < expression.instructions.size(); ++i) {
+    const Expression::Instruction& instruction = expression.instructions[i];
+    if (instruction.operation != Expression::Operation::Variable) (*values)[i] = perform(instruction, *values);
+  }
+}
+
 }  // namespace tanor::detail

@@ -4,10 +4,9 @@
 #include <utility>
 #include <vector>
 
-#include <tanor/curved.hpp>
 #include <tanor/error.hpp>
-#include <tanor/forward.hpp>
 #include <tanor/recorded.hpp>
+#include <tanor/user_kernel.hpp>
 
 #include "base/text.hpp"
 #include "system/formula.hpp"
@@ -26,68 +25,13 @@ struct Energy {
   std::size_t size, num_constants;  // 3p, numbers of a member
 };
 
-/// Evaluates one member with numbers of type T. variable(i, x) makes number i a variable of differentiation, or a
-/// constant.
-template <class T, class Variable>
-T evaluate_member(const Energy& of, const PotentialBatch& batch, std::size_t k, const Variable& variable) {
-  thread_local std::vector<T> values;
-  const Expression& expression = *of.expression;
-  values.resize(std::max(values.size(), expression.instructions.size()));
-  for (std::size_t i = 0; i < expression.variables.size(); ++i) {
-    const bool is_time = i == of.size + of.num_constants;
-    values[static_cast<std::size_t>(expression.variables[i])] =
-        variable(i, is_time       ? batch.t
-                    : i < of.size ? batch.r[of.size * k + i]
-                                  : batch.constants[of.num_constants * k + i - of.size]);
-  }
-  for (std::size_t i = 0; i < expression.instructions.size(); ++i) {
-    const Expression::Instruction& instruction = expression.instructions[i];
-    if (instruction.operation != Expression::Operation::Variable) values[i] = perform(instruction, values);
-  }
-  return values[static_cast<std::size_t>(expression.results[0])];
-}
-
-/// Evaluates with the derivatives in the coordinates of points a and b.
-Curved<6> evaluate_curved(const Energy& of, const PotentialBatch& batch, std::size_t k, std::size_t a, std::size_t b) {
-  return evaluate_member<Curved<6>>(of, batch, k, [&](std::size_t i, double x) {
-    const int first = i < of.size && i / 3 == a ? 0 : i < of.size && i / 3 == b ? 3 : -1;
-    return first < 0 ? Curved<6>(x) : Curved<6>::variable(x, first + static_cast<int>(i % 3));
-  });
-}
-
-void evaluate_hessian(const Energy& of, const PotentialBatch& batch, std::size_t k) {
-  double* const hessian = batch.hessian + of.size * of.size * k;
-  const auto write = [&](const Curved<6>& u, std::size_t a, std::size_t first, std::size_t b, std::size_t second) {
-    for (std::size_t entry = 0; entry < 9; ++entry) {
-      const double value = u.second(first + entry / 3, second + entry % 3);
-      hessian[(3 * a + entry / 3) * of.size + 3 * b + entry % 3] = value;
-      hessian[(3 * b + entry % 3) * of.size + 3 * a + entry / 3] = value;
-    }
-  };
-  const std::size_t p = of.size / 3;
-  for (std::size_t a = 0; a < p; ++a) {
-    write(evaluate_curved(of, batch, k, a, a), a, 0, a, 0);
-    for (std::size_t b = a + 1; b < p; ++b) write(evaluate_curved(of, batch, k, a, b), a, 0, b, 3);
-  }
-}
-
 void evaluate_potential(const void* context, const PotentialBatch& batch) {
   const auto& of = *static_cast<const Energy*>(context);
-  for (std::size_t k = 0; k < batch.count; ++k) {
-    batch.energy[k] = evaluate_member<double>(of, batch, k, [](std::size_t, double x) { return x; });
-    for (std::size_t first = 0; first < of.size && batch.gradient != nullptr; first += 3) {
-      const auto u = evaluate_member<Forward<3>>(of, batch, k, [&](std::size_t i, double x) {
-        return first <= i && i < first + 3 ? Forward<3>::variable(x, static_cast<int>(i - first)) : Forward<3>(x);
-      });
-      std::copy_n(u.d.begin(), 3, batch.gradient + of.size * k + first);
-    }
-    if (batch.hessian != nullptr) evaluate_hessian(of, batch, k);
-    if (batch.rate == nullptr) continue;
-    const auto u = evaluate_member<Forward<1>>(of, batch, k, [&](std::size_t i, double x) {
-      return i == of.size + of.num_constants ? Forward<1>::variable(x, 0) : Forward<1>(x);
-    });
-    batch.rate[k] = u.d[0];
-  }
+  evaluate_energies(batch, of.size / 3, of.num_constants, [&]<class T>(const auto& x) {
+    thread_local std::vector<T> values;
+    perform_all(*of.expression, x, &values);
+    return values[static_cast<std::size_t>(of.expression->results[0])];
+  });
 }
 
 void check_num_points(int num_points) {

@@ -121,13 +121,9 @@ ExponentialPolynomial ExponentialPolynomial::some_number(int function, const Exp
 
 std::vector<ExponentialPolynomial> evaluate(const Expression& expression,
                                             std::span<const ExponentialPolynomial> variables) {
-  std::vector<ExponentialPolynomial> values(expression.instructions.size()), results;
-  for (std::size_t i = 0; i < variables.size(); ++i)
-    values[static_cast<std::size_t>(expression.variables[i])] = variables[i];
-  for (std::size_t k = 0; k < values.size(); ++k) {
-    if (expression.instructions[k].operation != Expression::Operation::Variable)
-      values[k] = perform(expression.instructions[k], values);
-  }
+  std::vector<ExponentialPolynomial> values, results;
+  perform_all(
+      expression, [&](std::size_t i) { return variables[i]; }, &values);
   for (const int result : expression.results) results.push_back(values[static_cast<std::size_t>(result)]);
   return results;
 }
