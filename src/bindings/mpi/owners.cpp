@@ -43,14 +43,6 @@ void for_each_link(const System& system, const Visit& visit) {
   for_each_tuple(system, [&](std::span<const Index> points) { visit(points, 0); });
 }
 
-/// Returns a flag for each point [n] that is a support.
-std::vector<char> mark_supports(const System& system) {
-  std::vector<char> result(system.num_points(), 0);
-  for (const Support& support : system.supports)
-    for (const Index point : support.points) result[static_cast<std::size_t>(point)] = 1;
-  return result;
-}
-
 /// True if ranks may share pairs of these points. What supports carry is counted by one rank, which has all of the
 /// group.
 bool may_be_shared(std::span<const Index> points, std::span<const char> is_support) {
@@ -68,7 +60,7 @@ void for_each_pair_group(const System& system, std::span<const Index> all, const
 /// Calls visit(points) for what joins points that one rank must have; `all` [n] are the points.
 template <class Visit>
 void for_each_bundle(const System& system, std::span<const Index> all, Islands islands, const Visit& visit) {
-  const std::vector<char> is_support = mark_supports(system);
+  const std::vector<char> is_support = find_supports(system);
   for_each_pair_group(system, all, [&](std::span<const Index> points) {
     if (islands == Islands::AreWhole || !may_be_shared(points, is_support)) visit(points);
   });
@@ -105,7 +97,7 @@ class Clusters {
       for (Cluster& cluster : clusters_) cluster.may_be_cut = false;
       return;
     }
-    const std::vector<char> is_support = mark_supports(system);
+    const std::vector<char> is_support = find_supports(system);
     for_each_pair_group(system, all, [&](std::span<const Index> points) {
       has_shared_pairs_ = has_shared_pairs_ || may_be_shared(points, is_support);
     });

@@ -114,8 +114,6 @@ class BodyCoordinates final : public CoordinateFamily {
     });
   }
 
-  void add_support_reactions(double*) const override {}
-
   void append_products(const std::vector<double>& weights, std::vector<Product>* products) const override {
     for (std::size_t k = 0; k < size(); ++k) {
       const Index row = first_coordinate_of(k);
@@ -195,13 +193,7 @@ class BodyCoordinates final : public CoordinateFamily {
 
   template <class Body>
   void for_bodies(const Parallel& parallel, const Body& body) const {
-    const std::size_t mean = points.size() / (size() + 1) + 1;
-    parallel.for_ranges(
-        size(),
-        [&](std::size_t begin, std::size_t end) {
-          for (std::size_t k = begin; k < end; ++k) body(k, point_start[k], point_start[k + 1]);
-        },
-        1024 / mean + 1);
+    for_members(parallel, points.size(), [&](std::size_t k) { body(k, point_start[k], point_start[k + 1]); });
   }
 };
 

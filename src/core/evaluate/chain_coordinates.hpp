@@ -177,13 +177,7 @@ class ChainCoordinates final : public CoordinateFamily {
 
   template <class Body>
   void for_chains(const Parallel& parallel, const Body& body) const {
-    const std::size_t mean = points.size() / (size() + 1) + 1;
-    parallel.for_ranges(
-        size(),
-        [&](std::size_t begin, std::size_t end) {
-          for (std::size_t k = begin; k < end; ++k) body(chains[k]);
-        },
-        1024 / mean + 1);
+    for_members(parallel, points.size(), [&](std::size_t k) { body(chains[k]); });
   }
 };
 

@@ -135,14 +135,11 @@ void ConstraintSeries::add_recorded(const Source& source, std::size_t g, const G
   }
   const int p = static_cast<int>(member_points(given, 0).size());
   const int num_functions = static_cast<int>(recorded->expression.variables.size()) - 3 * p;
-  std::vector<SeriesVariable> variables;
-  for (int i = 0; i < 3 * p; ++i) variables.push_back({SeriesVariable::Source::Position, i / 3, i % 3, 0});
-  std::vector<char> is_position(variables.size(), 1);
-  for (int i = 0; i < num_functions; ++i) variables.push_back({SeriesVariable::Source::Time, 0, 0, i});
-  is_position.resize(variables.size(), 0);
+  std::vector<char> is_position(3 * static_cast<std::size_t>(p), 1);
+  is_position.resize(recorded->expression.variables.size(), 0);
   const bool is_linear = SeriesProgram(recorded->expression, false).is_linear_in(is_position);
   SeriesProgram program(recorded->expression, !is_linear);
-  Group group{.family = ProgramFamily(std::move(program), std::move(variables), p, num_functions),
+  Group group{.family = ProgramFamily(std::move(program), list_variables(p, false, num_functions), p, num_functions),
               .is_linear = is_linear,
               .turning = turning};
   bool is_still = is_linear;
@@ -254,15 +251,9 @@ void ConstraintSeries::advance(const Parallel& parallel, int k, std::span<double
   if (distances_.size() > 0) distances_.advance(parallel, k, coefficients, table_, last, blocks, rows);
   for (Group& group : groups_) {
     if (!group.takes_part) continue;
-    parallel.for_ranges(
-        group.family.num_chunks(),
-        [&](std::size_t begin, std::size_t end) {
-          for (std::size_t chunk = begin; chunk < end; ++chunk) {
-            group.family.with_lanes(
-                chunk, [&](auto* lanes) { advance_chunk(group, lanes, chunk, k, coefficients, last, blocks, rows); });
-          }
-        },
-        16);
+    group.family.for_each_chunk(parallel, [&](std::size_t chunk, auto* lanes) {
+      advance_chunk(group, lanes, chunk, k, coefficients, last, blocks, rows);
+    });
   }
 }
 

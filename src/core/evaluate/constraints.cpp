@@ -26,22 +26,14 @@ class ParameterReader {
 
   template <class Initial>
   void append(const Parameter& parameter, Member member, const Initial& initial) {
-    const bool shared = parameter.functions.size() == 1 || parameter.constants.size() == 1;
-    if (shared) {
-      const auto [entry, is_new] = slot_of_group_.try_emplace(member.group, 0);
-      if (is_new) entry->second = table_->add(value(parameter, 0));
-      table_->append_member(entry->second);
-    } else {
-      table_->append_member(
-          table_->add(parameter.is_initial() ? ScalarFunction(initial()) : value(parameter, member.index)));
-    }
+    const auto add = [&] { return table_->add(number_of(parameter, static_cast<std::size_t>(member.index), initial)); };
+    if (parameter.functions.size() != 1 && parameter.constants.size() != 1) return table_->append_member(add());
+    const auto [entry, is_new] = slot_of_group_.try_emplace(member.group, 0);
+    if (is_new) entry->second = add();
+    table_->append_member(entry->second);
   }
 
  private:
-  static ScalarFunction value(const Parameter& parameter, Index k) {
-    return parameter.functions.empty() ? ScalarFunction(parameter.constants[k]) : parameter.functions[k];
-  }
-
   ScalarTable* table_;
   std::map<Index, std::size_t> slot_of_group_;
 };
@@ -124,10 +116,7 @@ struct Builder {
     if constexpr (requires { Kernel::measure(group, t, Vec3{}); }) {
       return Kernel::measure(group, t, load(system.positions.data(), points[0]));
     } else {
-      const auto at = [&](Index point) {
-        const Vec3 r = load(system.positions.data(), point);
-        return TripleOf<double>{r.x, r.y, r.z};
-      };
+      const PlacesIn at{system.positions.data()};
       const typename KindOf<Group>::template Definition<double> now(group, ClockOf<double>{t});
       return now.measure(MemberPlaces{points, at}, static_cast<std::size_t>(k));
     }
@@ -140,8 +129,8 @@ struct Builder {
       const Parameter& given = group.*KindOf<Group>::parameter;
       const auto initial = [&] { return initial_number<Kernel>(group, member.index); };
       if constexpr (requires { kernel->own_constants(); }) {
-        const std::size_t k = given.constants.size() == 1 ? 0 : static_cast<std::size_t>(member.index);
-        kernel->own_constants().push_back(given.constants.empty() ? initial() : given.constants[k]);
+        const auto k = static_cast<std::size_t>(member.index);
+        kernel->own_constants().push_back(number_of(given, k, initial)(t).value());
       } else {
         numbers->append(given, member, initial);
       }

@@ -12,6 +12,7 @@
 #include "evaluate/place.hpp"
 #include "evaluate/product.hpp"
 #include "kinds/tables.hpp"
+#include "system/members.hpp"
 #include "system/numbering.hpp"
 
 namespace tanor::detail {
@@ -25,13 +26,6 @@ struct CoordinateStart {
   Index inner(Index user) const { return numbering.inner_point[static_cast<std::size_t>(user)]; }
   Vec3 place(Index user) const { return load(system.positions.data(), user); }
 };
-
-/// Returns the number of member k, which is `initial` if the parameter is "initial".
-inline ScalarFunction number_of(const Parameter& parameter, std::size_t k, double initial) {
-  if (parameter.is_initial()) return initial;
-  if (parameter.functions.empty()) return parameter.constants[parameter.constants.size() == 1 ? 0 : k];
-  return parameter.functions[parameter.functions.size() == 1 ? 0 : k];
-}
 
 /// Coordinates q of members of one kind and the positions of their points, in the inner order. A member's coordinates
 /// move its own points alone. Arrays over points are 3n; A is stored as blocks dr_p/dq_j, 3 numbers each.
@@ -57,7 +51,7 @@ class CoordinateFamily {
   /// Computes x = A'y.
   virtual void apply_transposed(const Parallel& parallel, const double* blocks, const double* y, double* x) const = 0;
   /// Adds the reactions of members to the rows of the supports that hold them; eta at the points is given [3n].
-  virtual void add_support_reactions(double* eta) const = 0;
+  virtual void add_support_reactions(double*) const {}
   /// Appends the products of A'WA, member by member; `weights` [point].
   virtual void append_products(const std::vector<double>& weights, std::vector<Product>* products) const = 0;
 
@@ -70,6 +64,17 @@ class CoordinateFamily {
   virtual void recentre(double t, double* q, double* q_dot, double* q_ddot) = 0;
   /// Saves or restores where charts are centred. Restoring leaves the family at the time of the last `set_time`.
   virtual void exchange_memory(Memory& memory) = 0;
+
+ protected:
+  /// Calls body(k) for all members, which have so many points together.
+  template <class Body>
+  void for_members(const Parallel& parallel, std::size_t num_points, const Body& body) const {
+    const std::size_t mean = num_points / (size() + 1) + 1;
+    const auto run = [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) body(k);
+    };
+    parallel.for_ranges(size(), run, 1024 / mean + 1);
+  }
 };
 
 /// A family whose members move one point each, so that accelerations have a closed form.
@@ -80,8 +85,6 @@ class PointFamily : public CoordinateFamily {
   /// not finite and infinite if A'A of a member is singular.
   virtual double accelerate(const Parallel& parallel, const double* q, const double* q_dot, const double* w0,
                             const Vec3* uniform, double* q_ddot, double* w) const = 0;
-
-  void add_support_reactions(double*) const final {}
 };
 
 /// Members of P points and S coordinates that lie side by side. A has a block for each coordinate and point of a

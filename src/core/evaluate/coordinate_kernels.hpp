@@ -77,12 +77,7 @@ class TurningPair {
   std::array<std::array<Jet<2>, 3>, 2> jets_{};
 };
 
-/// Converts q, q', q'' to a jet; `write_jet` converts it back.
-inline Jet<2> make_jet(double value, double first, double second) {
-  Jet<2> jet;
-  jet.c = {value, first, 0.5 * second};
-  return jet;
-}
+/// Writes q, q', q'' from a jet.
 inline void write_jet(const Jet<2>& jet, double* value, double* first, double* second) {
   *value = jet.value();
   *first = jet.derivative(1);
@@ -222,7 +217,7 @@ struct PlaneChartKernel : TurningCharts {
   void recentre(std::size_t k, double* q, double* q_dot, double* q_ddot) const {
     const Jet<2>& beta = turn[entry[k]];
     if (beta.value() == 0.0) return;
-    const Jet<2> x = make_jet(q[0], q_dot[0], q_ddot[0]), y = make_jet(q[1], q_dot[1], q_ddot[1]);
+    const Jet<2> x = make_jet({q[0], q_dot[0], q_ddot[0]}), y = make_jet({q[1], q_dot[1], q_ddot[1]});
     const Jet<2> c = cos(beta), s = sin(beta);
     write_jet(c * x + s * y, q, q_dot, q_ddot);
     write_jet(c * y - s * x, q + 1, q_dot + 1, q_ddot + 1);

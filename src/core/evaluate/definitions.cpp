@@ -91,19 +91,14 @@ class Rows {
 
 // ---- points ----
 
-TripleOf<double> place_of(const double* r, Index i) {
-  const Vec3 place = load(r, i);
-  return {place.x, place.y, place.z};
-}
-
 /// Points on the curve r + e v + e^2/2 w.
 struct Along {
   const double *r, *v, *w;
 
   TripleOf<SecondDual> operator()(Index i) const {
-    const auto [x, y, z] = place_of(r, i);
-    const auto [vx, vy, vz] = place_of(v, i);
-    const auto [wx, wy, wz] = place_of(w, i);
+    const auto [x, y, z] = load(r, i);
+    const auto [vx, vy, vz] = load(v, i);
+    const auto [wx, wy, wz] = load(w, i);
     return {second_dual(x, vx, wx), second_dual(y, vy, wy), second_dual(z, vz, wz)};
   }
 };
@@ -113,8 +108,8 @@ struct Straight {
   const double *r, *u;
 
   TripleOf<Dual<double>> operator()(Index i) const {
-    const auto [x, y, z] = place_of(r, i);
-    const auto [ux, uy, uz] = place_of(u, i);
+    const auto [x, y, z] = load(r, i);
+    const auto [ux, uy, uz] = load(u, i);
     return {{x, ux}, {y, uy}, {z, uz}};
   }
 };
@@ -126,7 +121,7 @@ struct Varying {
   int axis;
 
   TripleOf<Dual<double>> operator()(Index i) const {
-    const auto [x, y, z] = place_of(r, i);
+    const auto [x, y, z] = load(r, i);
     const auto along = [&](int k) { return i == active && axis == k ? 1.0 : 0.0; };
     return {{x, along(0)}, {y, along(1)}, {z, along(2)}};
   }
@@ -152,10 +147,7 @@ double along_gradient(const UserConstraints& group, const TupleValues& values, s
 }  // namespace
 
 Definitions::Definitions(const System& system, double t0) : system_(system), starts_(system.constraints.size()) {
-  const auto at = [&](Index i) {
-    const Vec3 r = load(system.positions.data(), i);
-    return TripleOf<double>{r.x, r.y, r.z};
-  };
+  const PlacesIn at{system.positions.data()};
   for (std::size_t g = 0; g < starts_.size(); ++g) {
     std::visit(
         [&]<class Group>(const Group& group) {
@@ -228,10 +220,7 @@ std::optional<RecordedDefinition> Definitions::record(std::size_t g, std::option
 ScalarFunction Definitions::parameter(std::size_t g, std::size_t k) const {
   return std::visit(
       [&]<class Group>(const Group& group) -> ScalarFunction {
-        const Parameter& parameter = parameter_of(group);
-        if (parameter.is_initial()) return starts_[g].values[k];
-        const auto pick = [k](const auto& each) { return each[each.size() == 1 ? 0 : k]; };
-        return parameter.functions.empty() ? ScalarFunction(pick(parameter.constants)) : pick(parameter.functions);
+        return number_of(parameter_of(group), k, [&] { return starts_[g].values[k]; });
       },
       system_.constraints[g]);
 }

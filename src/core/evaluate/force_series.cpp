@@ -11,18 +11,6 @@ namespace tanor::detail {
 
 namespace {
 
-using Source = SeriesVariable::Source;
-
-std::vector<SeriesVariable> list_variables(int num_points, bool with_velocities, int num_functions) {
-  std::vector<SeriesVariable> variables;
-  for (const Source source : {Source::Position, Source::Velocity}) {
-    if (source == Source::Velocity && !with_velocities) continue;
-    for (int i = 0; i < 3 * num_points; ++i) variables.push_back({source, i / 3, i % 3, 0});
-  }
-  for (int i = 0; i < num_functions; ++i) variables.push_back({Source::Time, 0, 0, i});
-  return variables;
-}
-
 /// Records the force on the last point of a member. The variables are r of its points, then v and its number if these
 /// are read.
 template <class G>
@@ -62,8 +50,7 @@ class ForceSeries::Reader {
     Expression expression;
     for (int c = 0; c < 3; ++c) (void)Traced::variable(expression);
     expression.results = expression.variables;
-    Group& group =
-        add_group(expression, {{Source::Time, 0, 0, 0}, {Source::Time, 0, 0, 1}, {Source::Time, 0, 0, 2}}, 1, 3);
+    Group& group = add_group(expression, list_variables(0, false, 3), 1, 3);
     std::vector<std::size_t> slots;
     for (const ScalarFunction& component : given.force.components) slots.push_back(series_.table_.add(component));
     for (const Index point : given.points) add_member(group, {&point, 1}, slots);
@@ -154,16 +141,12 @@ class ForceSeries::Reader {
   template <class G>
   double number_of(const G& given, std::size_t k) const {
     if constexpr (requires { KindOf<G>::parameter; }) {
-      const Parameter& number = given.*KindOf<G>::parameter;
-      const auto pick = [k](const auto& each) { return each[each.size() == 1 ? 0 : k]; };
-      if (!number.constants.empty()) return pick(number.constants);
-      if (!number.functions.empty()) return pick(number.functions)(0.0).value();
-      const auto at = [&](Index point) {
-        const Vec3 r = load(system_.positions.data(), point);
-        return TripleOf<double>{r.x, r.y, r.z};
+      const auto measure = [&] {
+        const PlacesIn at{system_.positions.data()};
+        const typename KindOf<G>::template Definition<double> definition(given, ClockOf<double>{});
+        return definition.measure(MemberPlaces{member_points(given, k), at}, k);
       };
-      const typename KindOf<G>::template Definition<double> definition(given, ClockOf<double>{});
-      return definition.measure(MemberPlaces{member_points(given, k), at}, k);
+      return detail::number_of(given.*KindOf<G>::parameter, k, measure)(0.0).value();
     }
     return 0.0;
   }
@@ -221,13 +204,7 @@ void ForceSeries::advance(const Parallel& parallel, int k, std::span<double* con
       if (group.is_energy) program.differentiate(lanes, family.order(), k, &seed);
       write_forces(group, lanes, chunk, k, blocks);
     };
-    parallel.for_ranges(
-        family.num_chunks(),
-        [&](std::size_t begin, std::size_t end) {
-          for (std::size_t chunk = begin; chunk < end; ++chunk)
-            family.with_lanes(chunk, [&](auto* lanes) { advance_chunk(chunk, lanes); });
-        },
-        16);
+    family.for_each_chunk(parallel, advance_chunk);
   }
 }
 

@@ -100,12 +100,9 @@ class Forces::Reader {
         {numbering_.inner_point[ends[0]], numbering_.inner_point[ends[1]], stiffness, damping, rest_length});
   }
   double rest_length_of(const Springs& group, std::size_t k) const {
-    const auto& rest = group.rest_length;
-    const auto [i, j] = group.pairs[k];
     const double* const r = system_.positions.data();
-    if (rest.is_initial()) return norm(load(r, j) - load(r, i));
-    if (!rest.constants.empty()) return rest.constants[rest.constants.size() == 1 ? 0 : k];
-    return rest.functions[rest.functions.size() == 1 ? 0 : k](0.0).value();
+    const auto measure = [&] { return norm(load(r, group.pairs[k][1]) - load(r, group.pairs[k][0])); };
+    return number_of(group.rest_length, k, measure)(0.0).value();
   }
   void add_energies(EnergyGroup group) {
     group.name = name_;

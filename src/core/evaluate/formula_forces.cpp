@@ -9,11 +9,21 @@ namespace {
 
 constexpr std::size_t most_in_chunk = 64;  // points, and blocks of derivatives, in a call of a kernel
 
-/// Calls body(first, count) for chunks of members.
-template <class Group, class Body>
-void for_chunks(const Parallel& parallel, const Group& group, std::size_t chunk, const Body& body) {
+/// Calls body(first, count, r, v) for chunks of members with the places and velocities of their points.
+template <class Body>
+void for_chunks(const Parallel& parallel, const FormulaGroup& group, std::size_t chunk, const double* r,
+                const double* v, const Body& body) {
+  const std::size_t p = group.points_per_member();
   parallel.for_ranges(group.size(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t first = begin; first < end; first += chunk) body(first, std::min(chunk, end - first));
+    std::array<double, 3 * most_in_chunk> r_chunk, v_chunk;  // NOLINT: filled before use
+    for (std::size_t first = begin; first < end; first += chunk) {
+      const std::size_t count = std::min(chunk, end - first);
+      for (std::size_t n = 0; n < count * p; ++n) {
+        store(r_chunk.data(), n, load(r, group.points[first * p + n]));
+        store(v_chunk.data(), n, load(v, group.points[first * p + n]));
+      }
+      body(first, count, r_chunk.data(), v_chunk.data());
+    }
   });
 }
 
@@ -42,16 +52,12 @@ void FormulaForces::evaluate(const Parallel& parallel, double t, const double* r
   std::size_t first_slot = 0;
   for (const FormulaGroup& group : groups_) {
     const std::size_t p = group.points_per_member();
-    for_chunks(group.kernel.thread_safe ? parallel : serial, group, most_in_chunk / p,
-               [&](std::size_t first, std::size_t count) {
-                 std::array<double, 3 * most_in_chunk> r_chunk, v_chunk;  // NOLINT: filled before use
-                 for (std::size_t n = 0; n < count * p; ++n) {
-                   store(r_chunk.data(), n, load(r, group.points[first * p + n]));
-                   store(v_chunk.data(), n, load(v, group.points[first * p + n]));
-                 }
-                 double* const f = on_points_.slot(first_slot + first * p);
-                 group.kernel.evaluate(group.kernel.context.get(), {count, t, r_chunk.data(), v_chunk.data(), f});
-               });
+    const auto evaluate_chunk = [&](std::size_t first, std::size_t count, const double* r_chunk,
+                                    const double* v_chunk) {
+      double* const f = on_points_.slot(first_slot + first * p);
+      group.kernel.evaluate(group.kernel.context.get(), {count, t, r_chunk, v_chunk, f});
+    };
+    for_chunks(group.kernel.thread_safe ? parallel : serial, group, most_in_chunk / p, r, v, evaluate_chunk);
     first_slot += group.points.size();
   }
 }
@@ -106,22 +112,17 @@ void FormulaForces::add_derivatives(const Parallel& parallel, double t, const do
     const std::size_t p = group.points_per_member(), num_influences = p * (p - 1);
     const bool is_parallel = group.kernel.thread_safe && p == 1;
     if (group.kernel.knows_derivatives) {
-      for_chunks(is_parallel ? parallel : serial, group, most_in_chunk / (p * p),
-                 [&](std::size_t first, std::size_t count) {
-                   std::array<double, 3 * most_in_chunk> r_chunk, v_chunk, f;  // NOLINT: filled before use
-                   std::array<double, 18 * most_in_chunk> derivative;          // NOLINT: filled before use
-                   for (std::size_t n = 0; n < count * p; ++n) {
-                     store(r_chunk.data(), n, load(r, group.points[first * p + n]));
-                     store(v_chunk.data(), n, load(v, group.points[first * p + n]));
-                   }
-                   group.kernel.evaluate(group.kernel.context.get(),
-                                         {count, t, r_chunk.data(), v_chunk.data(), f.data(), derivative.data()});
-                   for (std::size_t k = 0; k < count; ++k)
-                     add_member_derivatives(group,
-                                            {group.points.data() + (first + k) * p, derivative.data() + 18 * p * p * k,
-                                             first_influence + (first + k) * num_influences},
-                                            to);
-                 });
+      const auto add_chunk = [&](std::size_t first, std::size_t count, const double* r_chunk, const double* v_chunk) {
+        std::array<double, 3 * most_in_chunk> f;            // NOLINT: filled before use
+        std::array<double, 18 * most_in_chunk> derivative;  // NOLINT: filled before use
+        group.kernel.evaluate(group.kernel.context.get(), {count, t, r_chunk, v_chunk, f.data(), derivative.data()});
+        for (std::size_t k = 0; k < count; ++k)
+          add_member_derivatives(group,
+                                 {group.points.data() + (first + k) * p, derivative.data() + 18 * p * p * k,
+                                  first_influence + (first + k) * num_influences},
+                                 to);
+      };
+      for_chunks(is_parallel ? parallel : serial, group, most_in_chunk / (p * p), r, v, add_chunk);
     } else {
       for (std::size_t n = 0; n < group.size() * num_influences; ++n) to.influence_positions[first_influence + n] = {};
     }

@@ -23,8 +23,8 @@ class JetChart {
   static constexpr bool are_unit = false;
 
   Index add(const Group& group, double t) {
-    groups_.push_back({std::make_shared<const Group>(group), detail::depends_on_time(group), {}, {}});
-    groups_.back().set_time(t);
+    groups_.add(group);
+    groups_.set_time(t);
     return static_cast<Index>(groups_.size() - 1);
   }
   void add_member(const Group& group, Index slot, std::size_t k, Vec3 r, double t) {
@@ -36,20 +36,15 @@ class JetChart {
     chart_.push_back(chart_at(now, at[0]));
   }
 
-  bool depends_on_time() const {
-    return !number_.is_constant() ||
-           std::ranges::any_of(groups_, [](const OfGroup& each) { return each.depends_on_time; });
-  }
+  bool depends_on_time() const { return groups_.depends_on_time(); }
   void set_time(double t) {
     number_.set_time(t);
-    for (OfGroup& each : groups_) {
-      if (each.depends_on_time) each.set_time(t);
-    }
+    groups_.set_time(t);
     time_ = t;
   }
 
   Place<num_coordinates> place(std::size_t k, const double* q, const double* q_dot) const {
-    const OfGroup& each = groups_[static_cast<std::size_t>(entry_[k])];
+    const auto& each = groups_[entry_[k]];
     NumbersOf<Group, Jet<2>> curve;
     NumbersOf<Group, Variable> variables;
     for (int j = 0; j < num_coordinates; ++j) {
@@ -83,9 +78,9 @@ class JetChart {
   void recentre([[maybe_unused]] std::size_t k, [[maybe_unused]] double* q, [[maybe_unused]] double* q_dot,
                 [[maybe_unused]] double* q_ddot) {
     if constexpr (has_chart) {
-      const OfGroup& each = groups_[static_cast<std::size_t>(entry_[k])];
+      const auto& each = groups_[entry_[k]];
       NumbersOf<Group, Jet<2>> curve;
-      for (std::size_t j = 0; j < curve.size(); ++j) curve[j].c = {q[j], q_dot[j], 0.5 * q_ddot[j]};
+      for (std::size_t j = 0; j < curve.size(); ++j) curve[j] = make_jet({q[j], q_dot[j], q_ddot[j]});
       const TripleOf<Jet<2>> r = each.along->place(curve, number_along(k), chart_[k]);
       const DefinitionOf<double> now(group_of(k), ClockOf<double>{time_});
       const Chart chart = chart_at(now, {r.x.value(), r.y.value(), r.z.value()});
@@ -108,23 +103,10 @@ class JetChart {
   static constexpr bool has_chart = !std::is_same_v<Chart, NoChart>;
   static constexpr bool has_number = requires { KindOf<Group>::parameter; };
 
-  struct OfGroup {
-    std::shared_ptr<const Group> group;
-    bool depends_on_time;
-    std::optional<DefinitionOf<Jet<2>>> along;
-    std::optional<DefinitionOf<Variable>> around;
-
-    void set_time(double t) {
-      along.emplace(*group, ClockOf<Jet<2>>{t});
-      around.emplace(*group, ClockOf<Variable>{t});
-    }
-  };
-
-  const Group& group_of(std::size_t k) const { return *groups_[static_cast<std::size_t>(entry_[k])].group; }
+  const Group& group_of(std::size_t k) const { return *groups_[entry_[k]].group; }
   Jet<2> number_along(std::size_t k) const {
-    Jet<2> number;
-    if constexpr (has_number) number.c = {number_[k].value, number_[k].first, 0.5 * number_[k].second};
-    return number;
+    if constexpr (has_number) return make_jet(number_[k]);
+    return {};
   }
   static Chart chart_at([[maybe_unused]] const DefinitionOf<double>& now, [[maybe_unused]] const TripleOf<double>& r) {
     if constexpr (has_chart)
@@ -134,7 +116,7 @@ class JetChart {
   }
 
   double time_ = 0.0;
-  std::vector<OfGroup> groups_;
+  DefinitionsNow<Group, Variable> groups_;
   std::vector<Index> entry_;  // [member] its group
   std::vector<Chart> chart_;  // [member]
   ScalarTable number_;        // [member] of kinds that have a parameter

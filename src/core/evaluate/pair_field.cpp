@@ -8,6 +8,7 @@
 
 #include "base/groups.hpp"
 #include "evaluate/pair_stiffness.hpp"
+#include "system/pair_rules.hpp"
 
 namespace tanor::detail {
 
@@ -49,7 +50,7 @@ PairField::PairField(const System& system, const PairForces& pairs, const Number
   point_forces_.resize(points_.size());
   Pairs excluded;
   if (pairs.exclude_rods) exclude_rods(system, numbering, number_of, &excluded);
-  if (which == Which::OfSupports) exclude_same_place(system, numbering, &excluded);
+  if (which == Which::OfSupports) exclude_same_place(system, numbering, number_of, pairs.box, &excluded);
   prepare_search(pairs.sigma, std::move(excluded));
 }
 
@@ -91,25 +92,15 @@ void PairField::exclude_rods(const System& system, const Numbering& numbering, c
   }
 }
 
-/// Excludes points that start at the same place. Sorted by their place in the box, they stand side by side.
-void PairField::exclude_same_place(const System& system, const Numbering& numbering, Pairs* excluded) const {
-  const Vec3 edges = box_.edges();
-  const std::array<double, 3> edge{edges.x, edges.y, edges.z};
-  std::vector<std::pair<Vector3, Index>> places;
-  for (std::size_t i = 0; i < points_.size(); ++i) {
-    const auto point = static_cast<std::size_t>(numbering.user_point[static_cast<std::size_t>(points_[i])]);
-    Vector3 place;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const double x = system.positions[3 * point + k];
-      place[k] = edge[k] > 0.0 ? x - edge[k] * std::floor(x / edge[k]) : x;
-    }
-    places.push_back({place, static_cast<Index>(i)});
-  }
-  std::sort(places.begin(), places.end());
-  for (std::size_t a = 0; a < places.size(); ++a) {
-    for (std::size_t b = a + 1; b < places.size() && places[b].first == places[a].first; ++b)
-      add_both_ways(places[a].second, places[b].second, excluded);
-  }
+/// Excludes points that start at the same place.
+void PairField::exclude_same_place(const System& system, const Numbering& numbering,
+                                   const std::vector<Index>& number_of, const Vector3& box, Pairs* excluded) const {
+  std::vector<Index> points;
+  for (const Index point : points_) points.push_back(numbering.user_point[static_cast<std::size_t>(point)]);
+  const auto number = [&](Index user) {
+    return number_of[static_cast<std::size_t>(numbering.inner_point[static_cast<std::size_t>(user)])];
+  };
+  for_each_meeting(system, box, points, [&](Index i, Index j) { add_both_ways(number(i), number(j), excluded); });
 }
 
 /// Prepares lists of neighbours if there is a cutoff. Otherwise every point interacts with all others but the excluded

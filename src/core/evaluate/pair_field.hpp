@@ -135,7 +135,8 @@ class PairField {
   using Pairs = std::vector<std::array<Index, 2>>;
   void exclude_rods(const System& system, const Numbering& numbering, const std::vector<Index>& number_of,
                     Pairs* excluded) const;
-  void exclude_same_place(const System& system, const Numbering& numbering, Pairs* excluded) const;
+  void exclude_same_place(const System& system, const Numbering& numbering, const std::vector<Index>& number_of,
+                          const Vector3& box, Pairs* excluded) const;
   void prepare_search(double sigma, Pairs excluded);
 
   void note_jump(PointPath* path, const Crossing& crossing, std::span<const double> masses) const;

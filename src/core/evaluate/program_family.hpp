@@ -20,6 +20,18 @@ struct SeriesVariable {
   int function = 0;              ///< for Time: number within the member
 };
 
+/// Lists the coordinates of the points, then their velocities if these are read, then functions of time.
+inline std::vector<SeriesVariable> list_variables(int num_points, bool with_velocities, int num_functions) {
+  using Source = SeriesVariable::Source;
+  std::vector<SeriesVariable> variables;
+  for (const Source source : {Source::Position, Source::Velocity}) {
+    if (source == Source::Velocity && !with_velocities) continue;
+    for (int i = 0; i < 3 * num_points; ++i) variables.push_back({source, i / 3, i % 3, 0});
+  }
+  for (int i = 0; i < num_functions; ++i) variables.push_back({Source::Time, 0, 0, i});
+  return variables;
+}
+
 /// Members that share one expression, as series in time. `coefficients[k]` [3n] are those of the points.
 class ProgramFamily {
  public:
@@ -51,14 +63,16 @@ class ProgramFamily {
   }
 
   int order() const { return order_; }
-  /// Calls body(lanes) with the lanes of a chunk. A member that is alone has plain numbers, which take an eighth of the
-  /// memory.
+  /// Calls body(chunk, lanes) with the lanes of each chunk. A member that is alone has plain numbers, which take an
+  /// eighth of the memory.
   template <class Body>
-  void with_lanes(std::size_t chunk, const Body& body) {
-    if (is_alone())
-      body(lanes_.data());
-    else
-      body(reinterpret_cast<SeriesLane*>(lanes_.data()) + chunk * lanes_per_chunk_);
+  void for_each_chunk(const Parallel& parallel, const Body& body) {
+    if (is_alone()) return body(0, lanes_.data());
+    const auto run = [&](std::size_t begin, std::size_t end) {
+      for (std::size_t chunk = begin; chunk < end; ++chunk)
+        body(chunk, reinterpret_cast<SeriesLane*>(lanes_.data()) + chunk * lanes_per_chunk_);
+    };
+    parallel.for_ranges(num_chunks(), run, 16);
   }
   /// Returns the member in a lane. The last chunk repeats the last member.
   std::size_t member(std::size_t chunk, std::size_t lane) const {

@@ -4,6 +4,7 @@
 
 #include "base/instruction_sets.hpp"
 #include "evaluate/equal_operations.hpp"
+#include "system/operations.hpp"
 
 namespace tanor::detail {
 
@@ -36,17 +37,8 @@ template <class Lane>
 }
 
 bool needs_quotient(Operation operation) {
-  switch (operation) {
-    case Operation::Divide:
-    case Operation::Sqrt:
-    case Operation::Log:
-    case Operation::Asin:
-    case Operation::Atan:
-    case Operation::Atan2:
-      return true;
-    default:
-      return false;
-  }
+  using enum Expression::Operation;
+  return operation == Divide || operation == Sqrt || operation == Log || (Asin <= operation && operation <= Atan2);
 }
 
 }  // namespace
@@ -65,22 +57,11 @@ bool SeriesProgram::is_linear_in(const std::vector<char>& counts) const {
   for (std::size_t i = 0; i < num_variables(); ++i) varies[number(expression_.variables[i])] = counts[i];
   for (std::size_t i = 0; i < num_instructions(); ++i) {
     const auto& [operation, a, b, c, constant] = expression_.instructions[i];
-    switch (operation) {
-      case Operation::Variable:
-      case Operation::Constant:
-        break;
-      case Operation::Scale:
-      case Operation::Shift:
-        varies[i] = varies[static_cast<std::size_t>(a)];
-        break;
-      case Operation::Add:
-      case Operation::Subtract:
-        varies[i] = varies[static_cast<std::size_t>(a)] || varies[static_cast<std::size_t>(b)];
-        break;
-      default:
-        // A product with a function of time changes the gradient of what it multiplies.
-        if (varies[static_cast<std::size_t>(a)] || varies[static_cast<std::size_t>(b)]) return false;
-    }
+    if (operation == Operation::Variable) continue;
+    const int count = num_operands(operation);
+    varies[i] = (count > 0 && varies[number(a)] != 0) || (count > 1 && varies[number(b)] != 0);
+    // A product with a function of time changes the gradient of what it multiplies.
+    if (varies[i] && operation >= Operation::Multiply) return false;
   }
   return true;
 }
@@ -188,11 +169,6 @@ template <class Lane>
       add_weighted(a, r, k, 1, k, &sum);
       r[k] = inverse * sum;
       break;
-    case Operation::Log:
-      // r' a = a'
-      add_weighted(r, a, k, 1, k - 1, &sum);
-      r[k] = (a[k] - inverse * sum) / a[0];
-      break;
     case Operation::Sin:
     case Operation::Sinh:
       // s' = a' c, c' = -a' s, and + for sinh and cosh
@@ -201,12 +177,15 @@ template <class Lane>
       add_weighted(a, r, k, 1, k, &other);
       after[k] = (operation == Operation::Sin ? -inverse : inverse) * other;
       break;
+    case Operation::Log:
     case Operation::Asin:
-    case Operation::Atan:
-      // r' b = a'
-      add_weighted(r, b, k, 1, k - 1, &sum);
-      r[k] = (a[k] - inverse * sum) / b[0];
+    case Operation::Atan: {
+      // r' g = a'
+      const Lane* const g = operation == Operation::Log ? a : b;
+      add_weighted(r, g, k, 1, k - 1, &sum);
+      r[k] = (a[k] - inverse * sum) / g[0];
       break;
+    }
     case Operation::Atan2:
       // r' (x^2 + y^2) = x y' - y x', y = a, x = b
       add_weighted(a, b, k, 1, k, &sum);
@@ -281,12 +260,12 @@ template <class Lane>
       }
       return true;
     case Operation::Min:
-      for (std::size_t m = 0; m < width_of<Lane>; ++m)
-        member_of(member_of(of.b[0], m) < member_of(of.a[0], m) ? *of.to_b : *of.to_a, m) += member_of(of.self[k], m);
-      return true;
     case Operation::Max:
-      for (std::size_t m = 0; m < width_of<Lane>; ++m)
-        member_of(member_of(of.a[0], m) < member_of(of.b[0], m) ? *of.to_b : *of.to_a, m) += member_of(of.self[k], m);
+      for (std::size_t m = 0; m < width_of<Lane>; ++m) {
+        const double p = member_of(of.a[0], m), q = member_of(of.b[0], m);
+        const bool takes_b = instruction.operation == Operation::Min ? q < p : p < q;
+        member_of(takes_b ? *of.to_b : *of.to_a, m) += member_of(of.self[k], m);
+      }
       return true;
     default:
       return false;

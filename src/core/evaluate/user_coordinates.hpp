@@ -97,7 +97,6 @@ class UserCoordinateFamily final : public CoordinatesOfMembers<UserCoordinateFam
     }
   }
 
-  void add_support_reactions(double*) const override {}
   bool has_charts() const override { return false; }
   void recentre(double, double*, double*, double*) override {}
   void exchange_memory(Memory&) override {}

@@ -23,9 +23,7 @@ EnergyGroup make_pair_energies(const System& system, const PairForces& pairs) {
   };
   EnergyGroup result{.kernel = detail::make_energy_kernel<2, 1>(energy, true), .points = {}, .constants = {}};
   result.kernel.depends_on_time = false;
-  std::vector<char> stands(system.num_points());
-  for (const Support& support : system.supports)
-    for (const Index point : support.points) stands[static_cast<std::size_t>(point)] = 1;
+  const std::vector<char> stands = find_supports(system);
   std::set<std::pair<Index, Index>> excluded;
   for (const Constraint& constraint : system.constraints) {
     const auto* const rods = std::get_if<Rods>(&constraint);

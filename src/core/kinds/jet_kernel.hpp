@@ -29,6 +29,36 @@ bool depends_on_time(const Group& group) {
   return result;
 }
 
+/// The definitions of a kind's groups at the present time: on Jet<2> along the motion, and on Variable for derivatives.
+template <class Group, class Variable>
+class DefinitionsNow {
+ public:
+  struct OfGroup {
+    std::shared_ptr<const Group> group;
+    bool depends_on_time;
+    std::optional<typename KindOf<Group>::template Definition<Jet<2>>> along{};
+    std::optional<typename KindOf<Group>::template Definition<Variable>> around{};
+  };
+
+  void add(const Group& group) {
+    groups_.push_back({std::make_shared<const Group>(group), detail::depends_on_time(group)});
+  }
+  void set_time(double t) {
+    for (OfGroup& each : groups_) {
+      if (each.along && !each.depends_on_time) continue;
+      each.along.emplace(*each.group, ClockOf<Jet<2>>{t});
+      each.around.emplace(*each.group, ClockOf<Variable>{t});
+    }
+  }
+  bool depends_on_time() const { return std::ranges::any_of(groups_, &OfGroup::depends_on_time); }
+  std::size_t size() const { return groups_.size(); }
+  const OfGroup& operator[](Index slot) const { return groups_[static_cast<std::size_t>(slot)]; }
+  OfGroup& operator[](Index slot) { return groups_[static_cast<std::size_t>(slot)]; }
+
+ private:
+  std::vector<OfGroup> groups_;
+};
+
 /// A kind without a hand-written kernel. Its definition runs on Jet<2> along r + e v, t + e, which yields xi, rate and
 /// phi, and on Forward, which yields the gradient.
 template <class G>
@@ -44,34 +74,23 @@ class JetKernel {
   std::vector<Index> member;  ///< its number in the group
   std::vector<double> size;   ///< m, of the neighbourhood, one a member
 
-  void add(const Group& group) {
-    groups_.push_back({std::make_shared<const Group>(group), detail::depends_on_time(group), {}, {}});
-  }
+  void add(const Group& group) { groups_.add(group); }
   ScalarTable& own() requires requires { KindOf<Group>::parameter; }
   { return numbers_; }
 
   void set_time(double t) {
     numbers_.set_time(t);
-    for (OfGroup& each : groups_) {
-      if (each.along && !each.depends_on_time) continue;
-      each.along.emplace(*each.group, ClockOf<Jet<2>>{t});
-      each.around.emplace(*each.group, ClockOf<Variable>{t});
-    }
+    groups_.set_time(t);
   }
-  bool depends_on_time() const {
-    return std::ranges::any_of(groups_, [](const OfGroup& each) { return each.depends_on_time; });
-  }
+  bool depends_on_time() const { return groups_.depends_on_time(); }
   bool gradients_are_constant() const { return false; }
   double scale(std::size_t k) const { return size[k]; }
 
   Local<num_rows, num_blocks> operator()(std::size_t k, const double* r, const double* v) const {
-    const OfGroup& each = groups_[static_cast<std::size_t>(geometry[k])];
+    const auto& each = groups_[geometry[k]];
     const auto own_number = static_cast<std::size_t>(member[k]);
     MovingScalar number{};
     if constexpr (requires { KindOf<Group>::parameter; }) number = numbers_[k];
-    Jet<2> moving;
-    moving.c = {number.value, number.first, 0.5 * number.second};
-
     std::array<TripleOf<Jet<2>>, num_points> path;
     std::array<TripleOf<Variable>, num_points> places;
     for (int p = 0; p < num_points; ++p) {
@@ -81,7 +100,7 @@ class JetKernel {
       places[i] = {Variable::variable(a.x, 3 * p), Variable::variable(a.y, 3 * p + 1),
                    Variable::variable(a.z, 3 * p + 2)};
     }
-    const auto curve = each.along->xi(path, moving, own_number);
+    const auto curve = each.along->xi(path, make_jet(number), own_number);
     const auto slope = each.around->xi(places, Variable(number.value), own_number);
 
     Local<num_rows, num_blocks> local{};
@@ -104,13 +123,7 @@ class JetKernel {
  private:
   friend struct Tampering;  // in tests
   using Variable = Forward<3 * num_points>;
-  struct OfGroup {
-    std::shared_ptr<const Group> group;
-    bool depends_on_time;
-    std::optional<typename KindOf<Group>::template Definition<Jet<2>>> along;
-    std::optional<typename KindOf<Group>::template Definition<Variable>> around;
-  };
-  std::vector<OfGroup> groups_;
+  DefinitionsNow<Group, Variable> groups_;
   ScalarTable numbers_;  // one a member, of kinds that have a parameter
 };
 

@@ -95,10 +95,7 @@ void check_initial(double number, const Fail& fail) {
 template <class Group, class Fail>
 void check_start(const System& system, const Group& group, double t, const Fail& fail) {
   using Kind = KindOf<Group>;
-  const auto at = [&](Index point) {
-    const Vec3 r = load(system.positions.data(), point);
-    return TripleOf<double>{r.x, r.y, r.z};
-  };
+  const PlacesIn at{system.positions.data()};
   const auto make_now = [&] {
     if constexpr (requires { sizeof(typename Kind::template Definition<double>); })
       return typename Kind::template Definition<double>(group, ClockOf<double>{t});

@@ -2,6 +2,7 @@
 
 #include <span>
 #include <type_traits>
+#include <vector>
 
 #include <tanor/system.hpp>
 
@@ -63,6 +64,36 @@ struct MemberPlaces {
 
   auto operator[](std::size_t p) const { return at(points[p]); }
 };
+
+/// The place of a point among positions r [3n].
+struct PlacesIn {
+  const double* r;
+
+  TripleOf<double> operator()(Index point) const {
+    const double* const place = r + 3 * static_cast<std::size_t>(point);
+    return {place[0], place[1], place[2]};
+  }
+};
+
+/// Returns the number of member k, which is initial() if the parameter is "initial".
+template <class Initial>
+ScalarFunction number_of(const Parameter& parameter, std::size_t k, const Initial& initial) {
+  if (parameter.is_initial()) return initial();
+  const auto pick = [k](const auto& each) { return each[each.size() == 1 ? 0 : k]; };
+  return parameter.functions.empty() ? ScalarFunction(pick(parameter.constants)) : pick(parameter.functions);
+}
+
+inline ScalarFunction number_of(const Parameter& parameter, std::size_t k, double initial) {
+  return number_of(parameter, k, [=] { return initial; });
+}
+
+/// Returns for each point whether it is a support.
+inline std::vector<char> find_supports(const System& system) {
+  std::vector<char> result(system.num_points(), 0);
+  for (const Support& support : system.supports)
+    for (const Index point : support.points) result[static_cast<std::size_t>(point)] = 1;
+  return result;
+}
 
 /// Calls visit(points, rows) for every member, group by group, in the user's order.
 template <class Visit>

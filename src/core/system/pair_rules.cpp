@@ -80,35 +80,26 @@ bool are_joined(const System& system, Index i, Index j) {
   return false;
 }
 
-/// Throws if two points are on top of each other, since their force would have no direction.
-void check_places(const System& system, const PairForces& pairs, const std::vector<Index>& points,
-                  const std::function<bool(Index)>& is_support, const std::string& where) {
-  struct Place {
-    Vector3 r;
-    Index point;
-  };
-  std::vector<Place> places;
+}  // namespace
+
+void for_each_meeting(const System& system, const Vector3& box, const std::vector<Index>& points,
+                      const std::function<void(Index i, Index j)>& visit) {
+  // Sorted by their place in the box, points that meet stand side by side.
+  std::vector<std::pair<Vector3, Index>> places;
   for (const Index point : points) {
-    Place place{{}, point};
+    Vector3 place;
     for (std::size_t k = 0; k < 3; ++k) {
-      const double x = system.positions[3 * static_cast<std::size_t>(point) + k], edge = pairs.box[k];
-      place.r[k] = edge > 0.0 ? x - edge * std::floor(x / edge) : x;
+      const double x = system.positions[3 * static_cast<std::size_t>(point) + k];
+      place[k] = box[k] > 0.0 ? x - box[k] * std::floor(x / box[k]) : x;
     }
-    places.push_back(place);
+    places.emplace_back(place, point);
   }
-  std::sort(places.begin(), places.end(),
-            [](const Place& a, const Place& b) { return a.r != b.r ? a.r < b.r : a.point < b.point; });
+  std::sort(places.begin(), places.end());
   for (std::size_t a = 0; a < places.size(); ++a) {
-    for (std::size_t b = a + 1; b < places.size() && places[b].r == places[a].r; ++b) {
-      const Index i = places[a].point, j = places[b].point;
-      if ((is_support(i) && is_support(j)) || (pairs.exclude_rods && are_joined(system, i, j))) continue;
-      throw InputError(
-          where, "points " + text(i) + " and " + text(j) + " are at the same place; their force has no direction");
-    }
+    for (std::size_t b = a + 1; b < places.size() && places[b].first == places[a].first; ++b)
+      visit(places[a].second, places[b].second);
   }
 }
-
-}  // namespace
 
 double cutoff_of(const PairForces& pairs) {
   constexpr double none = std::numeric_limits<double>::infinity();
@@ -130,7 +121,11 @@ void check_pair_rules(const System& system, const PairForces& pairs, const std::
                                             "; leave it out");
   }
   check_box(pairs, where + "/box");
-  check_places(system, pairs, points, is_support, where);
+  for_each_meeting(system, pairs.box, points, [&](Index i, Index j) {
+    if ((is_support(i) && is_support(j)) || (pairs.exclude_rods && are_joined(system, i, j))) return;
+    throw InputError(where,
+                     "points " + text(i) + " and " + text(j) + " are at the same place; their force has no direction");
+  });
 }
 
 }  // namespace tanor::detail

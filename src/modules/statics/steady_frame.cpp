@@ -17,6 +17,7 @@
 #include "statics/moving_fields.hpp"
 #include "statics/moving_parts.hpp"
 #include "statics/unsteady_part.hpp"
+#include "system/members.hpp"
 
 namespace tanor::detail {
 
@@ -269,12 +270,9 @@ void add_inertia(const SteadyFrame& frame, System* system) {
   Potential inertia{.name = "inertia of the frame", .kernel = detail::make_energy_kernel<1, 1>(energy, true)};
   inertia.kernel.depends_on_time = false;
   inertia.constants.emplace_back();
-  std::vector<char> moves(system->num_points(), 1);
-  for (const Support& support : system->supports) {
-    for (const Index point : support.points) moves[static_cast<std::size_t>(point)] = 0;
-  }
-  for (std::size_t i = 0; i < moves.size(); ++i) {
-    if (moves[i] == 0) continue;
+  const std::vector<char> is_support = find_supports(*system);
+  for (std::size_t i = 0; i < is_support.size(); ++i) {
+    if (is_support[i] != 0) continue;
     inertia.points.push_back({static_cast<Index>(i)});
     inertia.constants[0].push_back(system->masses[i]);
   }

@@ -43,9 +43,8 @@ std::string mark_of(const scene::Scene& scene) {
 std::size_t count_islands(const System& system) {
   std::vector<Index> root(system.num_points());
   std::iota(root.begin(), root.end(), 0);
-  std::vector<char> is_support(root.size(), 0), has_rows(root.size(), 0);
-  for (const Support& support : system.supports)
-    for (const Index point : support.points) is_support[static_cast<std::size_t>(point)] = 1;
+  const std::vector<char> is_support = find_supports(system);
+  std::vector<char> has_rows(root.size(), 0);
   for_each_member(system, [&](std::span<const Index> points, int) {
     Index first = -1;
     for (const Index point : points) {
