@@ -127,48 +127,33 @@ concept HasLimitWhereItSticks =
 
 namespace detail {
 
-template <class List>
-struct CheckKinds;
-template <class... Groups>
-struct CheckKinds<std::variant<Groups...>> {
-  static_assert((HasName<Groups> && ...), "KindOf<Group> of each kind has a `name`");
-  static_assert((HasFields<Groups> && ...), "KindOf<Group> of each kind has `fields`, a std::tuple of FieldOf");
-};
-template <class List>
-struct CheckConstraints;
-template <class... Groups>
-struct CheckConstraints<std::variant<Groups...>> {
-  static_assert((HasRows<Groups> && ...), "KindOf<Group> of each constraint has `members` and `rows`");
-  static_assert((HasDefinition<Groups> && ...),
-                "KindOf<Group> of each constraint has a Definition<T> with xi(r, number, k)");
-};
+/// Returns true if `holds` is true of each group of a list.
+template <class Holds, class... Groups>
+consteval bool all_of(const std::variant<Groups...>*, Holds holds) {
+  return (holds.template operator()<Groups>() && ...);
+}
+template <class List, class Holds>
+consteval bool all_of(Holds holds) {
+  return all_of(static_cast<const List*>(nullptr), holds);
+}
 
 template <class List>
-struct CheckCoordinates;
-template <class... Groups>
-struct CheckCoordinates<std::variant<Groups...>> {
-  static_assert((HasPlace<Groups> && ...),
-                "KindOf<Group> of coordinates of single points has `coordinates` and a Definition<T> with "
-                "place(q, number, chart) and locate(r, number, chart)");
-};
-template <class List>
-struct CheckFriction;
-template <class... Laws>
-struct CheckFriction<std::variant<Laws...>> {
-  static_assert(
-      (HasMagnitude<Laws> && ...),
-      "KindOf<Law> of each law of friction has magnitude(law, speed), magnitude(law, speed, normal) or force");
-  static_assert((HasLimitWhereItSticks<Laws> && ...),
-                "a law of friction that sticks is_proportional and has a static_coefficient(law)");
-};
-
-template struct CheckKinds<Constraint>;
-template struct CheckKinds<Force>;
-template struct CheckKinds<Friction>;
-template struct CheckKinds<Coordinates>;
-template struct CheckConstraints<Constraint>;
-template struct CheckCoordinates<Coordinates>;
-template struct CheckFriction<Friction>;
+consteval bool are_kinds() {
+  return all_of<List>([]<class Group>() { return HasName<Group> && HasFields<Group>; });
+}
+static_assert(are_kinds<Constraint>() && are_kinds<Force>() && are_kinds<Friction>() && are_kinds<Coordinates>(),
+              "KindOf<Group> of each kind has a `name`, and `fields`, a std::tuple of FieldOf");
+static_assert(all_of<Constraint>([]<class Group>() { return HasRows<Group>; }),
+              "KindOf<Group> of each constraint has `members` and `rows`");
+static_assert(all_of<Constraint>([]<class Group>() { return HasDefinition<Group>; }),
+              "KindOf<Group> of each constraint has a Definition<T> with xi(r, number, k)");
+static_assert(all_of<Coordinates>([]<class Group>() { return HasPlace<Group>; }),
+              "KindOf<Group> of coordinates of single points has `coordinates` and a Definition<T> with "
+              "place(q, number, chart) and locate(r, number, chart)");
+static_assert(all_of<Friction>([]<class Law>() { return HasMagnitude<Law>; }),
+              "KindOf<Law> of each law of friction has magnitude(law, speed), magnitude(law, speed, normal) or force");
+static_assert(all_of<Friction>([]<class Law>() { return HasLimitWhereItSticks<Law>; }),
+              "a law of friction that sticks is_proportional and has a static_coefficient(law)");
 
 }  // namespace detail
 

@@ -9,39 +9,35 @@
 namespace tanor::detail {
 
 bool law_sticks(const Friction& friction) {
-  return std::visit(
-      []<class Law>(const Law& law) {
-        if constexpr (requires { KindOf<Law>::sticks(law); }) return KindOf<Law>::sticks(law);
-        return false;
-      },
-      friction);
+  const auto ask = []<class Law>(const Law& law) {
+    if constexpr (requires { KindOf<Law>::sticks(law); }) return KindOf<Law>::sticks(law);
+    return false;
+  };
+  return std::visit(ask, friction);
 }
 
 double static_coefficient_of(const Friction& friction) {
-  return std::visit(
-      []<class Law>(const Law& law) {
-        if constexpr (requires { KindOf<Law>::static_coefficient(law); }) return KindOf<Law>::static_coefficient(law);
-        return 0.0;
-      },
-      friction);
+  const auto ask = []<class Law>(const Law& law) {
+    if constexpr (requires { KindOf<Law>::static_coefficient(law); }) return KindOf<Law>::static_coefficient(law);
+    return 0.0;
+  };
+  return std::visit(ask, friction);
 }
 
 bool reads_full_reaction(const Friction& friction) {
-  return std::visit(
-      []<class Law>(const Law& law) {
-        if constexpr (requires { KindOf<Law>::reads_full_reaction(law); }) return KindOf<Law>::reads_full_reaction(law);
-        return false;
-      },
-      friction);
+  const auto ask = []<class Law>(const Law& law) {
+    if constexpr (requires { KindOf<Law>::reads_full_reaction(law); }) return KindOf<Law>::reads_full_reaction(law);
+    return false;
+  };
+  return std::visit(ask, friction);
 }
 
 static bool is_without_effect(const Friction& friction) {
-  return std::visit(
-      []<class Law>(const Law& law) {
-        if constexpr (requires { KindOf<Law>::is_without_effect(law); }) return KindOf<Law>::is_without_effect(law);
-        return false;
-      },
-      friction);
+  const auto ask = []<class Law>(const Law& law) {
+    if constexpr (requires { KindOf<Law>::is_without_effect(law); }) return KindOf<Law>::is_without_effect(law);
+    return false;
+  };
+  return std::visit(ask, friction);
 }
 
 std::vector<Contact> list_contacts(const System& system) {
@@ -68,10 +64,7 @@ std::vector<Contact> list_contacts(const System& system) {
         system.constraints[g]);
   }
 
-  std::vector<char> is_support(system.num_points(), 0);
-  for (const Support& support : system.supports) {
-    for (const Index point : support.points) is_support[static_cast<std::size_t>(point)] = 1;
-  }
+  const std::vector<char> is_support = find_supports(system);
   for (std::size_t f = 0; f < system.friction.size(); ++f) {
     const Friction& friction = system.friction[f];
     if (is_without_effect(friction)) continue;

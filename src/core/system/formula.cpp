@@ -90,33 +90,17 @@ class Formula::Parser {
   }
 
  private:
-  void parse_sum() {
-    parse_product();
-    while (true) {
-      if (accept('+')) {
-        parse_product();
-        emit_binary(Operation::Add);
-      } else if (accept('-')) {
-        parse_product();
-        emit_binary(Operation::Subtract);
-      } else {
-        return;
-      }
-    }
-  }
+  void parse_sum() { parse_joined(&Parser::parse_product, '+', Operation::Add, '-', Operation::Subtract); }
+  void parse_product() { parse_joined(&Parser::parse_unary, '*', Operation::Multiply, '/', Operation::Divide); }
 
-  void parse_product() {
-    parse_unary();
+  /// Parses operands with one of two operators between them, from left to right.
+  void parse_joined(void (Parser::*parse_operand)(), char first, Operation by_first, char second, Operation by_second) {
+    (this->*parse_operand)();
     while (true) {
-      if (accept('*')) {
-        parse_unary();
-        emit_binary(Operation::Multiply);
-      } else if (accept('/')) {
-        parse_unary();
-        emit_binary(Operation::Divide);
-      } else {
-        return;
-      }
+      const bool is_first = accept(first);
+      if (!is_first && !accept(second)) return;
+      (this->*parse_operand)();
+      emit_binary(is_first ? by_first : by_second);
     }
   }
 

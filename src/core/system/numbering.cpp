@@ -135,32 +135,6 @@ class Islands {
   Island island_;
 };
 
-/// Breadth-first searches over an island.
-class Search {
- public:
-  /// Returns the island's points in the order of their distance from `root`.
-  const std::vector<Index>& visit(const Island& island, Index root) {
-    point_seen_.assign(island.points.size(), 0);
-    member_seen_.assign(island.members.size(), 0);
-    order_.reserve(island.points.size());
-    order_.assign(1, root);
-    point_seen_[root] = 1;
-    for (std::size_t head = 0; head < order_.size(); ++head) {
-      for (const Index member : island.members_of_point[order_[head]]) {
-        if (std::exchange(member_seen_[member], 1) != 0) continue;
-        for (const Index point : island.points_of_member[member]) {
-          if (std::exchange(point_seen_[point], 1) == 0) order_.push_back(point);
-        }
-      }
-    }
-    return order_;
-  }
-
- private:
-  std::vector<char> point_seen_, member_seen_;
-  std::vector<Index> order_;
-};
-
 /// Lists the points that are islands by themselves. Those with the same kinds of constraints follow one another;
 /// otherwise they are in the user's order.
 std::vector<Index> list_lone_points(const System& system, const Groups<Index>& points_of_member,
@@ -194,10 +168,7 @@ std::vector<Index> list_lone_points(const System& system, const Groups<Index>& p
 /// Appends points and members to a numbering, island by island, in an order that is good for elimination.
 class NumberingBuilder {
  public:
-  explicit NumberingBuilder(const System& system) : is_support_(system.num_points(), 0) {
-    for (const Support& support : system.supports) {
-      for (const Index point : support.points) is_support_[point] = 1;
-    }
+  explicit NumberingBuilder(const System& system) : is_support_(find_supports(system)) {
     list_members(system);
     result_.user_point.reserve(system.num_points());
     result_.inner_point.assign(system.num_points(), -1);
@@ -284,8 +255,11 @@ class NumberingBuilder {
   /// path it is the end with the larger numbers, so that a chain keeps the user's direction.
   void append_from_far_end(const Island& island, bool is_path) {
     const auto end = static_cast<Index>(island.points.size()) - 1;  // far from the root
-    std::vector<Index> order = search_.visit(island, end);
-    if (!is_path || !ends_with_larger_numbers(island, order)) order = search_.visit(island, order.back());
+    const auto visit = [&](Index root) {
+      return search_.visit(island.points_of_member, island.members_of_point, root);
+    };
+    std::vector<Index> order = visit(end);
+    if (!is_path || !ends_with_larger_numbers(island, order)) order = visit(order.back());
     std::ranges::reverse(order);
     append_points(island, order);
   }
@@ -335,7 +309,7 @@ class NumberingBuilder {
   std::vector<char> is_support_;          // [point]
   Groups<Index> points_of_member_;        // moving points only
   std::vector<Index> user_first_row_{0};  // first row of each member, and then the number of rows
-  Search search_;
+  BreadthFirstSearch search_;
   std::vector<char> is_numbered_;  // [member of the island at hand]
   Numbering result_;
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include <tanor/system.hpp>
@@ -9,6 +10,40 @@
 #include "base/groups.hpp"
 
 namespace tanor::detail {
+
+/// Breadth-first searches over points that members join.
+class BreadthFirstSearch {
+ public:
+  /// Returns the points in the order of their distance from `root`.
+  const std::vector<Index>& visit(const Groups<Index>& points_of_member, const Groups<Index>& members_of_point,
+                                  Index root) {
+    parent_.assign(members_of_point.size(), unseen);
+    member_seen_.assign(points_of_member.size(), 0);
+    order_.reserve(parent_.size());
+    order_.assign(1, root);
+    parent_[static_cast<std::size_t>(root)] = -1;
+    for (std::size_t head = 0; head < order_.size(); ++head) {
+      for (const Index member : members_of_point[static_cast<std::size_t>(order_[head])]) {
+        if (std::exchange(member_seen_[static_cast<std::size_t>(member)], 1) != 0) continue;
+        for (const Index point : points_of_member[static_cast<std::size_t>(member)]) {
+          Index& parent = parent_[static_cast<std::size_t>(point)];
+          if (parent != unseen) continue;
+          parent = order_[head];
+          order_.push_back(point);
+        }
+      }
+    }
+    return order_;
+  }
+  const std::vector<Index>& order() const { return order_; }
+  /// Returns the point from which the last search saw a point; -1 for the root.
+  Index parent(Index point) const { return parent_[static_cast<std::size_t>(point)]; }
+
+ private:
+  static constexpr Index unseen = -2;
+  std::vector<Index> order_, parent_;
+  std::vector<char> member_seen_;
+};
 
 /// Lists the points of a tree from its leaves to its center. Each branch (a point with all that hangs on it) is in one
 /// piece, and equal branches of a point are side by side and numbered alike, so that they can be eliminated in the
@@ -28,29 +63,14 @@ class TreeOrder {
  private:
   std::size_t num_points() const { return members_of_point_.size(); }
 
-  /// Searches breadth first: sets `order_`, and for each point the one from which it was seen, -1 for the root.
-  void visit(Index root) {
-    order_.assign(1, root);
-    parent_.assign(num_points(), -1);
-    for (std::size_t head = 0; head < order_.size(); ++head) {
-      const Index point = order_[head];
-      for (const Index member : members_of_point_[static_cast<std::size_t>(point)]) {
-        for (const Index other : points_of_member_[static_cast<std::size_t>(member)]) {
-          if (other == point || other == parent_[static_cast<std::size_t>(point)]) continue;
-          parent_[static_cast<std::size_t>(other)] = point;
-          order_.push_back(other);
-        }
-      }
-    }
-  }
+  void visit(Index root) { search_.visit(points_of_member_, members_of_point_, root); }
 
   /// Returns the middle of a longest path, from one far end to another.
   Index find_center() {
     visit(0);
-    visit(order_.back());
-    std::vector<Index> path{order_.back()};
-    while (parent_[static_cast<std::size_t>(path.back())] >= 0)
-      path.push_back(parent_[static_cast<std::size_t>(path.back())]);
+    visit(search_.order().back());
+    std::vector<Index> path{search_.order().back()};
+    while (search_.parent(path.back()) >= 0) path.push_back(search_.parent(path.back()));
     return path[path.size() / 2];
   }
 
@@ -59,15 +79,16 @@ class TreeOrder {
   void measure_branches() {
     size_.assign(num_points(), 1);
     hash_.assign(num_points(), 0);
-    for (auto point = order_.rbegin(); point != order_.rend(); ++point) {
+    for (auto point = search_.order().rbegin(); point != search_.order().rend(); ++point) {
       const auto k = static_cast<std::size_t>(*point);
       std::uint64_t alone = 0;
       for (const Index member : members_of_point_[k])
         alone += points_of_member_[static_cast<std::size_t>(member)].size() == 1 ? 1 : 0;
       hash_[k] = mix(hash_[k] + alone);
-      if (parent_[k] < 0) continue;
-      size_[static_cast<std::size_t>(parent_[k])] += size_[k];
-      hash_[static_cast<std::size_t>(parent_[k])] += mix(hash_[k] + 1);
+      if (search_.parent(*point) < 0) continue;
+      const auto parent = static_cast<std::size_t>(search_.parent(*point));
+      size_[parent] += size_[k];
+      hash_[parent] += mix(hash_[k] + 1);
     }
   }
 
@@ -75,11 +96,11 @@ class TreeOrder {
   std::vector<Index> list_branch_by_branch() const {
     // In the reverse of the result, a point comes before its branches, the last one first.
     const Groups<Index> branches(num_points(), [&](const auto& add) {
-      for (const Index point : order_) {
-        if (parent_[static_cast<std::size_t>(point)] >= 0) add(parent_[static_cast<std::size_t>(point)], point);
+      for (const Index point : search_.order()) {
+        if (search_.parent(point) >= 0) add(search_.parent(point), point);
       }
     });
-    std::vector<Index> open{order_.front()}, result, own;
+    std::vector<Index> open{search_.order().front()}, result, own;
     result.reserve(num_points());
     while (!open.empty()) {
       const Index point = open.back();
@@ -112,8 +133,9 @@ class TreeOrder {
   }
 
   const Groups<Index>&points_of_member_, &members_of_point_;
-  std::vector<Index> order_, parent_, size_;  // [point]
-  std::vector<std::uint64_t> hash_;           // [point]
+  BreadthFirstSearch search_;
+  std::vector<Index> size_;          // [point]
+  std::vector<std::uint64_t> hash_;  // [point]
 };
 
 }  // namespace tanor::detail
