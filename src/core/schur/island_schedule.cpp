@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <tuple>
+#include <utility>
 
 namespace tanor::detail {
 
 namespace {
-
-using Neighbours = std::vector<std::set<int>>;  // [row] the other rows with which it has a product
 
 std::vector<std::vector<int>> rods_of_points(const IslandTopology& topology) {
   std::vector<std::vector<int>> result(static_cast<std::size_t>(topology.num_points));
@@ -19,24 +18,26 @@ std::vector<std::vector<int>> rods_of_points(const IslandTopology& topology) {
   return result;
 }
 
-/// Returns for each row the rows with which it has a product: those of the rods at its points.
-Neighbours find_neighbours(const std::vector<std::vector<int>>& by_point, std::size_t num_rods) {
-  Neighbours result(num_rods);
-  for (const auto& rods : by_point) {
-    for (const int a : rods) {
-      for (const int b : rods) {
-        if (a != b) result[static_cast<std::size_t>(a)].insert(b);
-      }
-    }
-  }
-  return result;
-}
-
 }  // namespace
 
 IslandSchedule::IslandSchedule(const IslandTopology& topology) {
   const auto by_point = rods_of_points(topology);
-  const Slots slots = eliminate(find_neighbours(by_point, topology.rods.size()));
+  std::vector<std::set<int>> neighbours(topology.rods.size());  // [row] the other rows with which it has a product
+  for (std::size_t p = 0; p < by_point.size(); ++p) {
+    // u points from the lower end to the higher one.
+    const auto sign = [&](int a) {
+      return topology.rods[static_cast<std::size_t>(a)][1] == static_cast<int>(p) ? 1.0 : -1.0;
+    };
+    for (const int a : by_point[p]) {
+      for (const int b : by_point[p]) {
+        if (b >= a) continue;
+        neighbours[static_cast<std::size_t>(a)].insert(b);
+        neighbours[static_cast<std::size_t>(b)].insert(a);
+        products.push_back({0, a, b, static_cast<int>(p), sign(a) * sign(b)});
+      }
+    }
+  }
+  const Slots slots = eliminate(std::move(neighbours));
   const auto slot_of = [&](int a, int b) {
     const auto found = slots.find({a, b});
     return found != slots.end() ? found->second : slots.at({b, a});
@@ -49,17 +50,7 @@ IslandSchedule::IslandSchedule(const IslandTopology& topology) {
     }
   }
 
-  for (std::size_t p = 0; p < by_point.size(); ++p) {
-    // u points from the lower end to the higher one.
-    const auto sign = [&](int a) {
-      return topology.rods[static_cast<std::size_t>(a)][1] == static_cast<int>(p) ? 1.0 : -1.0;
-    };
-    for (const int a : by_point[p]) {
-      for (const int b : by_point[p]) {
-        if (b < a) products.push_back({slot_of(a, b), a, b, static_cast<int>(p), sign(a) * sign(b)});
-      }
-    }
-  }
+  for (Product& product : products) product.slot = slot_of(product.a, product.b);
   std::stable_sort(products.begin(), products.end(),
                    [](const Product& x, const Product& y) { return x.slot < y.slot; });
   num_fill_slots = static_cast<std::size_t>(num_slots) - columns.size();

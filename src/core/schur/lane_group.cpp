@@ -149,7 +149,7 @@ lanes::Motion LaneGroups::Group::read_motion(const FreeMotion& motion, const dou
 }
 
 void LaneGroups::Group::evaluate(const lanes::Motion& motion) {
-  lanes::evaluate(in_, motion, own_.right_side);
+  lanes::evaluate(in_, motion, false, own_.right_side, &work_.found);
 }
 
 void LaneGroups::Group::eliminate() {
@@ -161,7 +161,7 @@ void LaneGroups::Group::eliminate() {
 void LaneGroups::Group::evaluate_and_eliminate(const lanes::Motion& motion) {
   take_mobilities();
   answer_at_joints(nullptr);
-  lanes::evaluate_and_eliminate(in_, motion, own_.right_side, &work_.found);
+  lanes::evaluate(in_, motion, true, own_.right_side, &work_.found);
   hand_over_factor();
   hand_over_answers();
 }

@@ -92,33 +92,6 @@ template <class Lanes>
   }
 }
 
-/// Computes dw of a piece of a path, w and the residual in one pass.
-template <class Lanes>
-[[gnu::always_inline]] inline void accelerate_piece(const Lanes& part, const Arrays& in, const Upcoming& upcoming,
-                                                    Vec3 uniform, Pack3<>* w, Pack<>* residual) {
-  using Lane = typename Lanes::Lane;
-  const typename Lanes::Vector everywhere{Lane{} + uniform.x, Lane{} + uniform.y, Lane{} + uniform.z};
-  Seen<Lanes::width> seen;
-  auto before = part.of(in.rods.border->force_before), u_before = before, dw_before = before;
-  const auto add = [&](std::size_t k, const auto& force) __attribute__((always_inline)) {
-    const auto dw = part.of(in.points.inverse_mass[k]) * (before - force);
-    part.write(dw, &in.dw[k]);
-    if (w != nullptr) part.write(everywhere + dw, &w[k]);
-    before = force;
-    return dw;
-  };
-  for (std::size_t k = 0; k < in.shape.num_rods; ++k) {
-    const auto u = part.of(in.rods.u[k]);
-    const auto dw = add(k, part.of(in.rods.z[k]) * u);
-    upcoming.fetch(k);
-    if (k > 0 && residual != nullptr) seen.see(magnitude(dot(u_before, dw - dw_before) + part.of(in.rods.b[k - 1])));
-    u_before = u;
-    dw_before = dw;
-  }
-  (void)add(in.shape.num_rods, typename Lanes::Vector{});
-  if (residual != nullptr) part.of(*residual) = seen.value + seen.zero;
-}
-
 template <class Lanes, class Ends>
 [[gnu::always_inline]] inline auto largest_residual(const Lanes& part, const Ends& ends, const Shape& shape,
                                                     const Rods& rods, const Pack3<>* dw) {
@@ -165,19 +138,6 @@ void find_directions(const Arrays& arrays, const Pack3<>* r, const Pack3<>* offs
       });
 }
 
-void evaluate(const Arrays& arrays, const Motion& motion_of, Pack<>* right_side) {
-  for_group(
-      arrays, [ right_side, motion_at = &motion_of ]<class Lanes>(const Lanes& part, auto ends, const Arrays& in)
-                  __attribute__((always_inline)) {
-                    const Motion motion = *motion_at;
-                    part.of(*right_side) = largest_of(
-                        part, in.shape.num_rods, [&](std::size_t k) __attribute__((always_inline)) {
-                          typename Lanes::Vector u;
-                          return evaluate_rod(part, ends, motion, k, in.rods, &u);
-                        });
-                  });
-}
-
 void eliminate(const Arrays& arrays, Findings* found) {
   for_group(
       arrays, [=]<class Lanes>(const Lanes& part, auto ends, const Arrays& in) __attribute__((always_inline)) {
@@ -204,9 +164,9 @@ void substitute_up(const Arrays& arrays) {
                   __attribute__((always_inline)) { substitute_up(part, ends, in.shape, in.points, in.rods); });
 }
 
-void evaluate_and_eliminate(const Arrays& arrays, const Motion& motion_of, Pack<>* right_side, Findings* found) {
+void evaluate(const Arrays& arrays, const Motion& motion_of, bool eliminates, Pack<>* right_side, Findings* found) {
   for_group(
-      arrays, [ right_side, found, motion_at = &motion_of ]<class Lanes>(
+      arrays, [ eliminates, right_side, found, motion_at = &motion_of ]<class Lanes>(
                   const Lanes& part, auto ends, const Arrays& in) __attribute__((always_inline)) {
         const Motion motion = *motion_at;
         typename Lanes::Lane largest = part.of(found->largest_inverse);
@@ -216,16 +176,18 @@ void evaluate_and_eliminate(const Arrays& arrays, const Motion& motion_of, Pack<
           seen.see(magnitude(b));
           return b;
         };
-        if constexpr (ends.program == Program::Paths) {
-          const auto take_next = [&](std::size_t k, typename Lanes::Vector * u) __attribute__((always_inline)) {
-            const auto b = take(k, u);
+        typename Lanes::Vector u;
+        if (!eliminates) {
+          for (std::size_t k = 0; k < in.shape.num_rods; ++k) (void)take(k, &u);
+        } else if constexpr (ends.program == Program::Paths) {
+          const auto take_next = [&](std::size_t k, typename Lanes::Vector * own) __attribute__((always_inline)) {
+            const auto b = take(k, own);
             motion.upcoming.fetch(k);
             return b;
           };
           eliminate_piece<true>(part, in.shape, in.points, in.rods, take_next, &largest);
         } else if constexpr (ends.program == Program::Trees) {
           for (std::size_t k = 0; k < in.shape.num_rods; ++k) {
-            typename Lanes::Vector u;
             (void)take(k, &u);
             eliminate_rod(part, ends, k, in.points, in.rods, &largest);
             substitute_rod(part, ends, k, in.points, in.rods);
@@ -247,13 +209,35 @@ void finish(const Arrays& arrays, bool is_substituted, const Pack3<>* w0, Vec3 u
       });
 }
 
-void accelerate_pieces(const Arrays& arrays, bool lambda_is_known, const Upcoming& upcoming_of, Vec3 uniform,
-                       Pack3<>* w, Pack<>* residual) {
-  for_each_part([ =, at = &arrays, upcoming_at = &upcoming_of ](const auto& part) __attribute__((always_inline)) {
-    const Arrays in = *at;
-    if (!lambda_is_known) substitute_piece_down(part, in.shape, in.rods);
-    accelerate_piece(part, in, *upcoming_at, uniform, w, residual);
-  });
+void accelerate_pieces(const Arrays& arrays, bool lambda_is_known, const Upcoming& upcoming, Vec3 uniform, Pack3<>* w,
+                       Pack<>* residual) {
+  for_each_part(
+      [ =, at = &arrays, upcoming_at = &upcoming ]<class Lanes>(const Lanes& part) __attribute__((always_inline)) {
+        const Arrays in = *at;
+        if (!lambda_is_known) substitute_piece_down(part, in.shape, in.rods);
+        using Lane = typename Lanes::Lane;
+        const typename Lanes::Vector everywhere{Lane{} + uniform.x, Lane{} + uniform.y, Lane{} + uniform.z};
+        Seen<Lanes::width> seen;
+        auto before = part.of(in.rods.border->force_before), u_before = before, dw_before = before;
+        const auto add = [&](std::size_t k, const auto& force) __attribute__((always_inline)) {
+          const auto dw = part.of(in.points.inverse_mass[k]) * (before - force);
+          part.write(dw, &in.dw[k]);
+          if (w != nullptr) part.write(everywhere + dw, &w[k]);
+          before = force;
+          return dw;
+        };
+        for (std::size_t k = 0; k < in.shape.num_rods; ++k) {
+          const auto u = part.of(in.rods.u[k]);
+          const auto dw = add(k, part.of(in.rods.z[k]) * u);
+          upcoming_at->fetch(k);
+          if (k > 0 && residual != nullptr)
+            seen.see(magnitude(dot(u_before, dw - dw_before) + part.of(in.rods.b[k - 1])));
+          u_before = u;
+          dw_before = dw;
+        }
+        (void)add(in.shape.num_rods, typename Lanes::Vector{});
+        if (residual != nullptr) part.of(*residual) = seen.value + seen.zero;
+      });
 }
 
 void substitute_down(const Arrays& arrays, bool lambda_is_known, const Pack3<>* on_roots, Pack3<>* points) {
@@ -328,9 +312,7 @@ struct OfJoints {
     return Pack<>{at[0][n], at[1][n], at[2][n], at[3][n], at[4][n], at[5][n], at[6][n], at[7][n]};
   }
   [[gnu::always_inline]] Pack3<> point() const { return {get(0), get(1), get(2)}; }
-  [[gnu::always_inline]] MobilityOf<num_lanes> mobility() const {
-    return {get(0), get(1), get(2), get(3), get(4), get(5)};
-  }
+  [[gnu::always_inline]] Mobility mobility() const { return {get(0), get(1), get(2), get(3), get(4), get(5)}; }
 };
 
 }  // namespace

@@ -30,10 +30,16 @@ struct Shape {
   bool have_same_parents;
 };
 
-/// Symmetric 3 x 3 matrices.
-struct Mobility {
-  Pack<> xx, xy, xz, yy, yz, zz;
+/// Symmetric 3 x 3 matrices of some lanes.
+template <std::size_t width>
+struct MobilityOf {
+  Pack<width> xx, xy, xz, yy, yz, zz;
+
+  [[gnu::always_inline]] Pack3<width> operator*(const Pack3<width>& F) const {
+    return {xx * F.x + xy * F.y + xz * F.z, xy * F.x + yy * F.y + yz * F.z, xz * F.x + yz * F.y + zz * F.z};
+  }
 };
+using Mobility = MobilityOf<num_lanes>;
 /// The factor of a rod of a tree: h = W u of the parent (before the rod) over the pivot d, and 1/d. Its direction u
 /// from the child to the parent is stored apart.
 struct RodFactor {
@@ -107,14 +113,13 @@ struct Arrays {
 void free_points(const Arrays& arrays);
 /// Evaluates u of rods at r.
 void find_directions(const Arrays& arrays, const Pack3<>* r, const Pack3<>* offset, Pack3<>* u);
-/// Evaluates u and b of rods, and the largest |b|.
-void evaluate(const Arrays& arrays, const Motion& motion, Pack<>* right_side);
+/// Evaluates u and b of rods, and the largest |b|. If it `eliminates`, pieces also are factorized and substituted up,
+/// in one pass, so that one rod's evaluation runs while another one's pivot is waited for.
+void evaluate(const Arrays& arrays, const Motion& motion, bool eliminates, Pack<>* right_side, Findings* found);
 /// Factorizes S. The pivot of a rod of a tree is d = u'(W_c + W_p) u, and W_p -= h h'/d.
 void eliminate(const Arrays& arrays, Findings* found);
 /// Solves S lambda = -(b + K's), of trees the way up to the roots: z, and s_p -= z h/d; of paths y = -L^-1 b.
 void substitute_up(const Arrays& arrays);
-/// Does all three for pieces, in one pass, so that one rod's evaluation runs while another one's pivot is waited for.
-void evaluate_and_eliminate(const Arrays& arrays, const Motion& motion, Pack<>* right_side, Findings* found);
 /// Ends a solve of whole islands with the factor that there is: lambda, unless `is_substituted` up to the roots, then
 /// F, and the rest as `accelerate`. Includes the residual and the right side of islands in what was found.
 void finish(const Arrays& arrays, bool is_substituted, const Pack3<>* w0, Vec3 uniform, Pack3<>* w,

@@ -7,15 +7,6 @@ namespace tanor::detail::lanes {
 
 // ---- pieces of trees ----
 
-/// The mobility of some lanes.
-template <std::size_t width>
-struct MobilityOf {
-  Pack<width> xx, xy, xz, yy, yz, zz;
-
-  [[gnu::always_inline]] Pack3<width> operator*(const Pack3<width>& F) const {
-    return {xx * F.x + xy * F.y + xz * F.z, xy * F.x + yy * F.y + yz * F.z, xz * F.x + yz * F.y + zz * F.z};
-  }
-};
 template <class Place>
 [[gnu::always_inline]] inline MobilityOf<Place::width> get(const Place& place, const Mobility* mobility) {
   return {place.get(mobility, 0), place.get(mobility, 1), place.get(mobility, 2),
