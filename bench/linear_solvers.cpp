@@ -8,7 +8,8 @@
 //                                                         series (problem P1 of bench/rivals): prints the steps
 // Prints nanoseconds a rod or bead (medians) of ours by itself, in the inner order, and as a host calls it
 // (Dynamics::solve: the user's arrays in the user's order, accelerations and multipliers, three calls after each
-// evaluation of the baseline, which takes the caches); the ratios baseline/ours, baseline/called, baseline/inexact
+// evaluation of the baseline, which takes the caches), of the general solver and of CHOLMOD in its place; the ratios
+// baseline/ours, baseline/called, baseline/inexact
 // (called without refinement), general solver/ours and called/plain pass on one thread, and the part of the memory's
 // bandwidth (for as many bytes as the scene has) or of dgemm's speed that is reached; then the speedup by 2, 4, … N
 // threads (best of each, since other work on the machine stops threads that wait for each other).
@@ -130,11 +131,11 @@ std::optional<PathBaseline> make_path_baseline(const System& system) {
 
 /// Times of one evaluation, s, of many that were taken in turn.
 struct Times {
-  std::vector<double> baseline, general, ours, called, inexact, plain;
+  std::vector<double> baseline, general, cholmod, ours, called, inexact, plain;
   std::vector<std::vector<double>> threads;  // [number of threads in the list]
 };
 
-Times take_times(EigenBaseline* baseline, PathBaseline* plain, Ours* general, Ours* ours, Called* called,
+Times take_times(EigenBaseline* baseline, PathBaseline* plain, Ours* general, Ours* cholmod, Ours* ours, Called* called,
                  Called* inexact, const std::vector<std::unique_ptr<Ours>>& together, const std::vector<double>& r,
                  const std::vector<double>& v, double num_members) {
   Times times;
@@ -166,6 +167,7 @@ Times take_times(EigenBaseline* baseline, PathBaseline* plain, Ours* general, Ou
     call(inexact, &times.inexact);
     times.ours.push_back(evaluate(ours));
     times.general.push_back(evaluate(general));
+    times.cholmod.push_back(evaluate(cholmod));
     if (plain != nullptr) times.plain.push_back(repeat([&] { (void)plain->evaluate(r.data(), v.data()); }));
     for (std::size_t k = 0; k < together.size(); ++k) times.threads[k].push_back(evaluate(together[k].get()));
   }
@@ -205,7 +207,8 @@ ordered_json list_speedups(const Times& times, const std::vector<int>& thread_co
 /// Returns one line of the table, as JSON. `dense` is flops a second of dgemm.
 ordered_json measure(const BenchScene& scene, const std::vector<int>& thread_counts, double dense) {
   const System system = scene.make();
-  Ours ours(system, {.threads = 1}), general(system, {.linear_solver = LinearSolver::General, .threads = 1});
+  Ours ours(system, {.threads = 1}), general(system, {.linear_solver = LinearSolver::General, .threads = 1}),
+      cholmod(system, {.linear_solver = LinearSolver::Cholmod, .threads = 1});
   std::vector<std::unique_ptr<Ours>> together;
   for (const int threads : thread_counts)
     together.push_back(std::make_unique<Ours>(system, SolverOptions{.threads = threads}));
@@ -218,13 +221,15 @@ ordered_json measure(const BenchScene& scene, const std::vector<int>& thread_cou
 
   const std::vector<double> r = ours.in_users_order(ours.r), v = ours.in_users_order(ours.v);
   Called called(system, r, v), inexact(system, r, v, false);
-  const Times times =
-      take_times(&baseline, plain ? &*plain : nullptr, &general, &ours, &called, &inexact, together, r, v, num_members);
-  for (const std::vector<double>& w : {ours.in_users_order(ours.w), called.w, inexact.w})
+  const Times times = take_times(&baseline, plain ? &*plain : nullptr, &general, &cholmod, &ours, &called, &inexact,
+                                 together, r, v, num_members);
+  for (const std::vector<double>& w :
+       {ours.in_users_order(ours.w), cholmod.in_users_order(cholmod.w), called.w, inexact.w})
     compare(scene.name, w, baseline.evaluate(r.data(), v.data()), num_members);
   if (plain) compare(scene.name, called.w, plain->evaluate(r.data(), v.data()), num_members);
 
   const double base = median(times.baseline), mine = median(times.ours), theirs = median(times.general);
+  const double of_cholmod = median(times.cholmod);
   const double of_plain = plain ? median(times.plain) : NAN;
   const double of_call = median(times.called), of_inexact = median(times.inexact);
   const PlanSummary& plan = ours.forms.plan;
@@ -242,9 +247,10 @@ ordered_json measure(const BenchScene& scene, const std::vector<int>& thread_cou
   for (const ordered_json& speedup : speedups) columns += fmt::format("{:8.2f}", speedup.get<double>());
   const double unit = 1e9 / num_members;
   fmt::print(
-      "{:28}{:>16}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:8.1f}{:10.1f}{:>10}{:10.2f}{:10.2f}{}\n",
-      scene.name, plan.linear_solver(), unit * base, unit * theirs, unit * mine, unit * of_call, base / mine,
-      base / of_call, base / of_inexact, scene.bar, theirs / mine,
+      "{:28}{:>16}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:8.1f}{:10.1f}{:>10}{:10.2f}{:10.2f}"
+      "{}\n",
+      scene.name, plan.linear_solver(), unit * base, unit * theirs, unit * of_cholmod, unit * mine, unit * of_call,
+      base / mine, base / of_call, base / of_inexact, scene.bar, theirs / mine,
       plain ? fmt::format("{:.2f}", of_call / of_plain) : "-", of_memory, of_product, columns);
   std::fflush(stdout);
   return {{"scene", scene.name},
@@ -253,6 +259,7 @@ ordered_json measure(const BenchScene& scene, const std::vector<int>& thread_cou
           {"eigen_ns", with_decimals(2, unit * base)},
           {"listed_eigen_ns", std::llround(scene.listed)},
           {"general_ns", with_decimals(2, unit * theirs)},
+          {"cholmod_ns", with_decimals(2, unit * of_cholmod)},
           {"ours_ns", with_decimals(2, unit * mine)},
           {"called_ns", with_decimals(2, unit * of_call)},
           {"inexact_ns", with_decimals(2, unit * of_inexact)},
@@ -381,9 +388,9 @@ int main(int argc, char** argv) try {
     columns += fmt::format("{:>7}x", threads);
   }
   const double dense = measure_dense_product();
-  fmt::print("{:28}{:>16}{:>10}{:>10}{:>10}{:>10}{:>10}{:>10}{:>10}{:>8}{:>10}{:>10}{:>10}{:>10}{}\n",
-             "ns a rod or bead", "solver", "Eigen", "general", "ours", "called", "ratio", "/called", "/inexact", "bar",
-             "/general", "/plain", "/memory", "/dgemm", columns);
+  fmt::print("{:28}{:>16}{:>10}{:>10}{:>10}{:>10}{:>10}{:>10}{:>10}{:>10}{:>8}{:>10}{:>10}{:>10}{:>10}{}\n",
+             "ns a rod or bead", "solver", "Eigen", "general", "CHOLMOD", "ours", "called", "ratio", "/called",
+             "/inexact", "bar", "/general", "/plain", "/memory", "/dgemm", columns);
   for (const BenchScene& scene : bench_scenes()) {
     if (is_wanted(scene)) rows.push_back(measure(scene, thread_counts, dense));
   }

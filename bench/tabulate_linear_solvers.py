@@ -72,16 +72,17 @@ def print_evaluations(rows: list) -> None:
     print("Wanted is a ratio of the call; held inexact and held by ours say in which of the next columns it is reached instead.")
     print("Eigen: what anybody would write first (`bench/eigen_baseline.hpp`, -O3 -march=native; K from triplets "
           "once, then its")
-    print("values; one analysis); general: assembly + sparse factors. **invalid**: the Eigen program itself was more than "
+    print("values; one analysis); general: assembly + sparse factors; CHOLMOD: the same, factorized and solved by CHOLMOD alone. **invalid**: the Eigen program itself was more than "
           f"{SLOWER_IS_INVALID}")
     print("times slower than is listed for it, the machine was not quiet.")
     print("Plain: for paths in natural order, one pass of scalars (`bench/path_baseline.cpp`), the plainest program that does the job.\n")
-    print("| scene | linear solver | Eigen | general | called | ours | Eigen/called | Eigen/inexact | Eigen/ours | called/plain | wanted | |" + "".join(f" {n} threads |" for n in threads))
-    print("|---|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|---|" + "--:|" * len(threads))
+    print("| scene | linear solver | Eigen | general | CHOLMOD | called | ours | Eigen/called | Eigen/inexact | Eigen/ours | called/plain | wanted | |" + "".join(f" {n} threads |" for n in threads))
+    print("|---|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|---|" + "--:|" * len(threads))
     for row in rows:
         plain = f'{row["called_ns"] / row["plain_ns"]:.2f}' if row.get("plain_ns") else ""
         wanted = f'{row["bar"]:g}' if row["bar"] > 0 else ""
-        print(f'| {row["scene"]} | {row["linear_solver"]} | {row["eigen_ns"]:.0f} | {row["general_ns"]:.0f} | {row["called_ns"]:.1f} '
+        cholmod = f'{row["cholmod_ns"]:.0f}' if "cholmod_ns" in row else ""
+        print(f'| {row["scene"]} | {row["linear_solver"]} | {row["eigen_ns"]:.0f} | {row["general_ns"]:.0f} | {cholmod} | {row["called_ns"]:.1f} '
               f'| {row["ours_ns"]:.1f} | {row["eigen_ns"] / row["called_ns"]:.1f} | {row["eigen_ns"] / row["inexact_ns"]:.1f} | {row["ratio"]:.1f} | {plain} | {wanted} | {verdict(row)} |'
               + "".join(f' {row["speedups"][n]:.2f}x |' for n in threads))
     for row in rows:

@@ -96,7 +96,7 @@ struct Instant {
   std::vector<double> r, v, q, q_dot, q_ddot, psi, blocks, rows;
   GramSolver solver;
 
-  Instant(System system, int threads)
+  Instant(System system, int threads, LinearSolver of_H = LinearSolver::General)
       : forms(std::move(system), {.form = Form::Tangent, .threads = threads}),
         r(3 * forms.model.num_points()),
         v(r),
@@ -107,7 +107,7 @@ struct Instant {
         blocks(3 * forms.work.coordinates.num_blocks()),
         rows(q.size(), 1.0),
         solver(forms.work.coordinates.list_products(forms.model.mass),
-               {forms.work.coordinates.island_start(), q.size()}, Ordering::Auto) {
+               {forms.work.coordinates.island_start(), q.size()}, Ordering::Auto, of_H) {
     const System& given = forms.model.system;
     std::vector<double> velocities = given.velocities;
     velocities.resize(r.size());
@@ -126,6 +126,12 @@ struct Instant {
   void assemble() { solver.assemble(parallel(), blocks.data()); }
   GramSolver::Quality factorize() { return solver.factorize(parallel()); }
   void solve() { solver.solve_negative(parallel(), rows.data(), q_ddot.data()); }
+  void all_phases() {
+    evaluate();
+    assemble();
+    (void)factorize();
+    solve();
+  }
   void accelerations() { (void)forms.tangent->accelerations({0.0, q.data(), q_dot.data()}, {}, q_ddot.data()); }
 };
 
@@ -175,8 +181,8 @@ double largest_difference(const double* w, const double* reference, std::size_t 
   return difference / largest;
 }
 
-/// Compares accelerations of beads on circles at (q, q_dot) by tanor and by the Eigen program. Returns a row of the
-/// table.
+/// Compares accelerations of beads on circles at (q, q_dot) by tanor and by the Eigen program, beside the phases with
+/// CHOLMOD's factor of H. Returns a row of the table.
 std::string compare_with_eigen(int count) {
   System system = make_beads(count);
   system.forces = {Gravity{"", {0, 0, -9.81}}};
@@ -184,7 +190,7 @@ std::string compare_with_eigen(int count) {
     const double* r = system.positions.data() + 3 * i;
     system.velocities.insert(system.velocities.end(), {0.0, -3.0 * r[2], 3.0 * r[1]});
   }
-  Instant ours(system, 1);
+  Instant ours(system, 1), cholmod(system, 1, LinearSolver::Cholmod);
   // The circles are r - c = R (cos q e1 + sin q e2), from the first bead.
   const double angle = ours.q[0], radius = 0.5;
   const Vec3 outwards = 1.0 / radius * Vec3{0.0, ours.r[1], ours.r[2]}, along = cross({1, 0, 0}, outwards);
@@ -193,10 +199,12 @@ std::string compare_with_eigen(int count) {
   EigenTangentBaseline baseline({e1.x, e1.y, e1.z}, {e2.x, e2.y, e2.z}, radius, system.masses, {0, 0, -9.81});
   const double* w = baseline.evaluate(ours.q.data(), ours.q_dot.data());
   ours.accelerations();
-  std::vector<double> eigen, mine;
+  std::vector<double> eigen, by_cholmod, mine;
   for (int round = 0; round < 11; ++round) {
     eigen.push_back(seconds_of([&] { w = baseline.evaluate(ours.q.data(), ours.q_dot.data()); }));
-    ours.accelerations();  // wakes the caches after the other one's work
+    cholmod.all_phases();  // wakes the caches after the other one's work
+    by_cholmod.push_back(seconds_of([&] { cholmod.all_phases(); }));
+    ours.accelerations();
     mine.push_back(seconds_of([&] { ours.accelerations(); }));
   }
   Reactions found;
@@ -205,8 +213,9 @@ std::string compare_with_eigen(int count) {
   const double difference = largest_difference(found.w.data(), w, system.positions.size());
   if (!(difference < 1e-12)) throw std::runtime_error("the two solutions differ");
   const double unit = 1e9 / count;
-  return fmt::format("| {} beads on circles | {:.1f} | {:.1f} | {:.1f} | {} |\n", count, unit * median(eigen),
-                     unit * median(mine), median(eigen) / median(mine), count == 100'000 ? "8" : "");
+  return fmt::format("| {} beads on circles | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {} |\n", count, unit * median(eigen),
+                     unit * median(by_cholmod), unit * median(mine), median(eigen) / median(mine),
+                     count == 100'000 ? "8" : "");
 }
 
 double seconds_of_solve(Dynamics* dynamics, const System& system, std::vector<double>* w) {
@@ -228,15 +237,18 @@ std::string compare_forms(const char* name, int size, bool nearest) {
   alone.constraints.clear();
   rods_alone.coordinates.clear();
   Dynamics tangent(alone, {.threads = 1}), normal(rods_alone, {.threads = 1});
+  Dynamics cholmod(rods_alone, {.linear_solver = LinearSolver::Cholmod, .threads = 1});
   const bool is_chosen = Dynamics(with_rods, {.threads = 1}).plan().form == Form::Tangent;
-  std::vector<double> w(with_rods.positions.size()), w_normal(w), of_tangent, of_normal;
+  std::vector<double> w(with_rods.positions.size()), w_normal(w), of_tangent, of_cholmod, of_normal;
   for (int round = 0; round < 15; ++round) {
     of_tangent.push_back(seconds_of_solve(&tangent, with_rods, &w));
+    of_cholmod.push_back(seconds_of_solve(&cholmod, with_rods, &w_normal));
     of_normal.push_back(seconds_of_solve(&normal, with_rods, &w_normal));
   }
-  return fmt::format("| {}, rods to {} | {:.3g} | {:.3g} | {:.1f} | {} | {:.1e} |\n", size, name,
-                     1e3 * median(of_tangent), 1e3 * median(of_normal), median(of_normal) / median(of_tangent),
-                     is_chosen ? "yes" : "no", largest_difference(w.data(), w_normal.data(), w.size()));
+  return fmt::format("| {}, rods to {} | {:.3g} | {:.3g} | {:.3g} | {:.1f} | {} | {:.1e} |\n", size, name,
+                     1e3 * median(of_tangent), 1e3 * median(of_normal), 1e3 * median(of_cholmod),
+                     median(of_normal) / median(of_tangent), is_chosen ? "yes" : "no",
+                     largest_difference(w.data(), w_normal.data(), w.size()));
 }
 
 }  // namespace
@@ -252,12 +264,15 @@ int main(int argc, char** argv) try {
       "# The tangent form\n\n"
       "One evaluation of all accelerations, one thread, medians of runs in turn; ns a bead. Eigen: A by values, A'MA "
       "by "
-      "sparse\nproducts, SimplicialLDLT analysed once. Repeat with `scripts/bench`.\n\n"
-      "| scene | Eigen | ours | Eigen/ours | wanted |\n|---|--:|--:|--:|--:|\n";
+      "sparse\nproducts, SimplicialLDLT analysed once; CHOLMOD: A and psi as ours, then\nA'MA assembled, factorized "
+      "and solved by CHOLMOD. Repeat "
+      "with `scripts/bench`.\n\n"
+      "| scene | Eigen | CHOLMOD | ours | Eigen/ours | wanted |\n|---|--:|--:|--:|--:|--:|\n";
   for (const int count : {1000, 100'000, 1'000'000}) page += compare_with_eigen(count);
   page +=
       "\nA rigid body of so many points by its six coordinates, and by rods between them, ms:\n\n"
-      "| points | tangent | normal | normal/tangent | chosen by itself | w differ by |\n|---|--:|--:|--:|--:|--:|\n";
+      "| points | tangent | normal | normal by CHOLMOD | normal/tangent | chosen by itself | w differ by "
+      "|\n|---|--:|--:|--:|--:|--:|--:|\n";
   page += compare_forms("the last three", 1000, false);
   page += compare_forms("the nearest three", 1000, true);
   fmt::print("{}", page);
