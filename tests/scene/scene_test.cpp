@@ -1,5 +1,7 @@
 #include "scene/reading.hpp"
 
+#include <tuple>
+
 namespace tanor::scene {
 namespace {
 
@@ -66,6 +68,18 @@ TEST(Scene, OldNamesAreReadAndTold) {
   EXPECT_EQ(old.solver.linear_solver, LinearSolver::Batches);
   EXPECT_EQ(old.old_names, (std::vector<std::string>{"/solver/way: its name is linear_solver",
                                                      "/solver/way: \"bundles\" is \"batches\""}));
+  const std::tuple<std::string, LinearSolver, std::string> old_words[]{
+      {"sparse", LinearSolver::General, "general"},
+      {"path", LinearSolver::Paths, "paths"},
+      {"tree", LinearSolver::Trees, "trees"},
+      {"batched", LinearSolver::Batches, "batches"},
+      {"pointwise", LinearSolver::ClosedForm, "closed_form"}};
+  for (const auto& [word, solver, name] : old_words) {
+    const std::string quoted = '"' + word + '"';
+    const Scene scene = parse(three_points("\"solver\": {\"linear_solver\": " + quoted + "}"));
+    EXPECT_EQ(scene.solver.linear_solver, solver);
+    EXPECT_EQ(scene.old_names, std::vector<std::string>{"/solver/linear_solver: " + quoted + " is \"" + name + '"'});
+  }
   const Scene now = parse(three_points(R"("solver": {"linear_solver": "batches"})"));
   EXPECT_EQ(now.solver.linear_solver, LinearSolver::Batches);
   EXPECT_TRUE(now.old_names.empty());

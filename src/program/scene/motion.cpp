@@ -79,25 +79,21 @@ CertificatePolicy read_certificate(const Cursor& certificate) {
           0};
 }
 
-/// Alternative words for some linear solvers.
-constexpr std::pair<const char*, LinearSolver> other_words[]{{"sparse", LinearSolver::General},
-                                                             {"path", LinearSolver::Paths},
-                                                             {"tree", LinearSolver::Trees},
-                                                             {"batched", LinearSolver::Batches},
-                                                             {"pointwise", LinearSolver::ClosedForm}};
+/// Words of linear solvers that are read for one version, with a line that names the present word.
+constexpr EnumName<LinearSolver> old_words[]{
+    {LinearSolver::General, "sparse"},  {LinearSolver::Paths, "path"},      {LinearSolver::Trees, "tree"},
+    {LinearSolver::Batches, "batched"}, {LinearSolver::Batches, "bundles"}, {LinearSolver::ClosedForm, "pointwise"}};
 
-/// Reads the linear solver. Its old names "way" and "bundles" are accepted for one version.
+/// Reads the linear solver. Its old name "way" and the old words are accepted for one version.
 LinearSolver read_linear_solver(const Cursor& solver, Scene* scene) {
   const Cursor old = solver["way"];
   if (old && solver["linear_solver"]) old.complain("found beside linear_solver, which is its new name");
   if (old) scene->old_names.push_back("/solver/way: its name is linear_solver");
   const Cursor kind = old ? old : solver["linear_solver"];
-  if (kind && kind.says("bundles")) {
-    scene->old_names.push_back(kind.pointer() + ": \"bundles\" is \"batches\"");
-    return LinearSolver::Batches;
-  }
-  for (const auto& [word, named] : other_words) {
-    if (kind && kind.says(word)) return named;
+  for (const auto& [named, word] : old_words) {
+    if (!kind || !kind.says(word)) continue;
+    scene->old_names.push_back(fmt::format("{}: \"{}\" is \"{}\"", kind.pointer(), word, name_of(named)));
+    return named;
   }
   return kind.choice<LinearSolver>(scene->solver.linear_solver);
 }
