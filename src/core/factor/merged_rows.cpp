@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <utility>
 
 #include "base/groups.hpp"
@@ -11,53 +12,72 @@ namespace tanor::detail {
 
 namespace {
 
-/// Dense rows over some columns of C.
-struct RowFront {
-  std::vector<int> columns;  // increasing
-  std::vector<double> rows;  // row by row, columns.size() each
-  std::size_t num_rows = 0;
-  int next = -1;  // the next front that waits at the same column, or -1
+struct RotatedEntry {
+  int column;
+  double value;
 };
 
-/// Fronts that wait at columns. The memory of a released front is used again.
-class WaitingRoom {
+/// The rows of R. They stand in one array, where a row that grows moves to the end.
+class RotatedRows {
  public:
-  explicit WaitingRoom(std::size_t num_columns) : first_(num_columns, -1) {}
+  RotatedRows(std::size_t num_columns, std::size_t num_entries) : rows_(num_columns) {
+    entries_.reserve(2 * num_entries);
+  }
 
-  /// Adds an empty front that waits at `column`.
-  RowFront& add(std::size_t column) {
-    if (free_ < 0) {
-      free_ = static_cast<int>(fronts_.size());
-      fronts_.emplace_back();
-    }
-    const int taken = free_;
-    RowFront& front = fronts_[static_cast<std::size_t>(taken)];
-    free_ = front.next;
-    front.next = first_[column];
-    first_[column] = taken;
-    front.columns.clear();
-    front.rows.clear();
-    return front;
-  }
-  template <class Use>
-  void for_each(std::size_t column, const Use& use) const {
-    for (int k = first_[column]; k >= 0; k = fronts_[static_cast<std::size_t>(k)].next)
-      use(fronts_[static_cast<std::size_t>(k)]);
-  }
-  void release(std::size_t column) {
-    while (first_[column] >= 0) {
-      const int freed = first_[column];
-      RowFront& front = fronts_[static_cast<std::size_t>(freed)];
-      first_[column] = front.next;
-      front.next = free_;
-      free_ = freed;
+  /// Rotates a row of C, with increasing columns, into the rows of R that begin where it does, one after the other
+  /// until nothing is left of it. `row` becomes scratch.
+  void merge(std::vector<RotatedEntry>* row) {
+    while (!row->empty()) {
+      Row& there = rows_[static_cast<std::size_t>(row->front().column)];
+      if (there.size == 0) return keep(*row, &there);
+      rotate(row, &there);
+      keep(upper_, &there);
     }
   }
+  std::span<const RotatedEntry> operator[](std::size_t column) const {
+    return std::span(entries_).subspan(rows_[column].first, rows_[column].size);
+  }
+  void clear(std::size_t column) { rows_[column].size = 0; }
 
  private:
-  std::vector<RowFront> fronts_;
-  std::vector<int> first_;  // [column]
-  int free_ = -1;
+  struct Row {
+    std::size_t first = 0, size = 0, capacity = 0;
+  };
+
+  void keep(const std::vector<RotatedEntry>& row, Row* there) {
+    there->size = row.size();
+    if (row.size() <= there->capacity) {
+      std::ranges::copy(row, entries_.begin() + static_cast<std::ptrdiff_t>(there->first));
+    } else {
+      there->first = entries_.size();
+      there->capacity = row.size();
+      entries_.insert(entries_.end(), row.begin(), row.end());
+    }
+  }
+
+  /// Takes the first entry of `row` into that of a row of R, which becomes `upper_`. Both get the columns of both.
+  void rotate(std::vector<RotatedEntry>* row, Row* there) {
+    const RotatedEntry *a = entries_.data() + there->first, *const end_a = a + there->size;
+    const RotatedEntry *b = row->data(), *const end_b = b + row->size();
+    // [upper; rest] = [c s; -s c] [a; b]
+    const double length = std::sqrt(a->value * a->value + b->value * b->value);
+    const double inverse = length > 0.0 ? 1.0 / length : 0.0;
+    const double c = length > 0.0 ? a->value * inverse : 1.0, s = b->value * inverse;
+    upper_.clear();
+    rest_.clear();
+    upper_.push_back({a->column, length > 0.0 ? length : a->value});
+    for (++a, ++b; a != end_a || b != end_b;) {
+      const int column = b == end_b || (a != end_a && a->column < b->column) ? a->column : b->column;
+      const double x = a != end_a && a->column == column ? (a++)->value : 0.0;
+      const double y = b != end_b && b->column == column ? (b++)->value : 0.0;
+      upper_.push_back({column, c * x + s * y});
+      rest_.push_back({column, c * y - s * x});
+    }
+    std::swap(*row, rest_);
+  }
+
+  std::vector<RotatedEntry> entries_, upper_, rest_;
+  std::vector<Row> rows_;  // [column at which it begins]
 };
 
 /// An entry of C at a point.
@@ -75,156 +95,25 @@ Groups<EntryPlace> group_by_point(const PointColumns& C) {
           }};
 }
 
-/// Applies the Householder reflection to `rows` [num_rows x width], from row `first` on, that takes all of column c
-/// into row `first`. Returns false and reduces nothing if the column is no longer than `tolerance` there. The row with
-/// the largest number there comes first, so that rows of very different sizes keep their own digits (M. J. D. Powell,
-/// J. K. Reid 1969).
-bool reflect(double* rows, std::size_t num_rows, std::size_t width, std::size_t first, std::size_t c,
-             double tolerance) {
-  double square = 0.0;
-  std::size_t largest = first;
-  for (std::size_t i = first; i < num_rows; ++i) {
-    square += rows[i * width + c] * rows[i * width + c];
-    if (std::abs(rows[i * width + c]) > std::abs(rows[largest * width + c])) largest = i;
+/// Merges the rows of C in the order of their last columns, so that they get no columns before these are there.
+RotatedRows merge_all_rows(const PointColumns& C) {
+  const Groups<EntryPlace> by_point = group_by_point(C);
+  const Groups<int> by_last_column(C.num_columns(), [&](const auto& add) {
+    for (std::size_t point = 0; point < by_point.size(); ++point)
+      if (!by_point[point].empty()) add(by_point[point].back().column, static_cast<int>(point));
+  });
+  RotatedRows R(C.num_columns(), C.entries.size());
+  std::vector<RotatedEntry> row;
+  for (const int point : by_last_column.entries) {
+    for (const auto component : {&Vec3::x, &Vec3::y, &Vec3::z}) {
+      row.clear();
+      for (const auto& [column, entry] : by_point[static_cast<std::size_t>(point)])
+        row.push_back({column, C.entries[static_cast<std::size_t>(entry)].value.*component});
+      R.merge(&row);
+    }
   }
-  if (largest != first) std::swap_ranges(rows + first * width, rows + (first + 1) * width, rows + largest * width);
-  const double length = std::sqrt(square);
-  if (!(length > tolerance)) return false;
-  // H = 1 - u u'/(length |u_1|), u = x + sign(x_1) length e_1; H x = -sign(x_1) length e_1
-  double* const top = rows + first * width;
-  const double signed_length = std::copysign(length, top[c]);
-  top[c] += signed_length;
-  const double factor = 1.0 / (signed_length * top[c]);
-  for (std::size_t k = c + 1; k < width; ++k) {
-    double along = 0.0;
-    for (std::size_t i = first; i < num_rows; ++i) along += rows[i * width + c] * rows[i * width + k];
-    along *= factor;
-    for (std::size_t i = first; i < num_rows; ++i) rows[i * width + k] -= along * rows[i * width + c];
-  }
-  top[c] = -signed_length;
-  for (std::size_t i = first + 1; i < num_rows; ++i) rows[i * width + c] = 0.0;
-  return true;
+  return R;
 }
-
-/// Eliminates the columns of C from left to right, each with a dense front of the rows that begin there.
-class RowMerger {
- public:
-  RowMerger(const PointColumns& C, double tolerance)
-      : C_(C),
-        tolerance_(tolerance),
-        by_point_(group_by_point(C)),
-        waiting_(C.num_columns()),
-        place_(C.num_columns(), -1) {
-    rows_.columns.reserve(C.entries.size());
-    rows_.values.reserve(C.entries.size());
-    rows_.start.reserve(C.num_columns() + 1);
-    R_.independent.reserve(C.num_columns());
-  }
-
-  TriangularFactor merge() {
-    for (std::size_t j = 0; j < C_.num_columns(); ++j) {
-      const std::size_t num_rows = list_columns(j);
-      if (columns_.empty()) {
-        R_.dependent.push_back(static_cast<int>(j));
-        continue;
-      }
-      fill_front(j, num_rows);
-      waiting_.release(j);
-      reduce_front(j, num_rows);
-      for (const int column : columns_) place_[static_cast<std::size_t>(column)] = -1;
-    }
-    rows_.write_columns(C_.num_columns(), &R_);
-    return std::move(R_);
-  }
-
- private:
-  /// Lists the columns of the front at column j and the points whose rows begin there. Returns its number of rows.
-  std::size_t list_columns(std::size_t j) {
-    columns_.clear();
-    own_.clear();
-    std::size_t num_rows = 0;
-    const auto include = [&](int column) {
-      if (place_[static_cast<std::size_t>(column)] >= 0) return;
-      place_[static_cast<std::size_t>(column)] = 0;
-      columns_.push_back(column);
-    };
-    waiting_.for_each(j, [&](const RowFront& other) {
-      for (const int column : other.columns) include(column);
-      num_rows += other.num_rows;
-    });
-    for (int k = C_.start[j]; k < C_.start[j + 1]; ++k) {
-      const int point = C_.entries[static_cast<std::size_t>(k)].point;
-      if (by_point_[static_cast<std::size_t>(point)].front().column != static_cast<int>(j)) continue;
-      own_.push_back(point);
-      for (const auto& there : by_point_[static_cast<std::size_t>(point)]) include(there.column);
-      num_rows += 3;
-    }
-    if (!std::ranges::is_sorted(columns_)) std::ranges::sort(columns_);
-    for (std::size_t k = 0; k < columns_.size(); ++k)
-      place_[static_cast<std::size_t>(columns_[k])] = static_cast<int>(k);
-    return num_rows;
-  }
-
-  void fill_front(std::size_t j, std::size_t num_rows) {
-    const std::size_t width = columns_.size();
-    front_.assign(num_rows * width, 0.0);
-    double* row = front_.data();
-    const auto at = [&](int column) { return row + place_[static_cast<std::size_t>(column)]; };
-    waiting_.for_each(j, [&](const RowFront& other) {
-      const double* value = other.rows.data();
-      for (std::size_t i = 0; i < other.num_rows; ++i, row += width) {
-        for (const int column : other.columns) *at(column) = *value++;
-      }
-    });
-    for (const int point : own_) {
-      for (const auto& there : by_point_[static_cast<std::size_t>(point)]) {
-        const Vec3 value = C_.entries[static_cast<std::size_t>(there.entry)].value;
-        double* const first = at(there.column);
-        first[0] = value.x;
-        first[width] = value.y;
-        first[2 * width] = value.z;
-      }
-      row += 3 * width;
-    }
-  }
-
-  /// Reduces the front to a trapezoid: at most one row begins at each column. Column j is left out if it is short.
-  void reduce_front(std::size_t j, std::size_t num_rows) {
-    const std::size_t width = columns_.size();
-    const bool is_independent = reflect(front_.data(), num_rows, width, 0, 0, tolerance_);
-    const std::size_t first_left = is_independent ? 1 : 0;
-    std::size_t end = first_left;
-    for (std::size_t c = 1; c < width && end < num_rows; ++c) {
-      if (reflect(front_.data(), num_rows, width, end, c, 0.0)) ++end;
-    }
-    if (is_independent) {
-      R_.independent.push_back(static_cast<int>(j));
-      rows_.columns.insert(rows_.columns.end(), columns_.begin(), columns_.end());
-      rows_.values.insert(rows_.values.end(), front_.data(), front_.data() + width);
-      rows_.end_row();
-    } else {
-      R_.dependent.push_back(static_cast<int>(j));
-    }
-    // The rows that are left, also those of a dependent column, belong to the other columns.
-    if (end == first_left) return;
-    RowFront& rest = waiting_.add(static_cast<std::size_t>(columns_[1]));
-    rest.columns.assign(columns_.begin() + 1, columns_.end());
-    rest.num_rows = end - first_left;
-    for (std::size_t i = first_left; i < end; ++i) {
-      for (std::size_t k = 1; k < width; ++k) rest.rows.push_back(front_[i * width + k]);
-    }
-  }
-
-  const PointColumns& C_;
-  const double tolerance_;
-  const Groups<EntryPlace> by_point_;
-  WaitingRoom waiting_;
-  TriangularFactor R_;
-  TriangularRows rows_;
-  std::vector<int> columns_, place_;  // columns of the current front; column -> its place there, or -1
-  std::vector<int> own_;              // points whose rows begin at the current column
-  std::vector<double> front_;         // [num_rows x columns]
-};
 
 }  // namespace
 
@@ -243,7 +132,28 @@ SparseColumns PointColumns::expand() const {
 }
 
 TriangularFactor merge_rows(const PointColumns& C, double tolerance) {
-  return RowMerger(C, tolerance).merge();
+  RotatedRows merged = merge_all_rows(C);
+  TriangularFactor R;
+  TriangularRows rows;
+  std::vector<RotatedEntry> rest;
+  R.independent.reserve(C.num_columns());
+  for (std::size_t j = 0; j < C.num_columns(); ++j) {
+    const std::span<const RotatedEntry> row = merged[j];
+    if (!row.empty() && std::abs(row.front().value) > tolerance) {
+      R.independent.push_back(static_cast<int>(j));
+      for (const auto& [column, value] : row) rows.append(column, value);
+      rows.end_row();
+      continue;
+    }
+    // The row of a column that is left out belongs to the other columns.
+    R.dependent.push_back(static_cast<int>(j));
+    if (row.empty()) continue;
+    rest.assign(row.begin() + 1, row.end());
+    merged.clear(j);
+    merged.merge(&rest);
+  }
+  rows.write_columns(C.num_columns(), &R);
+  return R;
 }
 
 }  // namespace tanor::detail

@@ -22,13 +22,11 @@ struct PointColumns {
   SparseColumns expand() const;
 };
 
-/// Computes the QR factorization of C in the given order of its columns, column by column, by reflections of the rows
-/// that begin there. It is meant for orders that make no fill (chains, trees). There it is five times as fast as
-/// factorize_by_fronts, which first looks for an order and for supernodes. A column that is less than `tolerance` away
-/// from those before it is left out.
-///
-/// The rows that a column leaves over wait, as a trapezoid, at the column where they begin (A. George, M. T. Heath
-/// 1980; J. W. H. Liu 1986).
+/// Computes the QR factorization of C in the given order of its columns, row by row, by plane rotations (A. George, M.
+/// T. Heath 1980), which keep the digits of rows of very different sizes. It is meant for orders that make no fill
+/// (chains, trees). There it is five times as fast as factorize_by_fronts, which first looks for an order and for
+/// supernodes. A column that is less than `tolerance` away from those before it is left out; what is left of its row is
+/// rotated into the rows behind it (M. T. Heath 1982).
 TriangularFactor merge_rows(const PointColumns& C, double tolerance);
 
 }  // namespace tanor::detail
