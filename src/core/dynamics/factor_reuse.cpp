@@ -8,16 +8,16 @@
 
 namespace tanor::detail {
 
-std::unique_ptr<FactorReuse> FactorReuse::make(Workspace& work, GramSolver& factor) {
+std::unique_ptr<FactorReuse> FactorReuse::make(Workspace& work, const GramSolver::Summary& factor) {
   const Model& model = work.model();
   if (model.has_friction() || model.num_rows() == 0 || work.constraints.gradients_are_constant()) return nullptr;
   const std::size_t num_rows_of_S = model.numbering.first_idle_row();
-  if (!Reuse::pays(factor.summary(), num_rows_of_S, model.incidences.size())) return nullptr;
+  if (!Reuse::pays(factor, num_rows_of_S, model.incidences.size())) return nullptr;
   const GramOperator S{work.constraints, model.gather, model.inverse_mass, model.num_moving(), num_rows_of_S};
   return std::make_unique<FactorReuse>(work, S, factor);
 }
 
-FactorReuse::FactorReuse(Workspace& work, const GramOperator& S, GramSolver& factor)
+FactorReuse::FactorReuse(Workspace& work, const GramOperator& S, const GramSolver::Summary& factor)
     : work_(work),
       model_(work.model()),
       reuse_(S, model_.incidences, factor),

@@ -10,15 +10,15 @@
 
 namespace tanor::detail {
 
-/// Solves inside a step with the factor of another configuration. There K changes from stage to stage, and only
-/// S lambda = -b is solved. Conjugate gradients converge to the tolerance of the step. If they do not converge soon,
+/// Solves inside a step without a factor of S. There K changes from stage to stage, and only S lambda = -b is solved.
+/// Conjugate gradients converge to the tolerance of the step. If they do not converge soon,
 /// the configuration gets a factor of its own.
 class FactorReuse final : public InexactSolves {
  public:
-  /// Returns null where reuse does not pay, or K is constant. `factor` holds the factor of the other configuration.
-  static std::unique_ptr<FactorReuse> make(Workspace& work, GramSolver& factor);
+  /// Returns null where reuse does not pay, or K is constant. `factor` sums up the factor of S.
+  static std::unique_ptr<FactorReuse> make(Workspace& work, const GramSolver::Summary& factor);
 
-  FactorReuse(Workspace& work, const GramOperator& S, GramSolver& factor);
+  FactorReuse(Workspace& work, const GramOperator& S, const GramSolver::Summary& factor);
 
   /// Returns the largest error of dw = M^-1 K lambda that keeps a step within its target, in the M-norm: the root of
   /// the sum of m |dw|^2 = m min((atol + rtol |v|)/h, (atol + rtol |x|)/h^2)^2 over the neighbourhood that allows

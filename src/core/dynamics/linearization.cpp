@@ -73,7 +73,7 @@ Linearization::Linearization(Workspace& work, const SolverOptions& options, Cont
       has_constant_gradients_(work.team().all(work.constraints.gradients_are_constant())),
       rows_(model_.num_rows()) {
   if (composite_.is_empty() && work.team().is_alone() && options.reuse && all_rows_->solver() == LinearSolver::General)
-    reuse_ = FactorReuse::make(work, all_rows_->gram());
+    reuse_ = FactorReuse::make(work, all_rows_->gram().summary());
 }
 
 // ---- the configuration ----

@@ -105,10 +105,10 @@ inline constexpr double flops_worth_threads = 1e8, numbers_worth_threads = 2e6;
 
 /// Iterations that conjugate gradients are expected to take before the first solve (bench/reuse).
 inline constexpr double first_guess_of_iterations = 4.0;
-/// The choice between the two preconditioners goes by a mean of the iterations of earlier solves. `weight_of_mean` is
-/// the weight of the mean so far beside the latest solve. `fading_of_mean` is the factor by which the mean of the
-/// preconditioner that is not used falls at each solve. Argued, not measured: the mean follows a change within some
-/// four solves, and a preconditioner that cost twice as much is tried again after some 350 solves.
+/// They are tried as long as a mean of the iterations of earlier solves costs less than a factor. `weight_of_mean` is
+/// the weight of the mean so far beside the latest solve. `fading_of_mean` is the factor by which it falls where none
+/// were made. Argued, not measured: the mean follows a change within some four solves, and iterations that cost twice
+/// as much as a factor are tried again after some 350 solves.
 inline constexpr double weight_of_mean = 0.75, fading_of_mean = 0.998;
 /// Largest number of iterations, however much the factor costs. Argued, not measured: solves take some four iterations,
 /// and one that has taken so many does not get on.

@@ -18,40 +18,37 @@ GatherPlan plan_in_order_of_rows(const GramOperator& S, std::span<const Incidenc
           S.constraints.squared_gradient_norms()};
 }
 
-/// Returns the multiplications of an iteration without its preconditioner: two products with K, and sums of vectors.
-double iteration_products(std::size_t num_rows, std::size_t num_incidences) {
-  return 9.0 * static_cast<double>(num_incidences) + 5.0 * static_cast<double>(num_rows);
+/// Returns the multiplications of an iteration: two products with K, sums of vectors, and the preconditioner.
+double iteration_products(const GramSolver::Summary& factor, std::size_t num_rows, std::size_t num_incidences) {
+  return 9.0 * static_cast<double>(num_incidences) + 5.0 * static_cast<double>(num_rows) +
+         2.0 * static_cast<double>(factor.factor.pattern_nonzeros);
 }
 
 }  // namespace
 
-Reuse::Reuse(const GramOperator& S, std::span<const Incidence> incidences, GramSolver& kept)
-    : kept_(kept),
-      S_(S),
+Reuse::Reuse(const GramOperator& S, std::span<const Incidence> incidences, const GramSolver::Summary& factor)
+    : S_(S),
       incidences_(incidences),
       conjugate_gradients_(S),
-      factor_products_(kept.summary().products),
+      factor_products_(factor.products),
+      products_(iteration_products(factor, S.num_rows, incidences.size())),
       history_(S.constraints.num_rows()),
       correction_(S.constraints.num_rows()) {
-  const double others = iteration_products(S.num_rows, incidences.size());
-  candidates_[Incomplete].products = others + 2.0 * static_cast<double>(kept.summary().factor.pattern_nonzeros);
-  candidates_[Kept].products = others + 2.0 * static_cast<double>(kept.summary().factor.factor_nonzeros);
   forget();
 }
 
-bool Reuse::pays(const GramSolver::Summary& kept, std::size_t num_rows, std::size_t num_incidences) {
-  const double incomplete = 2.0 * static_cast<double>(kept.factor.pattern_nonzeros);
-  return plan::first_guess_of_iterations * (iteration_products(num_rows, num_incidences) + incomplete) < kept.products;
+bool Reuse::pays(const GramSolver::Summary& factor, std::size_t num_rows, std::size_t num_incidences) {
+  return plan::first_guess_of_iterations * iteration_products(factor, num_rows, num_incidences) < factor.products;
 }
 
 void Reuse::forget() {
-  for (Candidate& candidate : candidates_) candidate.iterations = plan::first_guess_of_iterations;
+  mean_iterations_ = plan::first_guess_of_iterations;
   history_.forget();
 }
 
 /// Returns the limit of iterations; more would cost more than the factor.
-int Reuse::most_iterations(const Candidate& candidate) const {
-  return 1 + static_cast<int>(std::min(plan::most_iterations_of_reuse, factor_products_ / candidate.products));
+int Reuse::most_iterations() const {
+  return 1 + static_cast<int>(std::min(plan::most_iterations_of_reuse, factor_products_ / products_));
 }
 
 bool Reuse::make_incomplete(const double* blocks) {
@@ -67,31 +64,26 @@ bool Reuse::make_incomplete(const double* blocks) {
 
 bool Reuse::solve(const Parallel& parallel, double t, const double* blocks, const double* b, double allowed,
                   std::vector<double>* lambda, double* dw) {
-  const auto cost = [&](Preconditioner each) { return candidates_[each].products * candidates_[each].iterations; };
   num_iterations_ = 0;
-  const Preconditioner cheaper = cost(Incomplete) <= cost(Kept) ? Incomplete : Kept;
-  candidates_[cheaper == Incomplete ? Kept : Incomplete].iterations *= plan::fading_of_mean;
-  Candidate& candidate = candidates_[cheaper];
-  if (cost(cheaper) >= factor_products_) {
-    candidate.iterations *= plan::fading_of_mean;
+  if (mean_iterations_ * products_ >= factor_products_) {
+    mean_iterations_ *= plan::fading_of_mean;
     return false;
   }
-  const auto not_again_soon = [&] { candidate.iterations = 2.0 * factor_products_ / candidate.products; };
-  if (cheaper == Incomplete && !make_incomplete(blocks)) {
+  const auto not_again_soon = [&] { mean_iterations_ = 2.0 * factor_products_ / products_; };
+  if (!make_incomplete(blocks)) {
     not_again_soon();
     return false;
   }
-  used_ = cheaper;
   history_.extrapolate(parallel, t, lambda);
   const ConjugateGradients::Result result =
-      iterate(parallel, blocks, b, {allowed, 0.0, most_iterations(candidate)}, lambda->data(), dw);
+      iterate(parallel, blocks, b, {allowed, 0.0, most_iterations()}, lambda->data(), dw);
   if (result.has_converged) {
     constexpr double kept = plan::weight_of_mean;
-    candidate.iterations = kept * candidate.iterations + (1.0 - kept) * std::max(1, result.iterations);
+    mean_iterations_ = kept * mean_iterations_ + (1.0 - kept) * std::max(1, result.iterations);
+    history_.add(t, *lambda);
   } else {
     not_again_soon();
   }
-  if (result.has_converged) history_.add(t, *lambda);
   return result.has_converged;
 }
 
@@ -99,7 +91,7 @@ bool Reuse::correct(const Parallel& parallel, const double* blocks, double* rows
   constexpr double five_digits = 1e-5;
   std::fill(correction_.begin(), correction_.end(), 0.0);
   const ConjugateGradients::Result result =
-      iterate(parallel, blocks, rows, {0.0, five_digits, most_iterations(candidates_[used_])}, correction_.data(), dw);
+      iterate(parallel, blocks, rows, {0.0, five_digits, most_iterations()}, correction_.data(), dw);
   if (result.has_converged) std::copy(correction_.begin(), correction_.end(), rows);
   return result.has_converged;
 }
@@ -109,7 +101,6 @@ ConjugateGradients::Result Reuse::iterate(const Parallel& parallel, const double
   const ConjugateGradients::Result result = conjugate_gradients_.solve(
       parallel, blocks, b, target,
       [&](const double* rho, double* z) {
-        if (used_ == Kept) return kept_.solve_negative(parallel, rho, z);
         incomplete_->factor.solve_negative(incomplete_->plan.scale().data(), rho, z);
       },
       lambda, dw);
@@ -118,7 +109,7 @@ ConjugateGradients::Result Reuse::iterate(const Parallel& parallel, const double
 }
 
 void Reuse::exchange_memory(Memory& memory) {
-  for (Candidate& candidate : candidates_) memory.exchange(candidate.iterations);
+  memory.exchange(mean_iterations_);
   history_.exchange_memory(memory);
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <memory>
 #include <span>
@@ -16,16 +15,16 @@
 namespace tanor::detail {
 
 /// Solves S lambda = -b at configurations inside a step, where S has no factor of its own. Conjugate gradients start
-/// from the last solutions. They are preconditioned by the factor of another configuration, or by an incomplete factor
-/// in the order of rows, which runs along rods. The operations and the iterations of earlier solves tell which one is
-/// cheaper. No clock is asked, so the bits are the same every time.
+/// from the last solutions. They are preconditioned by an incomplete factor in the order of rows, which runs along
+/// rods. The operations and the iterations of earlier solves tell if that is cheaper than a factor. No clock is asked,
+/// so the bits are the same every time.
 class Reuse {
  public:
-  /// `kept` has the factor of the other configuration. It and `incidences` outlive this object.
-  Reuse(const GramOperator& S, std::span<const Incidence> incidences, GramSolver& kept);
+  /// `factor` sums up the factor of S that a solve saves. `incidences` outlive this object.
+  Reuse(const GramOperator& S, std::span<const Incidence> incidences, const GramSolver::Summary& factor);
 
   /// Returns true if a few iterations cost less than a factor of S.
-  static bool pays(const GramSolver::Summary& kept, std::size_t num_rows, std::size_t num_incidences);
+  static bool pays(const GramSolver::Summary& factor, std::size_t num_rows, std::size_t num_incidences);
 
   /// Makes the incomplete factor anew when it is next needed. One factor serves equally well all over a step.
   void renew() { is_renewed_ = false; }
@@ -36,8 +35,8 @@ class Reuse {
              std::vector<double>* lambda, double* dw);
   /// Adds a solution that was found in another way.
   void add(double t, const std::vector<double>& lambda) { history_.add(t, lambda); }
-  /// Computes rows := -S^-1 rows to five digits and dw = M^-1 K rows [3n], preconditioned as the last solve. Returns
-  /// false if that fails.
+  /// Computes rows := -S^-1 rows to five digits and dw = M^-1 K rows [3n] after a solve. Returns false if that
+  /// fails.
   bool correct(const Parallel& parallel, const double* blocks, double* rows, double* dw);
   /// Returns the iterations of the last solve or correct.
   std::size_t num_iterations() const { return num_iterations_; }
@@ -48,32 +47,24 @@ class Reuse {
   void exchange_memory(Memory& memory);
 
  private:
-  enum Preconditioner { Incomplete, Kept };
-  /// Multiplications of an iteration, and iterations of a solve: a mean over the last ones.
-  struct Candidate {
-    double products, iterations;
-  };
-
   /// The incomplete factor, and how S is assembled for it.
   struct IncompleteFactor {
     GatherPlan plan;
     IncompleteCholesky factor;
   };
 
-  int most_iterations(const Candidate& candidate) const;
+  int most_iterations() const;
   bool make_incomplete(const double* blocks);
   ConjugateGradients::Result iterate(const Parallel& parallel, const double* blocks, const double* b,
                                      const ConjugateGradients::Target& target, double* lambda, double* dw);
 
-  GramSolver& kept_;
   GramOperator S_;
   std::span<const Incidence> incidences_;
   ConjugateGradients conjugate_gradients_;
   std::unique_ptr<IncompleteFactor> incomplete_;  // planned when it is first needed: schemes of fixed steps never do
   bool is_renewed_ = false;
-  double factor_products_;
-  std::array<Candidate, 2> candidates_;
-  Preconditioner used_ = Incomplete;
+  double factor_products_, products_;  // multiplications of a factor of S and of an iteration
+  double mean_iterations_;             // of a solve
   MultiplierHistory history_;
   std::vector<double> correction_;  // [d]
   std::size_t num_iterations_ = 0;
