@@ -18,7 +18,7 @@ struct Tampering {
   static void corrupt_slot(GramSolver& solver, std::size_t slot, double by) {
     for (auto& part : solver.parts_) {
       if (slot < part.plan.rows().size()) {
-        part.values()[slot] += by;
+        part.factor.values()[slot] += by;
         break;
       }
       slot -= part.plan.rows().size();

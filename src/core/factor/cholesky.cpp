@@ -1,16 +1,15 @@
 #include "factor/cholesky.hpp"
 
-#include <cholmod.h>
-
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
-#include <new>
 #include <optional>
 #include <string>
 #include <utility>
 
-#include "base/check.hpp"
 #include "base/counts.hpp"
+#include "factor/cholmod_common.hpp"
 #include "factor/inertia.hpp"
 #include "factor/multifrontal.hpp"
 #include "plan/thresholds.hpp"
@@ -19,57 +18,17 @@ namespace tanor::detail {
 
 namespace {
 
-/// A cholmod_common with every choice made by us.
-struct Common {
-  cholmod_common c;
-
-  Common() {
-    cholmod_start(&c);
-    c.print = 0;
-    c.final_ll = 1;  // LL', because with LDL' an indefinite matrix would pass as CHOLMOD_OK
-    c.final_asis = 0;
-    c.nmethods = 1;
-    c.quick_return_if_not_posdef = 1;
-  }
-  ~Common() { cholmod_finish(&c); }
-  Common(const Common&) = delete;
-  Common& operator=(const Common&) = delete;
-
-  void check() const {
-    if (c.status == CHOLMOD_OUT_OF_MEMORY || c.status == CHOLMOD_TOO_LARGE) throw std::bad_alloc();
-    ensure(c.status >= CHOLMOD_OK, "CHOLMOD takes the matrices that we build");
-  }
-};
-
-/// Returns CHOLMOD's view of our arrays. Nothing is copied.
-cholmod_sparse view(const TrianglePattern& pattern, double* values, bool lower) {
-  cholmod_sparse a{};
-  a.nrow = a.ncol = pattern.size();
-  a.nzmax = pattern.rows.size();
-  a.p = const_cast<int*>(pattern.start.data());
-  a.i = const_cast<int*>(pattern.rows.data());
-  a.x = values;
-  a.stype = lower ? -1 : 1;
-  a.itype = CHOLMOD_INT;
-  a.xtype = values != nullptr ? CHOLMOD_REAL : CHOLMOD_PATTERN;
-  a.dtype = CHOLMOD_DOUBLE;
-  a.sorted = 1;
-  a.packed = 1;
-  return a;
-}
-
 /// Analyzes a pattern with one ordering. `given`, [place] -> row, is an ordering that CHOLMOD does not know.
 SymbolicAnalysis analyze_with(const TrianglePattern& lower, Ordering ordering, std::vector<int> given = {}) {
-  Common common;
+  CholmodCommon common;
   cholmod_common& c = common.c;
-  c.supernodal = CHOLMOD_SIMPLICIAL;
   c.postorder = ordering != Ordering::Natural;
   c.method[0].ordering = ordering == Ordering::Amd       ? CHOLMOD_AMD
                          : ordering == Ordering::Metis   ? CHOLMOD_METIS
                          : ordering == Ordering::Nesdis  ? CHOLMOD_NESDIS
                          : ordering == Ordering::Natural ? CHOLMOD_NATURAL
                                                          : CHOLMOD_GIVEN;
-  cholmod_sparse a = view(lower, nullptr, true);
+  cholmod_sparse a = cholmod_view(lower, -1);
   cholmod_factor* factor = cholmod_analyze_p(&a, given.empty() ? nullptr : given.data(), nullptr, 0, &c);
   common.check();
   SymbolicAnalysis result;
@@ -153,14 +112,11 @@ SymbolicAnalysis analyze(const TrianglePattern& lower, Ordering wanted, const Fi
 }
 
 std::optional<std::size_t> count_negative_eigenvalues(const TrianglePattern& upper, std::vector<double> values) {
-  Common common;
+  CholmodCommon common;
   cholmod_common& c = common.c;
   c.final_ll = 0;  // L D L', which an indefinite matrix may have too
-  c.supernodal = CHOLMOD_SIMPLICIAL;
   c.quick_return_if_not_posdef = 0;
-  c.method[0].ordering = CHOLMOD_NATURAL;
-  c.postorder = 0;
-  cholmod_sparse matrix = view(upper, values.data(), false);
+  cholmod_sparse matrix = cholmod_view(upper, 1, values.data());
   cholmod_factor* factor = cholmod_analyze(&matrix, &c);
   common.check();
   cholmod_factorize(&matrix, factor, &c);
@@ -175,54 +131,145 @@ std::optional<std::size_t> count_negative_eigenvalues(const TrianglePattern& upp
   return negative;
 }
 
-struct Cholesky::Implementation {
-  TrianglePattern pattern;
-  std::vector<double> values;
-  std::optional<Multifrontal> fronts;  // the supernodal factor; the members below belong to a simplicial one
-  Common common;
-  cholmod_sparse matrix{};
-  cholmod_factor* factor = nullptr;
-  std::vector<double> unit_lower, inverse_pivots;  // L D^-1 beside L's entries, D^-2; empty if CHOLMOD solves
-  bool is_solved_by_cholmod = false;
-  cholmod_dense *solution = nullptr, *rooms[2] = {nullptr, nullptr};  // of CHOLMOD's solves
+namespace {
 
-  /// CHOLMOD's arrays of a simplicial L. Column j has the entries [start[j], start[j] + count[j]), its diagonal first.
+/// The supernodal factor.
+struct Fronts final : Cholesky::Method {
+  Multifrontal fronts;
+
+  explicit Fronts(TrianglePattern lower)
+      : Method(std::move(lower), Factorization::Multifrontal), fronts(this->pattern) {}
+  Cholesky::Quality factorize(int threads) override {
+    const std::size_t done = fronts.factorize(pattern, values.data(), threads);
+    if (done < pattern.size()) return {false, done, 0.0};
+    return Cholesky::quality_of(fronts.pivots());
+  }
+  void solve(double* x, int threads) override { fronts.solve(x, threads); }
+  bool factorizes_by_threads() const override { return fronts.factorizes_by_threads(); }
+  bool solves_by_threads() const override { return fronts.solves_by_threads(); }
+};
+
+/// Serves S that is diagonal (beads on surfaces of their own), or that belongs to one point, which has at most three
+/// rows.
+struct ClosedForm final : Cholesky::Method {
+  static constexpr std::size_t most_rows = 3;
+  std::vector<double> inverse;                               // 1/S_ii of a diagonal S
+  std::array<std::array<double, most_rows>, most_rows> L{};  // L of any other S
+
+  static bool is_diagonal(const TrianglePattern& upper) { return upper.rows.size() == upper.size(); }
+  static bool serves(const TrianglePattern& upper) { return is_diagonal(upper) || upper.size() <= most_rows; }
+
+  explicit ClosedForm(TrianglePattern upper)
+      : Method(std::move(upper), Factorization::ClosedForm), inverse(is_diagonal(pattern) ? pattern.size() : 0) {}
+  Cholesky::Quality factorize(int threads) override;
+  void solve(double* x, int threads) override;
+};
+
+Cholesky::Quality ClosedForm::factorize(int) {
+  double smallest = std::numeric_limits<double>::infinity(), largest = 0.0;
+  std::size_t weakest = 0;
+  // A pivot that is zero, negative or NaN ends the factorization.
+  const auto see = [&](double pivot, std::size_t row) {
+    if (!(pivot > 0.0)) return false;
+    if (pivot < smallest) weakest = row;
+    smallest = std::min(smallest, pivot);
+    largest = std::max(largest, pivot);
+    return true;
+  };
+  for (std::size_t i = 0; i < inverse.size(); ++i) {
+    if (!see(values[i], i)) return {false, i, 0.0};
+    inverse[i] = 1.0 / values[i];
+  }
+  // L_ij = (S_ij - sum over k < j of L_ik L_jk)/L_jj
+  for (std::size_t i = 0; i < pattern.size() && inverse.empty(); ++i) {
+    L[i] = {};
+    for (int e = pattern.start[i]; e < pattern.start[i + 1]; ++e)
+      L[i][static_cast<std::size_t>(pattern.rows[static_cast<std::size_t>(e)])] = values[static_cast<std::size_t>(e)];
+    for (std::size_t j = 0; j <= i; ++j) {
+      for (std::size_t k = 0; k < j; ++k) L[i][j] -= L[i][k] * L[j][k];
+      if (j < i) L[i][j] /= L[j][j];
+    }
+    if (!see(L[i][i], i)) return {false, i, 0.0};
+    L[i][i] = std::sqrt(L[i][i]);
+  }
+  return {true, weakest, smallest / largest};
+}
+
+void ClosedForm::solve(double* x, int) {
+  for (std::size_t i = 0; i < inverse.size(); ++i) x[i] *= inverse[i];
+  if (!inverse.empty()) return;
+  const std::size_t n = pattern.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t k = 0; k < i; ++k) x[i] -= L[i][k] * x[k];
+    x[i] /= L[i][i];
+  }
+  for (std::size_t i = n; i-- > 0;) {
+    for (std::size_t k = i + 1; k < n; ++k) x[i] -= L[k][i] * x[k];
+    x[i] /= L[i][i];
+  }
+}
+
+/// CHOLMOD's simplicial factor.
+struct Simplicial : Cholesky::Method {
+  CholmodCommon common;
+  cholmod_sparse matrix;
+  cholmod_factor* factor;
+  std::vector<double> unit_lower, inverse_pivots;  // L D^-1 beside L's entries, D^-2
+
+  /// CHOLMOD's arrays. Column j has the entries [start[j], start[j] + count[j]), its diagonal first.
   struct Columns {
     std::size_t n;
     const int *start, *count, *rows;
     const double* values;
   };
-  Columns simplicial() const {
+  Columns columns() const {
     return {factor->n, static_cast<const int*>(factor->p), static_cast<const int*>(factor->nz),
             static_cast<const int*>(factor->i), static_cast<const double*>(factor->x)};
   }
-  void prepare_solves();
-  void solve_simplicial(double* x) const;
-  void solve_by_cholmod(double* x);
-  std::size_t find_weakest_column() const;
 
-  ~Implementation() {
-    cholmod_free_factor(&factor, &common.c);
-    for (cholmod_dense** dense : {&solution, &rooms[0], &rooms[1]}) cholmod_free_dense(dense, &common.c);
+  explicit Simplicial(TrianglePattern upper)
+      : Method(std::move(upper), Factorization::Simplicial),
+        matrix(cholmod_view(pattern, 1, values.data())),
+        factor(cholmod_analyze(&matrix, &common.c)) {
+    common.check();
   }
+  ~Simplicial() override { cholmod_free_factor(&factor, &common.c); }
+
+  Cholesky::Quality factorize(int threads) override;
+  void solve(double* x, int threads) override;
+  /// Returns the column of the smallest pivot, at which a matrix that is singular to rounding shows it.
+  virtual std::size_t prepare_solves();
 };
+
+Cholesky::Quality Simplicial::factorize(int) {
+  cholmod_common& c = common.c;
+  cholmod_factorize(&matrix, factor, &c);
+  common.check();
+  // Read the status first: cholmod_rcond overwrites it.
+  if (c.status == CHOLMOD_NOT_POSDEF || factor->minor < factor->n) return {false, factor->minor, 0.0};
+  const std::size_t weakest = prepare_solves();
+  return {true, weakest, cholmod_rcond(factor, &c)};
+}
 
 /// Splits L = (L D^-1) D with its diagonal D. Solves then need no division, and the chain of dependent operations along
 /// a path has one multiplication and one subtraction for each row.
-void Cholesky::Implementation::prepare_solves() {
-  const auto [n, start, count, rows, l] = simplicial();
+std::size_t Simplicial::prepare_solves() {
+  const auto [n, start, count, rows, l] = columns();
   unit_lower.resize(factor->nzmax);
   inverse_pivots.resize(n);
+  std::size_t weakest = 0;
   for (std::size_t j = 0; j < n; ++j) {
     const double inverse = 1.0 / l[start[j]];
     inverse_pivots[j] = inverse * inverse;
+    if (inverse_pivots[j] > inverse_pivots[weakest]) weakest = j;
     for (int k = start[j] + 1; k < start[j] + count[j]; ++k) unit_lower[static_cast<std::size_t>(k)] = l[k] * inverse;
   }
+  return weakest;
 }
 
 /// Solves in place; cholmod_solve2 would copy x twice.
-void Cholesky::Implementation::solve_simplicial(double* x) const {
-  const auto [n, start, count, rows, l] = simplicial();
+void Simplicial::solve(double* x, int) {
+  const auto [n, start, count, rows, l] = columns();
   const double* const u = unit_lower.data();
   // (L D^-1) y = x
   for (std::size_t j = 0; j < n; ++j) {
@@ -238,96 +285,51 @@ void Cholesky::Implementation::solve_simplicial(double* x) const {
   }
 }
 
-void Cholesky::Implementation::solve_by_cholmod(double* given) {
-  cholmod_dense b{};
-  b.nrow = b.d = b.nzmax = pattern.size();
-  b.ncol = 1;
-  b.x = given;
-  b.xtype = CHOLMOD_REAL;
-  b.dtype = CHOLMOD_DOUBLE;
-  cholmod_solve2(CHOLMOD_A, factor, &b, nullptr, &solution, nullptr, &rooms[0], &rooms[1], &common.c);
-  common.check();
-  std::copy_n(static_cast<const double*>(solution->x), b.nrow, given);
-}
+/// The same factor, with which CHOLMOD itself solves.
+struct ByCholmod final : Simplicial {
+  cholmod_dense *solution = nullptr, *rooms[2] = {nullptr, nullptr};
 
-/// Returns the column of the smallest number on the diagonal of CHOLMOD's L.
-std::size_t Cholesky::Implementation::find_weakest_column() const {
-  const Columns columns = simplicial();
-  std::size_t weakest = 0;
-  for (std::size_t j = 1; j < columns.n; ++j) {
-    if (columns.values[columns.start[j]] < columns.values[columns.start[weakest]]) weakest = j;
+  using Simplicial::Simplicial;
+  ~ByCholmod() override {
+    for (cholmod_dense** dense : {&solution, &rooms[0], &rooms[1]}) cholmod_free_dense(dense, &common.c);
   }
-  return weakest;
-}
-
-Cholesky::Cholesky(TrianglePattern pattern, bool supernodal, bool by_cholmod)
-    : implementation_(std::make_unique<Implementation>()) {
-  Implementation& self = *implementation_;
-  self.pattern = std::move(pattern);
-  self.values.resize(self.pattern.rows.size());
-  self.is_solved_by_cholmod = by_cholmod;
-  if (supernodal) {
-    self.fronts.emplace(self.pattern);
-    return;
+  std::size_t prepare_solves() override {
+    const auto [n, start, count, rows, l] = columns();
+    std::size_t weakest = 0;
+    for (std::size_t j = 1; j < n; ++j)
+      if (l[start[j]] < l[start[weakest]]) weakest = j;
+    return weakest;
   }
-  cholmod_common& c = self.common.c;
-  c.supernodal = CHOLMOD_SIMPLICIAL;
-  c.method[0].ordering = CHOLMOD_NATURAL;
-  c.postorder = 0;
-  self.matrix = view(self.pattern, self.values.data(), false);
-  self.factor = cholmod_analyze(&self.matrix, &c);
-  self.common.check();
-}
-
-Cholesky::Cholesky(Cholesky&&) noexcept = default;
-Cholesky& Cholesky::operator=(Cholesky&&) noexcept = default;
-Cholesky::~Cholesky() = default;
-
-const TrianglePattern& Cholesky::pattern() const {
-  return implementation_->pattern;
-}
-double* Cholesky::values() {
-  return implementation_->values.data();
-}
-
-Cholesky::Quality Cholesky::factorize(int threads) {
-  Implementation& self = *implementation_;
-  if (self.fronts) {
-    const std::size_t done = self.fronts->factorize(self.pattern, self.values.data(), threads);
-    if (done < self.pattern.size()) return {false, done, 0.0};
-    const auto [weakest, strongest] = std::minmax_element(self.fronts->pivots().begin(), self.fronts->pivots().end());
-    const double ratio = *weakest / *strongest;
-    return {true, static_cast<std::size_t>(weakest - self.fronts->pivots().begin()), ratio * ratio};
+  void solve(double* x, int) override {
+    cholmod_dense b{};
+    b.nrow = b.d = b.nzmax = pattern.size();
+    b.ncol = 1;
+    b.x = x;
+    b.xtype = CHOLMOD_REAL;
+    b.dtype = CHOLMOD_DOUBLE;
+    cholmod_solve2(CHOLMOD_A, factor, &b, nullptr, &solution, nullptr, &rooms[0], &rooms[1], &common.c);
+    common.check();
+    std::copy_n(static_cast<const double*>(solution->x), b.nrow, x);
   }
-  cholmod_common& c = self.common.c;
-  cholmod_factorize(&self.matrix, self.factor, &c);
-  self.common.check();
-  // Read the status first: cholmod_rcond overwrites it.
-  if (c.status == CHOLMOD_NOT_POSDEF || self.factor->minor < self.factor->n) {
-    return {false, self.factor->minor, 0.0};
-  }
-  if (self.is_solved_by_cholmod) return {true, self.find_weakest_column(), cholmod_rcond(self.factor, &c)};
-  self.prepare_solves();
-  // A matrix that is singular to rounding shows it at its smallest pivot.
-  const auto weakest = std::max_element(self.inverse_pivots.begin(), self.inverse_pivots.end());
-  return {true, static_cast<std::size_t>(weakest - self.inverse_pivots.begin()), cholmod_rcond(self.factor, &c)};
+};
+
+}  // namespace
+
+Cholesky::Quality Cholesky::quality_of(std::span<const double> diagonal) {
+  const auto [weakest, strongest] = std::minmax_element(diagonal.begin(), diagonal.end());
+  const double ratio = *weakest / *strongest;
+  return {true, static_cast<std::size_t>(weakest - diagonal.begin()), ratio * ratio};
 }
 
-void Cholesky::solve(double* x, int threads) {
-  if (implementation_->fronts) {
-    implementation_->fronts->solve(x, threads);
-  } else if (implementation_->is_solved_by_cholmod) {
-    implementation_->solve_by_cholmod(x);
-  } else {
-    implementation_->solve_simplicial(x);
-  }
-}
-
-bool Cholesky::factorizes_by_threads() const {
-  return implementation_->fronts && implementation_->fronts->factorizes_by_threads();
-}
-bool Cholesky::solves_by_threads() const {
-  return implementation_->fronts && implementation_->fronts->solves_by_threads();
+Cholesky::Cholesky(TrianglePattern pattern, bool supernodal, bool by_cholmod) {
+  if (supernodal)
+    method_ = std::make_unique<Fronts>(std::move(pattern));
+  else if (by_cholmod)
+    method_ = std::make_unique<ByCholmod>(std::move(pattern));
+  else if (ClosedForm::serves(pattern))
+    method_ = std::make_unique<ClosedForm>(std::move(pattern));
+  else
+    method_ = std::make_unique<Simplicial>(std::move(pattern));
 }
 
 }  // namespace tanor::detail

@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include <tanor/solver_options.hpp>
@@ -43,38 +45,53 @@ using FindPoints = std::function<RowsInSpace()>;
 SymbolicAnalysis analyze(const TrianglePattern& lower, Ordering wanted, const FindPoints& find_points = {});
 
 /// Factorizes L L' = S. The rows of S already stand in the order of elimination. The symbolic analysis is made once,
-/// the numeric factorization many times. This class is the interface to CHOLMOD's factorization. Each object has a
-/// cholmod_common of its own, so different objects may work in different threads.
+/// the numeric factorization many times. Different objects may work in different threads.
 class Cholesky {
  public:
-  /// A simplicial factor takes the upper triangle, which CHOLMOD reads without a transpose; a supernodal one the lower.
-  /// If `by_cholmod` is true, CHOLMOD solves with a simplicial one, too.
-  Cholesky(TrianglePattern pattern, bool supernodal, bool by_cholmod = false);
-  Cholesky(Cholesky&&) noexcept;
-  Cholesky& operator=(Cholesky&&) noexcept;
-  ~Cholesky();
-
-  const TrianglePattern& pattern() const;
-  double* values();  ///< beside pattern().rows; to be filled before `factorize`
-
   struct Quality {
     bool positive_definite = true;
     std::size_t weakest_column = 0;     ///< column of the smallest pivot, or of the failed one
     double reciprocal_condition = 1.0;  ///< (min/max diagonal of L)^2, a cheap estimate from above
   };
+  /// Returns the quality of a factor with this diagonal.
+  static Quality quality_of(std::span<const double> diagonal);
+
+  /// A supernodal factor takes the lower triangle. Any other one takes the upper triangle, which CHOLMOD reads without
+  /// a transpose, and is in closed form where that serves. If `by_cholmod` is true, CHOLMOD factorizes and solves
+  /// alone.
+  Cholesky(TrianglePattern pattern, bool supernodal, bool by_cholmod = false);
+
+  Factorization kind() const { return method_->kind; }
+  const TrianglePattern& pattern() const { return method_->pattern; }
+  double* values() { return method_->values.data(); }  ///< beside pattern().rows; to be filled before `factorize`
+
   /// Factorizes the values. Any number of threads gives the same bits. Inside a parallel region there is one thread.
-  [[nodiscard]] Quality factorize(int threads = 1);
+  [[nodiscard]] Quality factorize(int threads = 1) { return method_->factorize(threads); }
 
   /// Solves in place: x := S^-1 x, [n].
-  void solve(double* x, int threads = 1);
+  void solve(double* x, int threads = 1) { method_->solve(x, threads); }
 
   /// True if several threads take less time than one for a factorization, or for a solve.
-  bool factorizes_by_threads() const;
-  bool solves_by_threads() const;
+  bool factorizes_by_threads() const { return method_->factorizes_by_threads(); }
+  bool solves_by_threads() const { return method_->solves_by_threads(); }
+
+  /// One way to factorize and to solve.
+  struct Method {
+    TrianglePattern pattern;
+    std::vector<double> values;
+    Factorization kind;
+
+    Method(TrianglePattern given, Factorization by)
+        : pattern(std::move(given)), values(pattern.rows.size()), kind(by) {}
+    virtual ~Method() = default;
+    virtual Quality factorize(int threads) = 0;
+    virtual void solve(double* x, int threads) = 0;
+    virtual bool factorizes_by_threads() const { return false; }
+    virtual bool solves_by_threads() const { return false; }
+  };
 
  private:
-  struct Implementation;
-  std::unique_ptr<Implementation> implementation_;
+  std::unique_ptr<Method> method_;
 };
 
 }  // namespace tanor::detail

@@ -133,28 +133,18 @@ template <class Lanes, std::size_t columns>
   }
 }
 
-/// Calls work(j, column j) for columns of a triangle. Within a block the columns stand a stride apart.
-template <class Work>
-[[gnu::always_inline]] inline void for_columns_of(const Triangle& triangle, std::size_t first, std::size_t end,
-                                                  const Work& work) {
-  for (std::size_t j = first; j < end;) {
-    const std::size_t stop = std::min(end, (j / Triangle::width + 1) * Triangle::width), stride = triangle.stride_of(j);
-    for (const double* column = triangle.column(j); j < stop; ++j, column += stride) work(j, column);
-  }
-}
-
-/// Adds the rows of column j. Long columns are added in whole lanes where their rows follow each other in the parent.
+/// Adds the rows of column j. Long columns are added in whole lanes where their rows follow each other in the front.
 template <class Lanes>
-[[gnu::always_inline]] inline void add_column(std::size_t j, const TrianglePart& part, const RowsInParent& in_parent,
+[[gnu::always_inline]] inline void add_column(std::size_t j, const TrianglePart& part, const ChildUpdate& child,
                                               const double* column, double* sum) {
   const std::size_t low = std::max(part.low, j);
   if (part.high < low + plan::long_column) {
-    for (std::size_t i = low; i < part.high; ++i) sum[in_parent.rows[i]] += column[i];
+    for (std::size_t i = low; i < part.high; ++i) sum[child.in_parent[i]] += column[i];
     return;
   }
   for (std::size_t i = low; i < part.high;) {
-    const std::size_t stop = std::min(part.high, static_cast<std::size_t>(in_parent.run_end[i]));
-    double* const to = sum + in_parent.rows[i];
+    const std::size_t stop = std::min(part.high, static_cast<std::size_t>(child.run_end[i]));
+    double* const to = sum + child.in_parent[i];
     if (i + front_width <= stop) {
       (Lanes::at(to) + Lanes::at(column + i)).write(to);
       i += front_width;
@@ -164,31 +154,16 @@ template <class Lanes>
   }
 }
 
-/// Adds part of a triangle to the columns that column_at finds in the parent.
-template <class Lanes, class ColumnAt>
-[[gnu::always_inline]] inline void add_columns(const TrianglePart& part, const RowsInParent& in_parent,
-                                               const Triangle& from, const ColumnAt& column_at) {
-  for_columns_of(
-      from, part.first, part.end, [&](std::size_t j, const double* column) __attribute__((always_inline)) {
-        add_column<Lanes>(j, part, in_parent, column, column_at(static_cast<std::size_t>(in_parent.rows[j])));
-      });
-}
-
-/// Adds from[i, j] to [rows[i], rows[j]] of a panel.
+/// Adds a part of a child's update, whose columns stand a stride apart within a block.
 template <class Lanes>
-[[gnu::always_inline]] inline void add_to_columns(const TrianglePart& part, const RowsInParent& in_parent,
-                                                  const Triangle& from, double* to, std::size_t stride) {
-  add_columns<Lanes>(
-      part, in_parent, from, [=](std::size_t row) __attribute__((always_inline)) { return to + row * stride; });
-}
-
-/// Adds from[i, j] to [rows[i] - columns, rows[j] - columns] of an update.
-template <class Lanes>
-[[gnu::always_inline]] inline void add_to_triangle(const TrianglePart& part, const RowsInParent& in_parent,
-                                                   const Triangle& from, std::size_t columns, const Triangle& to) {
-  add_columns<Lanes>(
-      part, in_parent,
-      from, [=](std::size_t row) __attribute__((always_inline)) { return to.column(row - columns) - columns; });
+[[gnu::always_inline]] inline void add_columns(const TrianglePart& part, const ChildUpdate& child,
+                                               const FrontNumbers& front) {
+  for (std::size_t j = part.first; j < part.end;) {
+    const std::size_t stop = std::min(part.end, (j / Triangle::width + 1) * Triangle::width);
+    const std::size_t stride = child.update.stride_of(j);
+    for (const double* column = child.update.column(j); j < stop; ++j, column += stride)
+      add_column<Lanes>(j, part, child, column, front.column(static_cast<std::size_t>(child.in_parent[j])));
+  }
 }
 
 /// Factorizes the symmetric tile at c. Returns the first column without a positive pivot, or `columns`. The pivots d
@@ -300,21 +275,20 @@ std::size_t factorize_panel(std::size_t columns, std::size_t rows, std::size_t s
       [=]<class Lanes>(std::type_identity<Lanes>) { return factorize_columns<Lanes>(columns, rows, stride, panel); });
 }
 
-std::size_t eliminate_front(const WholeFront& front) {
-  return dispatch([&front]<class Lanes>(std::type_identity<Lanes>) {
-    const auto [columns, stride, below, panel, update, children] = front;
-    for (const ChildUpdate& child : children) {
-      add_to_columns<Lanes>({0, child.rows_in_panel, 0, child.rows}, child.in_parent, child.update, panel, stride);
-    }
-    const std::size_t done = factorize_columns<Lanes>(columns, stride, stride, panel);
-    if (done < columns || below == 0) return done;
-    set_negative_square<Lanes>(below, columns, panel + columns, stride, update);
-    for (const ChildUpdate& child : children) {
-      add_to_triangle<Lanes>({child.rows_in_panel, child.rows, 0, child.rows}, child.in_parent, child.update, columns,
-                             update);
-    }
-    return columns;
+std::size_t eliminate_front(const FrontNumbers& front, std::size_t below, std::span<const ChildUpdate> children) {
+  return dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
+    for (const ChildUpdate& child : children) add_columns<Lanes>({0, child.rows_in_panel, 0, child.rows}, child, front);
+    const std::size_t done = factorize_columns<Lanes>(front.columns, front.stride, front.stride, front.panel);
+    if (done < front.columns || below == 0) return done;
+    set_negative_square<Lanes>(below, front.columns, front.panel + front.columns, front.stride, front.update);
+    for (const ChildUpdate& child : children)
+      add_columns<Lanes>({child.rows_in_panel, child.rows, 0, child.rows}, child, front);
+    return front.columns;
   });
+}
+
+void add_to_front(const TrianglePart& part, const ChildUpdate& child, const FrontNumbers& front) {
+  dispatch([=]<class Lanes>(std::type_identity<Lanes>) { add_columns<Lanes>(part, child, front); });
 }
 
 void subtract_block(const FrontBlock& block, std::size_t terms, const double* a, const double* b, std::size_t stride,
@@ -355,17 +329,6 @@ void divide_block(std::size_t columns, std::size_t rows, const double* diagonal,
                                           diagonal + first * stride + end, stride, x + end * stride, stride, 0, rows);
     }
   });
-}
-
-void add_to_panel(const TrianglePart& part, const RowsInParent& in_parent, const Triangle& from, double* to,
-                  std::size_t to_stride) {
-  dispatch(
-      [=]<class Lanes>(std::type_identity<Lanes>) { add_to_columns<Lanes>(part, in_parent, from, to, to_stride); });
-}
-
-void add_to_update(const TrianglePart& part, const RowsInParent& in_parent, const Triangle& from, std::size_t columns,
-                   const Triangle& to) {
-  dispatch([=]<class Lanes>(std::type_identity<Lanes>) { add_to_triangle<Lanes>(part, in_parent, from, columns, to); });
 }
 
 }  // namespace tanor::detail::kernels

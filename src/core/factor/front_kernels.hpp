@@ -51,37 +51,34 @@ void subtract_block(const FrontBlock& block, std::size_t terms, const double* a,
 /// Computes x := x L11'^-1 with x [rows, columns] and L11 in `diagonal`.
 void divide_block(std::size_t columns, std::size_t rows, const double* diagonal, std::size_t stride, double* x);
 
-/// Places of a child's rows in its parent. The rows [i, run_end[i]) of the child follow each other in the parent too.
-struct RowsInParent {
-  const int *rows, *run_end;
+/// The numbers of a front.
+struct FrontNumbers {
+  std::size_t columns, stride;
+  double* panel;    ///< [stride, columns]
+  Triangle update;  ///< of the rows below
+
+  /// Returns the column of the front that belongs to its row j. Its row i stands at [i], from the diagonal on.
+  double* column(std::size_t j) const {
+    return j < columns ? panel + j * stride : update.column(j - columns) - columns;
+  }
+};
+/// An update that a front takes from a child. Its row i is the row in_parent[i] of the front; the rows [i, run_end[i])
+/// follow each other there too. The first rows are among the columns of the front.
+struct ChildUpdate {
+  const int *in_parent, *run_end;
+  Triangle update;
+  std::size_t rows_in_panel, rows;
 };
 /// Part of a triangle: the columns [first, end) and the rows [low, high) of each, from the diagonal on.
 struct TrianglePart {
   std::size_t first, end, low, high;
 };
-/// Computes to[rows[i], rows[j]] += from[i, j].
-void add_to_panel(const TrianglePart& part, const RowsInParent& in_parent, const Triangle& from, double* to,
-                  std::size_t to_stride);
-/// Computes to[rows[i] - columns, rows[j] - columns] += from[i, j].
-void add_to_update(const TrianglePart& part, const RowsInParent& in_parent, const Triangle& from, std::size_t columns,
-                   const Triangle& to);
-
-/// An update that a front takes from a child: its first rows are among the columns of the front.
-struct ChildUpdate {
-  RowsInParent in_parent;
-  Triangle update;
-  std::size_t rows_in_panel, rows;
-};
-/// A front whose panel [stride, columns] holds the entries of S.
-struct WholeFront {
-  std::size_t columns, stride, below;
-  double* panel;
-  Triangle update;
-  std::span<const ChildUpdate> children;
-};
-/// Adds the updates of the children, replaces the panel by L and writes the front's own update, all in one call: small
-/// fronts take less time than several calls. Returns the first column without a positive pivot, or all columns.
-std::size_t eliminate_front(const WholeFront& front);
+/// Adds a part of the child's update to the front.
+void add_to_front(const TrianglePart& part, const ChildUpdate& child, const FrontNumbers& front);
+/// Adds the updates of the children, replaces the panel, which holds the entries of S, by L and writes the front's own
+/// update of `below` rows, all in one call: small fronts take less time than several calls. Returns the first column
+/// without a positive pivot, or all columns.
+std::size_t eliminate_front(const FrontNumbers& front, std::size_t below, std::span<const ChildUpdate> children);
 
 /// Computes y := L11^-1 y in the first columns, then y -= L21 y in the rows below. y [rows] is padded with zeros.
 /// Prefetches columns that stand `ahead` numbers further on, unless `ahead` is 0.

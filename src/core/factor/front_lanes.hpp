@@ -19,13 +19,13 @@ constexpr std::size_t lanes_of(std::size_t i) {
   return i / front_width * front_width;
 }
 
-/// Calls body with the number of columns, 1 … tile, as a compile-time constant.
-template <class Body>
+/// Calls body with the number of columns, 1 … most, as a compile-time constant.
+template <std::size_t most = tile, class Body>
 [[gnu::always_inline]] inline void with_columns(std::size_t columns, const Body& body) {
-  if (columns >= 4) return body(std::integral_constant<std::size_t, 4>{});
-  if (columns == 3) return body(std::integral_constant<std::size_t, 3>{});
-  if (columns == 2) return body(std::integral_constant<std::size_t, 2>{});
-  body(std::integral_constant<std::size_t, 1>{});
+  if constexpr (most > 1) {
+    if (columns < most) return with_columns<most - 1>(columns, body);
+  }
+  body(std::integral_constant<std::size_t, most>{});
 }
 
 /// Calls body(0), body(1), … with compile-time constants below `count`, without a loop.

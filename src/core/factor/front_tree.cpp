@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <span>
 #include <utility>
 
 #include "factor/front_kernels.hpp"
@@ -33,12 +34,12 @@ double cost_of(const Front& front) {
 
 FrontTree::FrontTree(const Supernodes& supernodes) {
   for (std::size_t s = 0; s < supernodes.size(); ++s) {
-    const auto first = static_cast<std::size_t>(supernodes.first_column[s]);
-    Front front{.first_column = first,
-                .columns = static_cast<std::size_t>(supernodes.first_column[s + 1]) - first,
-                .rows = supernodes.rows_start[s + 1] - supernodes.rows_start[s],
+    Front front{.first_column = static_cast<std::size_t>(supernodes.first_column[s]),
+                .columns = supernodes.num_columns(s),
+                .rows = supernodes.rows_of(s).size(),
                 .stride = 0,
-                .update_stride = 0};
+                .update_stride = 0,
+                .parent = supernodes.parent[s]};
     const auto r = static_cast<double>(front.rows);
     front.is_tiled = r * r * static_cast<double>(front.columns) > plan::products_of_tiled_front;
     front.update_stride = round_up(front.below());
@@ -47,7 +48,7 @@ FrontTree::FrontTree(const Supernodes& supernodes) {
     largest_stride = std::max(largest_stride, front.stride);
     fronts.push_back(front);
   }
-  find_parents(supernodes);
+  link_children(supernodes);
   const std::vector<int> all = depth_first();
   for (const int s : all) {  // in the order in which they are passed through
     Front& front = fronts[static_cast<std::size_t>(s)];
@@ -61,28 +62,18 @@ FrontTree::FrontTree(const Supernodes& supernodes) {
   add_tasks(all, false);
 }
 
-/// Finds the parent of each front: the front whose columns hold the first row below.
-void FrontTree::find_parents(const Supernodes& supernodes) {
-  std::vector<int> front_of(static_cast<std::size_t>(supernodes.first_column.back()));
-  for (std::size_t s = 0; s < fronts.size(); ++s)
-    std::fill_n(front_of.begin() + supernodes.first_column[s], fronts[s].columns, static_cast<int>(s));
+void FrontTree::link_children(const Supernodes& supernodes) {
+  std::vector<std::size_t> num_children(fronts.size(), 0);
   for (std::size_t s = fronts.size(); s-- > 0;) {
     Front& front = fronts[s];
-    if (front.below() == 0) continue;
-    const auto below = supernodes.rows.begin() + static_cast<std::ptrdiff_t>(supernodes.rows_start[s] + front.columns);
-    front.parent = front_of[static_cast<std::size_t>(*below)];
+    if (front.parent < 0) continue;
     Front& parent = fronts[static_cast<std::size_t>(front.parent)];
-    const auto end = below + static_cast<std::ptrdiff_t>(front.below());
-    front.rows_in_panel = static_cast<std::size_t>(
-        std::lower_bound(below, end, static_cast<int>(parent.first_column + parent.columns)) - below);
+    const auto end = static_cast<int>(parent.first_column + parent.columns);
+    const std::span<const int> below = supernodes.rows_below(s);
+    front.rows_in_panel = static_cast<std::size_t>(std::ranges::lower_bound(below, end) - below.begin());
     front.depth = parent.depth + 1;  // parents come later and are met first here
-    front.next_sibling = parent.first_child;
-    parent.first_child = static_cast<int>(s);
-  }
-  for (const Front& front : fronts) {
-    std::size_t count = 0;
-    for_children(front, [&](std::size_t, const Front&) { ++count; });
-    most_children = std::max(most_children, count);
+    front.next_sibling = std::exchange(parent.first_child, static_cast<int>(s));
+    most_children = std::max(most_children, ++num_children[static_cast<std::size_t>(front.parent)]);
   }
 }
 
@@ -249,13 +240,8 @@ void FrontTree::place_vectors(const std::vector<int>& all) {
 }
 
 void FrontTree::add_tasks(const std::vector<int>& all, bool of_factor) {
-  std::vector<FrontTask>& tasks = of_factor ? factor_tasks : solve_tasks;
-  TaskGraph& graph = of_factor ? factor_graph : solve_graph;
+  FrontTasks& to = of_factor ? factor : solve;
   std::vector<int> last(fronts.size(), -1), before;
-  const auto add = [&](FrontTask task, double flops) {
-    tasks.push_back(task);
-    return graph.add(flops);
-  };
   const auto cost_of_task = [&](const Front& front) {
     return of_factor ? cost_of(front) : 500.0 + static_cast<double>(front.stride * front.columns);
   };
@@ -264,7 +250,7 @@ void FrontTree::add_tasks(const std::vector<int>& all, bool of_factor) {
     double sum = 0.0;
     for (std::size_t k = sequence_start[sequence]; k < sequence_start[sequence + 1]; ++k)
       sum += cost_of_task(fronts[static_cast<std::size_t>(order[k])]);
-    const int task = add({FrontTask::Kind::Sequence, static_cast<int>(sequence)}, sum);
+    const int task = to.add({FrontTask::Kind::Sequence, static_cast<int>(sequence)}, sum);
     for (std::size_t k = sequence_start[sequence]; k < sequence_start[sequence + 1]; ++k)
       last[static_cast<std::size_t>(order[k])] = task;
     ++sequence;
@@ -280,27 +266,25 @@ void FrontTree::add_tasks(const std::vector<int>& all, bool of_factor) {
     for_children(front, [&](std::size_t c, const Front&) { before.push_back(last[c]); });
     int task;
     if (front.is_tiled) {
-      task = add_tiles(static_cast<std::size_t>(s), of_factor, before, &tasks, &graph);
+      task = add_tiles(static_cast<std::size_t>(s), of_factor, before, &to);
     } else {
-      task = add({FrontTask::Kind::Whole, s}, cost_of_task(front));
-      for (const int earlier : before) graph.link(earlier, task);
+      task = to.add({FrontTask::Kind::Whole, s}, cost_of_task(front));
+      for (const int earlier : before) to.graph.link(earlier, task);
     }
     last[static_cast<std::size_t>(s)] = task;
   }
-  graph.finish();
+  to.graph.finish();
 }
 
 /// Adds the tiles of a front: those of its panel, column by column, then those of its update. A tile of L waits for the
 /// tile on its left and for the diagonal tile of its columns, and so for all that it reads. Returns the task that waits
 /// for all tiles, or -1 if the front has no rows below.
-int FrontTree::add_tiles(std::size_t s, bool of_factor, const std::vector<int>& before, std::vector<FrontTask>* tasks,
-                         TaskGraph* graph) const {
+int FrontTree::add_tiles(std::size_t s, bool of_factor, const std::vector<int>& before, FrontTasks* to) const {
   const Front& front = fronts[s];
   const std::size_t rows = num_tiles(front.stride), columns = num_tiles(front.columns);
   constexpr auto area = static_cast<double>(tile * tile);
   const auto add = [&](FrontTask::Kind kind, std::size_t row, std::size_t column, double flops) {
-    tasks->push_back({kind, static_cast<int>(s), row, column});
-    return graph->add(flops);
+    return to->add({kind, static_cast<int>(s), row, column}, flops);
   };
   std::vector<int> left(rows);
   for (std::size_t column = 0; column < columns; ++column) {
@@ -308,20 +292,20 @@ int FrontTree::add_tiles(std::size_t s, bool of_factor, const std::vector<int>& 
     for (std::size_t row = column; row < rows; ++row) {
       const double depth = of_factor ? 2.0 * static_cast<double>(tile * column) + static_cast<double>(tile) : 1.0;
       const int task = add(FrontTask::Kind::PanelTile, row, column, depth * area);
-      if (column > 0) graph->link(left[row], task);
-      if (row > column) graph->link(diagonal, task);
+      if (column > 0) to->graph.link(left[row], task);
+      if (row > column) to->graph.link(diagonal, task);
       if (row == column) diagonal = task;
       left[row] = task;
     }
     if (column > 0) continue;
-    for (const int earlier : before) graph->link(earlier, diagonal);
+    for (const int earlier : before) to->graph.link(earlier, diagonal);
   }
   if (front.below() == 0) return -1;
   std::vector<int> updates;
   const std::size_t sides = of_factor ? num_tiles(front.below()) : 0;
   const auto link_rows = [&](std::size_t of, int task) {
     const std::size_t first = front.columns + of * tile, end = std::min(first + tile, front.stride);
-    for (std::size_t row = first / tile; row * tile < end; ++row) graph->link(left[row], task);
+    for (std::size_t row = first / tile; row * tile < end; ++row) to->graph.link(left[row], task);
   };
   for (std::size_t column = 0; column < sides; ++column) {
     for (std::size_t row = column; row < sides; ++row) {
@@ -333,7 +317,7 @@ int FrontTree::add_tiles(std::size_t s, bool of_factor, const std::vector<int>& 
   }
   const int join = add(FrontTask::Kind::Join, 0, 0, static_cast<double>(front.rows));
   for (const int task : of_factor ? updates : left) {
-    if (of_factor || task >= 0) graph->link(task, join);
+    if (of_factor || task >= 0) to->graph.link(task, join);
   }
   return join;
 }

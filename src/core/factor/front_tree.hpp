@@ -38,6 +38,24 @@ struct FrontTask {
   std::size_t row = 0, column = 0;  // position of a tile
 };
 
+/// The tasks of a factorization, or of both substitutions of a solve.
+struct FrontTasks {
+  std::vector<FrontTask> tasks;
+  TaskGraph graph;
+
+  int add(const FrontTask& task, double cost) {
+    tasks.push_back(task);
+    return graph.add(cost);
+  }
+  /// Calls body(task, thread) for all tasks.
+  template <class Body>
+  void run(int threads, TaskGraph::Direction direction, const Body& body) {
+    graph.run(threads, direction, [&](int task, int thread) {
+      body(tasks[static_cast<std::size_t>(task)], static_cast<std::size_t>(thread));
+    });
+  }
+};
+
 /// Fronts in the order of elimination, tasks over them, and the places of their numbers. All of it follows from the
 /// pattern alone, and so do the operations and their order, whatever the number of threads.
 ///
@@ -53,8 +71,7 @@ struct FrontTree {
   std::vector<Front> fronts;                ///< [supernode]
   std::vector<int> order;                   ///< fronts of the sequences, children before parents
   std::vector<std::size_t> sequence_start;  ///< [sequence + 1] into `order`
-  std::vector<FrontTask> factor_tasks, solve_tasks;
-  TaskGraph factor_graph, solve_graph;
+  FrontTasks factor, solve;
   std::size_t stack_size[2] = {0, 0}, arena_size = 0, panels_size = 0, vectors_size = 0, largest_stride = 0;
   std::size_t most_children = 0;  ///< largest number of children of a front
   double cost = 0.0;              ///< cost of a factorization in flops
@@ -67,14 +84,13 @@ struct FrontTree {
 
  private:
   std::vector<int> depth_first() const;
-  void find_parents(const Supernodes& supernodes);
+  void link_children(const Supernodes& supernodes);
   void cut(const std::vector<int>& all);
   void place_on_stacks();
   void place_shared_updates(const std::vector<int>& all);
   void place_vectors(const std::vector<int>& all);
   void add_tasks(const std::vector<int>& all, bool of_factor);
-  int add_tiles(std::size_t s, bool of_factor, const std::vector<int>& before, std::vector<FrontTask>* tasks,
-                TaskGraph* graph) const;
+  int add_tiles(std::size_t s, bool of_factor, const std::vector<int>& before, FrontTasks* to) const;
 };
 
 }  // namespace tanor::detail

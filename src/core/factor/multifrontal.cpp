@@ -1,6 +1,7 @@
 #include "factor/multifrontal.hpp"
 
 #include <algorithm>
+#include <span>
 #include <utility>
 
 #include "base/check.hpp"
@@ -30,17 +31,19 @@ void Multifrontal::find_rows_in_parents() {
   run_end_.resize(supernodes_.rows.size());
   for (std::size_t s = 0; s < tree_.fronts.size(); ++s) {
     if (tree_.fronts[s].parent < 0) continue;
-    const auto parent = static_cast<std::size_t>(tree_.fronts[s].parent);
-    std::size_t at = supernodes_.rows_start[parent];
-    for (std::size_t k = supernodes_.rows_start[s] + tree_.fronts[s].columns; k < supernodes_.rows_start[s + 1]; ++k) {
-      while (at < supernodes_.rows_start[parent + 1] && supernodes_.rows[at] != supernodes_.rows[k]) ++at;
-      ensure(at < supernodes_.rows_start[parent + 1], "a parent's front has all rows of its children's updates");
-      rows_in_parent_[k] = static_cast<int>(at - supernodes_.rows_start[parent]);
+    const std::span<const int> there = supernodes_.rows_of(static_cast<std::size_t>(tree_.fronts[s].parent));
+    const std::span<const int> below = supernodes_.rows_below(s);
+    int* const in_parent = rows_in_parent_.data() + supernodes_.rows_start[s] + tree_.fronts[s].columns;
+    int* const run_end = run_end_.data() + (in_parent - rows_in_parent_.data());
+    auto at = there.begin();
+    for (std::size_t k = 0; k < below.size(); ++k) {
+      at = std::find(at, there.end(), below[k]);
+      ensure(at != there.end(), "a parent's front has all rows of its children's updates");
+      in_parent[k] = static_cast<int>(at - there.begin());
     }
-    const std::size_t first = supernodes_.rows_start[s] + tree_.fronts[s].columns, end = supernodes_.rows_start[s + 1];
-    for (std::size_t k = end; k-- > first;) {
-      const bool goes_on = k + 1 < end && rows_in_parent_[k + 1] == rows_in_parent_[k] + 1;
-      run_end_[k] = goes_on ? run_end_[k + 1] : static_cast<int>(k + 1 - first);
+    for (std::size_t k = below.size(); k-- > 0;) {
+      const bool goes_on = k + 1 < below.size() && in_parent[k + 1] == in_parent[k] + 1;
+      run_end[k] = goes_on ? run_end[k + 1] : static_cast<int>(k + 1);
     }
   }
 }
@@ -49,12 +52,11 @@ void Multifrontal::find_entries(const TrianglePattern& lower) {
   std::vector<int> place(lower.size(), -1);
   entry_row_.resize(lower.rows.size());
   for (std::size_t s = 0; s < tree_.fronts.size(); ++s) {
-    const Front& front = tree_.fronts[s];
-    for (std::size_t k = 0; k < front.rows; ++k) place[static_cast<std::size_t>(rows_of(s)[k])] = static_cast<int>(k);
-    for (std::size_t j = front.first_column; j < front.first_column + front.columns; ++j) {
-      for (auto e = static_cast<std::size_t>(lower.start[j]); e < static_cast<std::size_t>(lower.start[j + 1]); ++e)
-        entry_row_[e] = place[static_cast<std::size_t>(lower.rows[e])];
-    }
+    const std::span<const int> rows = supernodes_.rows_of(s);
+    for (std::size_t k = 0; k < rows.size(); ++k) place[static_cast<std::size_t>(rows[k])] = static_cast<int>(k);
+    const auto first = static_cast<std::size_t>(lower.start[tree_.fronts[s].first_column]);
+    const auto end = static_cast<std::size_t>(lower.start[tree_.fronts[s].first_column + tree_.fronts[s].columns]);
+    for (std::size_t e = first; e < end; ++e) entry_row_[e] = place[static_cast<std::size_t>(lower.rows[e])];
   }
 }
 
@@ -77,11 +79,11 @@ std::size_t Multifrontal::num_beside() const {
 /// Fills a part of a front's columns with the columns of S.
 void Multifrontal::take_entries(const Front& front, const Entries& entries, const Tile& tile) {
   double* const panel = panels_.data() + front.panel;
-  const std::size_t end_row = tile.first_row + tile.rows, end_column = tile.first_column + tile.columns;
-  const bool is_whole = tile.rows == front.stride && tile.columns == front.columns;
+  const bool is_whole = tile.end_row - tile.row == front.stride;
   const auto take = [&](const auto& is_of_tile) {
-    for (std::size_t j = tile.first_column; j < end_column; ++j) {
+    for (std::size_t j = tile.column; j < tile.end_column; ++j) {
       double* const to = panel + j * front.stride;
+      std::fill(to + tile.row, to + tile.end_row, 0.0);
       const auto start = static_cast<std::size_t>(entries.lower.start[front.first_column + j]);
       const auto end = static_cast<std::size_t>(entries.lower.start[front.first_column + j + 1]);
       for (std::size_t e = start; e < end; ++e) {
@@ -90,28 +92,23 @@ void Multifrontal::take_entries(const Front& front, const Entries& entries, cons
       }
     }
   };
-  if (is_whole) {
-    std::fill_n(panel, front.columns * front.stride, 0.0);
+  if (is_whole)
     take([](std::size_t) { return true; });
-  } else {
-    for (std::size_t j = tile.first_column; j < end_column; ++j)
-      std::fill_n(panel + j * front.stride + tile.first_row, tile.rows, 0.0);
-    take([&](std::size_t row) { return row >= tile.first_row && row < end_row; });
-  }
+  else
+    take([&](std::size_t row) { return row >= tile.row && row < tile.end_row; });
 }
 
-/// Fills a tile of a front's columns with the columns of S and the updates of its children.
-void Multifrontal::assemble(const Front& front, const Entries& entries, const Tile& tile, Workspace& workspace) {
-  take_entries(front, entries, tile);
-  tree_.for_children(front, [&](std::size_t c, const Front& child) {
-    const kernels::RowsInParent in_parent = rows_in_parent(c);
-    const int *const rows = in_parent.rows, *const last = rows + child.below();
+/// Adds the updates of the children to a part of a front, which is among its columns or below them.
+void Multifrontal::add_updates(const Front& front, const Tile& tile, Workspace& workspace) {
+  const kernels::FrontNumbers numbers = numbers_of(front, workspace);
+  tree_.for_children(front, [&](std::size_t c, const Front&) {
+    const kernels::ChildUpdate child = update_of_child(c, workspace);
     const auto place = [&](std::size_t row) {
-      return static_cast<std::size_t>(std::lower_bound(rows, last, static_cast<int>(row)) - rows);
+      const int* const end = child.in_parent + child.rows;
+      return static_cast<std::size_t>(std::lower_bound(child.in_parent, end, static_cast<int>(row)) - child.in_parent);
     };
-    kernels::add_to_panel({place(tile.first_column), place(tile.first_column + tile.columns), place(tile.first_row),
-                           place(tile.first_row + tile.rows)},
-                          in_parent, update(child, workspace), panels_.data() + front.panel, front.stride);
+    kernels::add_to_front({place(tile.column), place(tile.end_column), place(tile.row), place(tile.end_row)}, child,
+                          numbers);
   });
 }
 
@@ -136,15 +133,12 @@ void Multifrontal::factorize_front(std::size_t s, const Entries& entries, Worksp
   const Front& front = tree_.fronts[s];
   if (failed_.load(std::memory_order_relaxed) < front.first_column) return;
   const Tile whole{0, front.stride, 0, front.columns};
-  if (is_kept(front)) return assemble(front, entries, whole, workspace);
   take_entries(front, entries, whole);
+  if (is_kept(front)) return add_updates(front, whole, workspace);
   workspace.children.clear();
-  tree_.for_children(front, [&](std::size_t c, const Front& child) {
-    workspace.children.push_back({rows_in_parent(c), update(child, workspace), child.rows_in_panel, child.below()});
-  });
-  const std::size_t done =
-      kernels::eliminate_front({front.columns, front.stride, front.below(), panels_.data() + front.panel,
-                                update(front, workspace), workspace.children});
+  tree_.for_children(front,
+                     [&](std::size_t c, const Front&) { workspace.children.push_back(update_of_child(c, workspace)); });
+  const std::size_t done = kernels::eliminate_front(numbers_of(front, workspace), front.below(), workspace.children);
   if (done < front.columns) return fail(front.first_column + done);
   keep_pivots(front, 0, front.columns);
 }
@@ -152,23 +146,22 @@ void Multifrontal::factorize_front(std::size_t s, const Entries& entries, Worksp
 /// Computes a tile of L: the entries there, minus the products of the tiles on its left, divided by the diagonal tile.
 void Multifrontal::factorize_tile(const FrontTask& task, const Entries& entries, Workspace& workspace) {
   const Front& front = tree_.fronts[static_cast<std::size_t>(task.front)];
-  const std::size_t first_row = FrontTree::tile * task.row, first_column = FrontTree::tile * task.column;
-  const Tile tile{first_row, std::min(FrontTree::tile, front.stride - first_row), first_column,
-                  std::min(FrontTree::tile, front.columns - first_column)};
-  if (failed_.load(std::memory_order_relaxed) < front.first_column + first_column + tile.columns) return;
-  assemble(front, entries, tile, workspace);
+  const Tile tile = tile_of(task, front);
+  if (failed_.load(std::memory_order_relaxed) < front.first_column + tile.end_column) return;
+  take_entries(front, entries, tile);
+  add_updates(front, tile, workspace);
   if (is_kept(front)) return;
   double* const panel = panels_.data() + front.panel;
-  double* const columns = panel + first_column * front.stride;
+  double* const columns = panel + tile.column * front.stride;
+  const std::size_t num_rows = tile.end_row - tile.row, num_columns = tile.end_column - tile.column;
   const bool is_diagonal = task.row == task.column;
-  kernels::subtract_block({tile.rows, tile.columns, is_diagonal}, first_column, panel + first_row, panel + first_column,
-                          front.stride, columns + first_row, front.stride);
-  if (!is_diagonal) {
-    return kernels::divide_block(tile.columns, tile.rows, columns + first_column, front.stride, columns + first_row);
-  }
-  const std::size_t done = kernels::factorize_panel(tile.columns, tile.rows, front.stride, columns + first_column);
-  if (done < tile.columns) return fail(front.first_column + first_column + done);
-  keep_pivots(front, first_column, first_column + tile.columns);
+  kernels::subtract_block({num_rows, num_columns, is_diagonal}, tile.column, panel + tile.row, panel + tile.column,
+                          front.stride, columns + tile.row, front.stride);
+  if (!is_diagonal)
+    return kernels::divide_block(num_columns, num_rows, columns + tile.column, front.stride, columns + tile.row);
+  const std::size_t done = kernels::factorize_panel(num_columns, num_rows, front.stride, columns + tile.column);
+  if (done < num_columns) return fail(front.first_column + tile.column + done);
+  keep_pivots(front, tile.column, tile.end_column);
 }
 
 /// Computes a tile of U: -L21 L21' plus the updates of the children.
@@ -186,15 +179,10 @@ void Multifrontal::update_tile(const FrontTask& task, Workspace& workspace) {
     kernels::subtract_block({end_row - from, columns, task.row == task.column, true}, front.columns, below + from,
                             below + j, front.stride, rest.column(j) + from, rest.stride_of(j));
   }
-  tree_.for_children(front, [&](std::size_t c, const Front& child) {
-    const kernels::RowsInParent in_parent = rows_in_parent(c);
-    const int *const rows = in_parent.rows, *const last = rows + child.below();
-    const auto place = [&](std::size_t row) {
-      return static_cast<std::size_t>(std::lower_bound(rows, last, static_cast<int>(front.columns + row)) - rows);
-    };
-    kernels::add_to_update({place(first_column), place(end_column), place(first_row), place(end_row)}, in_parent,
-                           update(child, workspace), front.columns, rest);
-  });
+  add_updates(
+      front,
+      {front.columns + first_row, front.columns + end_row, front.columns + first_column, front.columns + end_column},
+      workspace);
 }
 
 void Multifrontal::run(const FrontTask& task, const Entries& entries, Workspace& workspace) {
@@ -224,9 +212,8 @@ std::size_t Multifrontal::factorize(const TrianglePattern& lower, const double* 
   reserve(threads);
   failed_.store(pivots_.size(), std::memory_order_relaxed);
   const Entries entries{lower, values};
-  tree_.factor_graph.run(threads, TaskGraph::Direction::Forwards, [&](int task, int thread) {
-    run(tree_.factor_tasks[static_cast<std::size_t>(task)], entries, workspaces_[static_cast<std::size_t>(thread)]);
-  });
+  tree_.factor.run(threads, TaskGraph::Direction::Forwards,
+                   [&](const FrontTask& task, std::size_t thread) { run(task, entries, workspaces_[thread]); });
   return failed_.load(std::memory_order_relaxed);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <vector>
@@ -67,9 +68,9 @@ class Multifrontal {
     LargeArray<double> stacks[2], y;
     std::vector<kernels::ChildUpdate> children;  // of the front that is worked on
   };
-  /// A tile of a lower triangle.
+  /// A part of a front's lower triangle: the rows [row, end_row) of the columns [column, end_column).
   struct Tile {
-    std::size_t first_row, rows, first_column, columns;
+    std::size_t row, end_row, column, end_column;
   };
   struct Entries {
     const TrianglePattern& lower;
@@ -83,16 +84,25 @@ class Multifrontal {
   int threads_of_solve(int threads);
 
   bool is_kept(const Front& front) const { return front.first_column + num_kept_ >= pivots_.size(); }
+  static Tile tile_of(const FrontTask& task, const Front& front) {
+    const std::size_t row = FrontTree::tile * task.row, column = FrontTree::tile * task.column;
+    return {row, std::min(row + FrontTree::tile, front.stride), column,
+            std::min(column + FrontTree::tile, front.columns)};
+  }
   kernels::Triangle update(const Front& front, Workspace& workspace) {
     LargeArray<double>& home = front.home == Front::Home::Stack    ? workspace.stacks[front.depth % 2]
                                : front.home == Front::Home::Panels ? panels_
                                                                    : arena_;
     return {home.data() + front.update, front.update_stride};
   }
-  const int* rows_of(std::size_t s) const { return supernodes_.rows.data() + supernodes_.rows_start[s]; }
-  kernels::RowsInParent rows_in_parent(std::size_t s) const {
-    const std::size_t first = supernodes_.rows_start[s] + tree_.fronts[s].columns;
-    return {rows_in_parent_.data() + first, run_end_.data() + first};
+  kernels::FrontNumbers numbers_of(const Front& front, Workspace& workspace) {
+    return {front.columns, front.stride, panels_.data() + front.panel, update(front, workspace)};
+  }
+  kernels::ChildUpdate update_of_child(std::size_t s, Workspace& workspace) {
+    const Front& front = tree_.fronts[s];
+    const std::size_t first = supernodes_.rows_start[s] + front.columns;
+    return {rows_in_parent_.data() + first, run_end_.data() + first, update(front, workspace), front.rows_in_panel,
+            front.below()};
   }
 
   void run(const FrontTask& task, const Entries& entries, Workspace& workspace);
@@ -100,7 +110,7 @@ class Multifrontal {
   void factorize_tile(const FrontTask& task, const Entries& entries, Workspace& workspace);
   void update_tile(const FrontTask& task, Workspace& workspace);
   void take_entries(const Front& front, const Entries& entries, const Tile& tile);
-  void assemble(const Front& front, const Entries& entries, const Tile& tile, Workspace& workspace);
+  void add_updates(const Front& front, const Tile& tile, Workspace& workspace);
   void keep_pivots(const Front& front, std::size_t first, std::size_t end);
   void fail(std::size_t column);
 

@@ -8,7 +8,7 @@
 
 #include "base/counts.hpp"
 #include "base/groups.hpp"
-#include "factor/column_order.hpp"
+#include "factor/cholmod_common.hpp"
 #include "factor/reflection_kernels.hpp"
 #include "factor/supernodes.hpp"
 #include "factor/triangular_rows.hpp"
@@ -37,12 +37,23 @@ bool have_same_columns(std::span<const RowEntry> a, std::span<const RowEntry> b)
   return std::ranges::equal(a, b, {}, &RowEntry::column, &RowEntry::column);
 }
 
+/// Returns an order of C's columns in which R has little fill, with each subtree of the column elimination tree
+/// together: COLAMD (T. A. Davis, J. R. Gilbert, S. I. Larimore, E. G. Ng, ACM TOMS 30, 2004). The result is [place in
+/// the elimination] -> column.
 std::vector<int> find_order(const SparseColumns& C) {
+  std::vector<int> order(C.num_columns());
+  std::iota(order.begin(), order.end(), 0);
+  if (C.rows.empty()) return order;
   const Groups<RowEntry> by_row = group_by_row(C, {});
-  std::vector<int> columns;
-  columns.reserve(by_row.entries.size());
-  for (const RowEntry& entry : by_row.entries) columns.push_back(entry.column);
-  return order_columns(C.num_columns(), by_row.start, columns);
+  TrianglePattern rows{by_row.start, {}};
+  rows.rows.reserve(by_row.entries.size());
+  for (const RowEntry& entry : by_row.entries) rows.rows.push_back(entry.column);
+  cholmod_sparse transposed = cholmod_view(rows, 0);
+  transposed.nrow = C.num_columns();
+  CholmodCommon common;
+  cholmod_colamd(&transposed, nullptr, 0, /*postorder=*/1, order.data(), &common.c);
+  common.check();
+  return order;
 }
 
 /// Returns a pattern whose factor is that of C'C in the order of elimination, but which has fewer entries. Each row of
@@ -68,14 +79,14 @@ TrianglePattern join_first_columns(std::size_t num_columns, const Groups<RowEntr
 }
 
 /// Says which columns and which rows of C meet in which front, and in which order. All of it follows from the pattern
-/// of C.
+/// of C. The rows of a supernode are the front's own columns, then the other columns that its rows have.
 struct FrontPlan {
   std::size_t num_columns;
   std::vector<int> order;  // [place in the elimination] -> column of C
   Groups<RowEntry> by_row;
   Supernodes supernodes;
-  Groups<int> by_first_column;    // the rows of C that begin at each column
-  std::vector<int> supernode_of;  // [place in the elimination]
+  Groups<int> by_first_column;  // the rows of C that begin at each column
+  Groups<int> children;         // [supernode]
 
   explicit FrontPlan(const SparseColumns& C)
       : num_columns(C.num_columns()),
@@ -87,51 +98,18 @@ struct FrontPlan {
                           for (std::size_t row = 0; row < by_row.size(); ++row)
                             if (!by_row[row].empty()) add(by_row[row].front().column, static_cast<int>(row));
                         }),
-        supernode_of(num_columns) {
+        children(supernodes.size(), [&](const auto& add) {
+          for (std::size_t s = supernodes.size(); s-- > 0;)
+            if (supernodes.parent[s] >= 0) add(supernodes.parent[s], static_cast<int>(s));
+        }) {
     check_count(supernodes.num_stored(), "C of " + std::to_string(num_columns) + " columns", "nonzeros of R");
-    for (std::size_t s = 0; s < supernodes.size(); ++s)
-      std::fill(supernode_of.begin() + supernodes.first_column[s],
-                supernode_of.begin() + supernodes.first_column[s + 1], static_cast<int>(s));
   }
-
-  /// Returns the front's own columns, then the other columns that its rows have.
-  std::span<const int> columns(std::size_t s) const {
-    const std::size_t first = supernodes.rows_start[s];
-    return std::span(supernodes.rows).subspan(first, supernodes.rows_start[s + 1] - first);
-  }
-  std::size_t num_own(std::size_t s) const {
-    return static_cast<std::size_t>(supernodes.first_column[s + 1] - supernodes.first_column[s]);
-  }
-  std::span<const int> columns_of_rest(std::size_t s) const { return columns(s).subspan(num_own(s)); }
 };
 
-/// The rows that a front leaves over, as a trapezoid over the columns behind its own ones.
+/// The rows that a front leaves over for its parent, as a trapezoid over the columns behind its own ones.
 struct Rest {
   std::vector<std::size_t> first;  // [row] first column among those of the rest; increasing
   std::vector<double> values;      // column by column, first.size() each
-};
-
-/// The rests that wait for the parents of their fronts.
-class Rests {
- public:
-  explicit Rests(std::size_t num_supernodes)
-      : first_child_(num_supernodes, -1), next_sibling_(num_supernodes, -1), rests_(num_supernodes) {}
-
-  template <class Visit>
-  void for_each_child(std::size_t s, const Visit& visit) const {
-    for (int child = first_child_[s]; child >= 0; child = next_sibling_[static_cast<std::size_t>(child)])
-      visit(static_cast<std::size_t>(child));
-  }
-  const Rest& operator[](std::size_t s) const { return rests_[s]; }
-  void keep(std::size_t s, Rest rest, int parent) {
-    rests_[s] = std::move(rest);
-    next_sibling_[s] = std::exchange(first_child_[static_cast<std::size_t>(parent)], static_cast<int>(s));
-  }
-  Rest take(std::size_t s) { return std::exchange(rests_[s], {}); }
-
- private:
-  std::vector<int> first_child_, next_sibling_;  // [supernode]
-  std::vector<Rest> rests_;                      // [supernode]
 };
 
 /// The current front: rows of C and of rests, gathered and reduced. Its memory is used again for the next front.
@@ -139,17 +117,20 @@ class GatheredFront {
  public:
   explicit GatheredFront(const FrontPlan& plan) : plan_(plan), place_(plan.num_columns) {}
 
-  /// Gathers the rows of front s. It takes the rests of its children.
-  void fill(std::size_t s, Rests* rests) {
-    columns_ = plan_.columns(s);
-    own_ = plan_.num_own(s);
+  /// Gathers the rows of front s. It takes the rests [supernode] of its children.
+  void fill(std::size_t s, std::vector<Rest>* rests) {
+    columns_ = plan_.supernodes.rows_of(s);
+    own_ = plan_.supernodes.num_columns(s);
     for (std::size_t k = 0; k < columns_.size(); ++k) place_[static_cast<std::size_t>(columns_[k])] = k;
     sort_rows(s, *rests);
     const std::size_t rows = height_.back(), stride = rows + kernels::rows_read_beyond;
     values_.assign(stride * columns_.size(), 0.0);
     front_ = {rows, columns_.size(), stride, values_.data(), height_.data()};
     fill_own_rows();
-    rests->for_each_child(s, [&](std::size_t child) { fill_rest(plan_.columns_of_rest(child), rests->take(child)); });
+    for (const int child : plan_.children[s]) {
+      const auto k = static_cast<std::size_t>(child);
+      fill_rest(plan_.supernodes.rows_below(k), std::exchange((*rests)[k], {}));
+    }
   }
 
   /// Reduces the front to a trapezoid. Returns the row after its last one.
@@ -189,25 +170,24 @@ class GatheredFront {
     }
     return rest;
   }
-  /// Returns the front that takes the rest.
-  int parent() const { return plan_.supernode_of[static_cast<std::size_t>(columns_[own_])]; }
 
  private:
   /// Calls visit(place) with the front's column at which each row begins, always in the same order.
   template <class Visit>
-  void for_each_first_place(std::size_t s, const Rests& rests, const Visit& visit) const {
+  void for_each_first_place(std::size_t s, const std::vector<Rest>& rests, const Visit& visit) const {
     for (std::size_t k = 0; k < own_; ++k) {
       const auto column = static_cast<std::size_t>(columns_[k]);
       for (std::size_t i = 0; i < plan_.by_first_column[column].size(); ++i) visit(k);
     }
-    rests.for_each_child(s, [&](std::size_t child) {
-      const std::span<const int> columns = plan_.columns_of_rest(child);
-      for (const std::size_t first : rests[child].first) visit(place_[static_cast<std::size_t>(columns[first])]);
-    });
+    for (const int child : plan_.children[s]) {
+      const std::span<const int> columns = plan_.supernodes.rows_below(static_cast<std::size_t>(child));
+      for (const std::size_t first : rests[static_cast<std::size_t>(child)].first)
+        visit(place_[static_cast<std::size_t>(columns[first])]);
+    }
   }
 
   /// Finds where the rows stand that begin at each column.
-  void sort_rows(std::size_t s, const Rests& rests) {
+  void sort_rows(std::size_t s, const std::vector<Rest>& rests) {
     height_.assign(columns_.size(), 0);
     for_each_first_place(s, rests, [&](std::size_t place) { ++height_[place]; });
     std::partial_sum(height_.begin(), height_.end(), height_.begin());
@@ -253,7 +233,7 @@ class GatheredFront {
 
 TriangularFactor factorize_by_fronts(const SparseColumns& C, double tolerance) {
   const FrontPlan plan(C);
-  Rests rests(plan.supernodes.size());
+  std::vector<Rest> rests(plan.supernodes.size());
   GatheredFront front(plan);
   TriangularFactor R;
   TriangularRows rows;
@@ -261,7 +241,7 @@ TriangularFactor factorize_by_fronts(const SparseColumns& C, double tolerance) {
     front.fill(s, &rests);
     const std::size_t end = front.reduce(std::max(tolerance, 0.0));
     const std::size_t rank = front.append_rows(&R, &rows);
-    if (end > rank) rests.keep(s, front.rest(rank, end), front.parent());
+    if (end > rank) rests[s] = front.rest(rank, end);
   }
   std::ranges::sort(R.dependent);
   rows.write_columns(plan.num_columns, &R);

@@ -20,7 +20,7 @@ void Multifrontal::find_places() {
     const bool is_root = front.is_shared() || front.parent < 0;
     const int root = root_of[k] = is_root ? *s : root_of[static_cast<std::size_t>(front.parent)];
     for (std::size_t i = front.columns; i < front.rows; ++i) {
-      const auto row = static_cast<std::size_t>(rows_of(k)[i]);
+      const auto row = static_cast<std::size_t>(supernodes_.rows_of(k)[i]);
       if (is_root) {
         owner[row] = root;
         place[row] = static_cast<int>(n + front.vector + i);
@@ -37,7 +37,7 @@ void Multifrontal::start_vector(const Front& front, const double* x) {
   std::copy_n(x + front.first_column, front.columns, y);
   std::fill(y + front.columns, y + front.stride, 0.0);
   tree_.for_children(front, [&](std::size_t c, const Front& child) {
-    const int* const rows = rows_in_parent(c).rows;
+    const int* const rows = rows_in_parent_.data() + supernodes_.rows_start[c] + child.columns;
     const double* const left = vectors + child.vector + child.columns;
     for (std::size_t i = 0; i < child.below(); ++i) y[rows[i]] += left[i];
   });
@@ -47,7 +47,8 @@ void Multifrontal::start_vector(const Front& front, const double* x) {
 void Multifrontal::fetch_from_above(std::size_t s) {
   const Front& front = tree_.fronts[s];
   double* const y = z_.data() + pivots_.size() + front.vector;
-  for (std::size_t i = front.columns; i < front.rows; ++i) y[i] = z_[static_cast<std::size_t>(rows_of(s)[i])];
+  const std::span<const int> rows = supernodes_.rows_of(s);
+  for (std::size_t i = front.columns; i < front.rows; ++i) y[i] = z_[static_cast<std::size_t>(rows[i])];
 }
 
 void Multifrontal::forwards_in_sequence(std::size_t sequence, const double* x, Workspace& workspace) {
@@ -113,14 +114,13 @@ void Multifrontal::forwards(const FrontTask& task, const double* x, Workspace& w
   if (is_kept(front)) return;
   if (task.kind == FrontTask::Kind::Whole)
     return kernels::substitute_forwards(front.columns, front.stride, front.stride, panel, inverse_pivots, ahead_, y);
-  const std::size_t first_row = FrontTree::tile * task.row, first = FrontTree::tile * task.column;
-  const std::size_t rows = std::min(FrontTree::tile, front.stride - first_row);
-  const std::size_t columns = std::min(FrontTree::tile, front.columns - first);
-  const double* const tile = panel + first * front.stride + first_row;
+  const Tile tile = tile_of(task, front);
+  const std::size_t rows = tile.end_row - tile.row, columns = tile.end_column - tile.column, first = tile.column;
+  const double* const numbers = panel + first * front.stride + tile.row;
   if (task.row == task.column) {
-    kernels::substitute_forwards(columns, rows, front.stride, tile, inverse_pivots + first, 0, y + first);
+    kernels::substitute_forwards(columns, rows, front.stride, numbers, inverse_pivots + first, 0, y + first);
   } else {
-    kernels::subtract_product(columns, rows, front.stride, tile, y + first, y + first_row);
+    kernels::subtract_product(columns, rows, front.stride, numbers, y + first, y + tile.row);
   }
 }
 
@@ -142,19 +142,18 @@ void Multifrontal::backwards(const FrontTask& task, double* x, Workspace& worksp
     kernels::substitute_backwards(front.columns, front.stride, front.stride, panel, inverse_pivots, ahead_, y);
     return keep(0, front.columns);
   }
-  const std::size_t first_row = FrontTree::tile * task.row, first = FrontTree::tile * task.column;
-  const std::size_t rows = std::min(FrontTree::tile, front.stride - first_row);
-  const std::size_t columns = std::min(FrontTree::tile, front.columns - first);
-  const double* const tile = panel + first * front.stride + first_row;
+  const Tile tile = tile_of(task, front);
+  const std::size_t rows = tile.end_row - tile.row, columns = tile.end_column - tile.column, first = tile.column;
+  const double* const numbers = panel + first * front.stride + tile.row;
   if (task.row > task.column) {
-    return kernels::find_products(columns, rows, front.stride, tile, y + first_row,
+    return kernels::find_products(columns, rows, front.stride, numbers, y + tile.row,
                                   partial_sums(front, task.row, task.column));
   }
   for (std::size_t row = task.row + 1; row * FrontTree::tile < front.stride; ++row) {
     const double* const sums = partial_sums(front, row, task.column);
     for (std::size_t j = 0; j < columns; ++j) y[first + j] -= sums[j];
   }
-  kernels::substitute_backwards(columns, rows, front.stride, tile, inverse_pivots + first, 0, y + first);
+  kernels::substitute_backwards(columns, rows, front.stride, numbers, inverse_pivots + first, 0, y + first);
   keep(first, columns);
 }
 
@@ -170,9 +169,8 @@ int Multifrontal::threads_of_solve(int threads) {
 }
 
 void Multifrontal::eliminate(double* x, int threads) {
-  tree_.solve_graph.run(threads_of_solve(threads), TaskGraph::Direction::Forwards, [&](int task, int thread) {
-    forwards(tree_.solve_tasks[static_cast<std::size_t>(task)], x, workspaces_[static_cast<std::size_t>(thread)]);
-  });
+  tree_.solve.run(threads_of_solve(threads), TaskGraph::Direction::Forwards,
+                  [&](const FrontTask& task, std::size_t thread) { forwards(task, x, workspaces_[thread]); });
   const std::size_t first_kept = pivots_.size() - num_kept_;
   std::copy_n(z_.data() + first_kept, num_kept_, x + first_kept);
 }
@@ -180,9 +178,8 @@ void Multifrontal::eliminate(double* x, int threads) {
 void Multifrontal::substitute(double* x, int threads) {
   const std::size_t first_kept = pivots_.size() - num_kept_;
   std::copy_n(x + first_kept, num_kept_, z_.data() + first_kept);
-  tree_.solve_graph.run(threads_of_solve(threads), TaskGraph::Direction::Backwards, [&](int task, int thread) {
-    backwards(tree_.solve_tasks[static_cast<std::size_t>(task)], x, workspaces_[static_cast<std::size_t>(thread)]);
-  });
+  tree_.solve.run(threads_of_solve(threads), TaskGraph::Direction::Backwards,
+                  [&](const FrontTask& task, std::size_t thread) { backwards(task, x, workspaces_[thread]); });
 }
 
 void Multifrontal::solve_packs(double* x, std::size_t groups) const {
@@ -192,7 +189,7 @@ void Multifrontal::solve_packs(double* x, std::size_t groups) const {
     const Front& front = tree_.fronts[s];
     for (double* own = x; own != x + groups * size; own += size)
       substitute(front.columns, front.rows, front.stride, panels_.data() + front.panel,
-                 inverse_pivots_.data() + front.first_column, rows_of(s), own);
+                 inverse_pivots_.data() + front.first_column, supernodes_.rows_of(s).data(), own);
   };
   for (std::size_t s = 0; s < tree_.fronts.size(); ++s) for_groups(kernels::substitute_pack_forwards, s);
   for (std::size_t s = tree_.fronts.size(); s-- > 0;) for_groups(kernels::substitute_pack_backwards, s);

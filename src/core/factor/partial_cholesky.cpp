@@ -12,23 +12,24 @@ namespace {
 
 /// Makes one supernode of the last rows. A supernode that holds columns on both sides is cut, since its rows are those
 /// of its first columns anyway.
-Supernodes keep_last_rows(const Supernodes& all, std::size_t num_kept) {
-  const auto n = static_cast<std::size_t>(all.first_column.back());
-  const auto first_kept = static_cast<int>(n - num_kept);
+Supernodes keep_last_rows(Supernodes all, std::size_t num_kept) {
   if (num_kept == 0) return all;
-  Supernodes result{{}, {0}, {}};
-  for (std::size_t s = 0; s < all.size() && all.first_column[s] < first_kept; ++s) {
-    result.first_column.push_back(all.first_column[s]);
-    result.rows.insert(result.rows.end(), all.rows.begin() + static_cast<std::ptrdiff_t>(all.rows_start[s]),
-                       all.rows.begin() + static_cast<std::ptrdiff_t>(all.rows_start[s + 1]));
-    result.rows_start.push_back(result.rows.size());
+  const int n = all.first_column.back(), first_kept = n - static_cast<int>(num_kept);
+  const auto cut = std::ranges::lower_bound(all.first_column, first_kept);
+  const auto last = static_cast<std::size_t>(cut - all.first_column.begin());
+  all.first_column.resize(last);
+  all.first_column.insert(all.first_column.end(), {first_kept, n});
+  all.rows_start.resize(last + 1);
+  all.rows.resize(all.rows_start.back() + num_kept);
+  std::iota(all.rows.end() - static_cast<std::ptrdiff_t>(num_kept), all.rows.end(), first_kept);
+  all.rows_start.push_back(all.rows.size());
+  all.parent.resize(last + 1);
+  all.parent.back() = -1;
+  for (std::size_t s = 0; s < last; ++s) {
+    const std::span<const int> below = all.rows_below(s);
+    if (!below.empty() && below.front() >= first_kept) all.parent[s] = static_cast<int>(last);
   }
-  result.first_column.push_back(first_kept);
-  result.first_column.push_back(static_cast<int>(n));
-  result.rows.resize(result.rows.size() + num_kept);
-  std::iota(result.rows.end() - static_cast<std::ptrdiff_t>(num_kept), result.rows.end(), first_kept);
-  result.rows_start.push_back(result.rows.size());
-  return result;
+  return all;
 }
 
 }  // namespace
@@ -65,10 +66,7 @@ Cholesky::Quality PartialCholesky::factorize(int threads) {
   const std::size_t done = fronts_.factorize(pattern_, values_.data(), threads);
   if (done < num_eliminated()) return {false, done, 0.0};
   if (num_eliminated() == 0) return {};
-  const auto begin = fronts_.pivots().begin();
-  const auto [weakest, strongest] = std::minmax_element(begin, begin + static_cast<std::ptrdiff_t>(num_eliminated()));
-  const double ratio = *weakest / *strongest;
-  return {true, static_cast<std::size_t>(weakest - begin), ratio * ratio};
+  return Cholesky::quality_of(std::span(fronts_.pivots()).first(num_eliminated()));
 }
 
 void PartialCholesky::write_complement(double* packed) const {

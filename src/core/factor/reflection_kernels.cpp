@@ -7,6 +7,7 @@
 
 #include "base/instruction_sets.hpp"
 #include "base/pack.hpp"
+#include "factor/front_lanes.hpp"
 
 namespace tanor::detail::kernels {
 
@@ -51,14 +52,6 @@ template <class Lanes, std::size_t count>
     for (std::size_t k = 0; k < count; ++k) x_i -= z[k] * Lanes::at(block.v + k * block.stride + i);
     x_i.write(x + i);
   }
-}
-
-template <class Body>
-[[gnu::always_inline]] inline void with_count(std::size_t count, const Body& body) {
-  if (count == 4) return body(std::integral_constant<std::size_t, 4>{});
-  if (count == 3) return body(std::integral_constant<std::size_t, 3>{});
-  if (count == 2) return body(std::integral_constant<std::size_t, 2>{});
-  if (count == 1) return body(std::integral_constant<std::size_t, 1>{});
 }
 
 /// Swaps the row with the largest number of column c into row `first` + `at`, also in the reflections of the block.
@@ -118,20 +111,23 @@ std::size_t reduce_rows(const RowFront& front, std::size_t own, double tolerance
       const std::size_t first = end, last = std::min(c + most, front.columns);
       block.count = 0;
       block.length = (front.height[last - 1] - first + num_lanes - 1) / num_lanes * num_lanes;
+      const auto apply_to = [&](std::size_t from, std::size_t to) __attribute__((always_inline)) {
+        if (block.count == 0) return;
+        with_columns<most>(
+            block.count, [&](auto count) __attribute__((always_inline)) {
+              for (std::size_t k = from; k < to; ++k)
+                apply<Lanes, count>(block, front.values + k * front.stride + first);
+            });
+      };
       for (; c < last; ++c) {
-        double* const x = front.values + c * front.stride + first;
-        with_count(
-            block.count, [&](auto count) __attribute__((always_inline)) { apply<Lanes, count>(block, x); });
+        apply_to(c, c + 1);
         if (end < front.height[c]) pivot_rows(front, first, end - first, c, block);
         const bool begins =
-            end < front.height[c] && append_reflection<Lanes>(end - first, c < own ? tolerance : 0.0, x, &block);
+            end < front.height[c] && append_reflection<Lanes>(end - first, c < own ? tolerance : 0.0,
+                                                              front.values + c * front.stride + first, &block);
         row_at[c] = begins ? static_cast<int>(end++) : -1;
       }
-      with_count(
-          block.count, [&](auto count) __attribute__((always_inline)) {
-            for (std::size_t k = last; k < front.columns; ++k)
-              apply<Lanes, count>(block, front.values + k * front.stride + first);
-          });
+      apply_to(last, front.columns);
     }
     return end;
   });

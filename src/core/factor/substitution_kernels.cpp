@@ -75,16 +75,6 @@ template <class Lanes, std::size_t columns>
     for (std::size_t q = 0; q < columns; ++q) sums[q] = sum[q].sum();
 }
 
-/// Calls body with the number of columns, 1 … front_width, as a compile-time constant.
-template <class Body>
-[[gnu::always_inline]] inline void with_columns_of_lanes(std::size_t columns, const Body& body) {
-  if (columns >= 8) return body(std::integral_constant<std::size_t, 8>{});
-  if (columns <= tile) return with_columns(columns, body);
-  if (columns == 7) return body(std::integral_constant<std::size_t, 7>{});
-  if (columns == 6) return body(std::integral_constant<std::size_t, 6>{});
-  body(std::integral_constant<std::size_t, 5>{});
-}
-
 /// Writes x to the first lanes at y, as a whole, since a load of these lanes that follows soon would wait until single
 /// numbers had reached the cache.
 template <class Lanes, std::size_t columns>
@@ -136,7 +126,7 @@ void substitute_forwards(std::size_t columns, std::size_t rows, std::size_t stri
                          const double* inverse_pivots, std::size_t ahead, double* y) {
   dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
     for (std::size_t j = 0; j < columns; j += front_width) {
-      with_columns_of_lanes(
+      with_columns<front_width>(
           columns - j, [&](auto count) __attribute__((always_inline)) {
             const double* const c = panel + j * stride;
             if (ahead > 0) fetch(c + ahead, count * stride);
@@ -160,7 +150,7 @@ void substitute_backwards(std::size_t columns, std::size_t rows, std::size_t str
                           const double* inverse_pivots, std::size_t ahead, double* y) {
   dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
     for (std::size_t end = columns, j = lanes_of(columns - 1);; end = j, j -= front_width) {
-      with_columns_of_lanes(
+      with_columns<front_width>(
           end - j, [&](auto count) __attribute__((always_inline)) {
             const double* const c = panel + j * stride;
             if (ahead > 0) fetch_downwards(c - ahead, count * stride);

@@ -1,11 +1,10 @@
 #include "factor/supernodes.hpp"
 
 #include <algorithm>
-#include <numeric>
-#include <utility>
 
 #include "base/check.hpp"
 #include "base/groups.hpp"
+#include "factor/cholmod_common.hpp"
 #include "factor/front_kernels.hpp"
 #include "plan/thresholds.hpp"
 
@@ -44,84 +43,24 @@ void visit_row_subtrees(const Groups<int>& by_row, const std::vector<int>& node_
   }
 }
 
+/// The columns of L.
 struct Columns {
-  std::vector<int> parent;         // in the elimination tree: the first row below the diagonal, or -1
-  std::vector<std::size_t> count;  // entries of L's columns, with the diagonal
+  std::vector<int> parent;  // in the elimination tree: the first row below the diagonal, or -1
+  std::vector<int> count;   // entries, with the diagonal
 };
 
-/// Returns the root above `node` in a forest and hangs the nodes passed onto it.
-int find_root(int node, std::vector<int>* above) {
-  int root = node;
-  while ((*above)[static_cast<std::size_t>(root)] != root) root = (*above)[static_cast<std::size_t>(root)];
-  while (node != root) node = std::exchange((*above)[static_cast<std::size_t>(node)], root);
-  return root;
-}
-
-std::vector<int> find_parents(const Groups<int>& by_row) {
-  std::vector<int> parent(by_row.size(), -1), above(by_row.size());
-  std::iota(above.begin(), above.end(), 0);
-  for (std::size_t row = 0; row < by_row.size(); ++row) {
-    for (const int column : by_row[row]) {
-      const int root = find_root(column, &above);
-      if (root == static_cast<int>(row)) continue;
-      parent[static_cast<std::size_t>(root)] = above[static_cast<std::size_t>(root)] = static_cast<int>(row);
-    }
-  }
-  return parent;
-}
-
-/// The nodes of a forest, children before parents and each subtree together.
-struct Postorder {
-  std::vector<int> nodes;             // [place]
-  std::vector<std::ptrdiff_t> start;  // [node] the place of the first node of its subtree
-  std::vector<std::ptrdiff_t> size;   // [node] size of its subtree
-};
-
-Postorder make_postorder(const std::vector<int>& parent) {
-  const std::size_t n = parent.size();
-  Postorder order{std::vector<int>(n), std::vector<std::ptrdiff_t>(n), std::vector<std::ptrdiff_t>(n, 1)};
-  for (std::size_t j = 0; j < n; ++j)
-    if (parent[j] >= 0) order.size[static_cast<std::size_t>(parent[j])] += order.size[j];
-  std::vector<std::ptrdiff_t> next(n);  // where the next child's subtree begins
-  std::ptrdiff_t next_tree = 0;
-  for (std::size_t j = n; j-- > 0;) {
-    std::ptrdiff_t& begin = parent[j] >= 0 ? next[static_cast<std::size_t>(parent[j])] : next_tree;
-    order.start[j] = next[j] = std::exchange(begin, begin + order.size[j]);
-    order.nodes[static_cast<std::size_t>(order.start[j] + order.size[j] - 1)] = static_cast<int>(j);
-  }
-  return order;
-}
-
-/// Finds the elimination tree and counts the entries of L's columns. A row's subtree has a leaf where a column of S
-/// lies in none of the subtrees before it. Each leaf adds 1 to the counts on its way up. The node where two ways meet
-/// takes 1 away again, and so does the row's own node, whose diagonal is counted at its leaves. No node is visited
-/// twice, so the time does not depend on the size of L.
 Columns analyze_columns(const TrianglePattern& lower, const Groups<int>& by_row) {
   const std::size_t n = lower.size();
-  Columns columns{find_parents(by_row), std::vector<std::size_t>(n)};
-  const Postorder order = make_postorder(columns.parent);
-  std::vector<std::ptrdiff_t> change(n), last_start(n, -1);
-  std::vector<int> last_leaf(n, -1), above(n);
-  std::iota(above.begin(), above.end(), 0);
-  for (const int node : order.nodes) {
-    const auto j = static_cast<std::size_t>(node);
-    const int parent = columns.parent[j];
-    if (order.size[j] == 1) ++change[j];
-    if (parent >= 0) --change[static_cast<std::size_t>(parent)];
-    for (auto e = static_cast<std::size_t>(lower.start[j]); e < static_cast<std::size_t>(lower.start[j + 1]); ++e) {
-      const auto row = static_cast<std::size_t>(lower.rows[e]);
-      if (row <= j || order.start[j] <= last_start[row]) continue;
-      last_start[row] = order.start[j];
-      ++change[j];
-      if (const int before = std::exchange(last_leaf[row], node); before >= 0)
-        --change[static_cast<std::size_t>(find_root(before, &above))];
-    }
-    if (parent >= 0) above[j] = parent;
-  }
-  for (std::size_t j = 0; j < n; ++j) {
-    columns.count[j] = static_cast<std::size_t>(change[j]);
-    if (columns.parent[j] >= 0) change[static_cast<std::size_t>(columns.parent[j])] += change[j];
-  }
+  Columns columns{std::vector<int>(n), std::vector<int>(n)};
+  std::vector<int> postorder(n), first(n), level(n);
+  const TrianglePattern upper{by_row.start, by_row.entries};
+  cholmod_sparse L = cholmod_view(lower, -1), U = cholmod_view(upper, 1);
+  CholmodCommon common;
+  cholmod_etree(&U, columns.parent.data(), &common.c);
+  cholmod_postorder(columns.parent.data(), n, nullptr, postorder.data(), &common.c);
+  cholmod_rowcolcounts(&L, nullptr, 0, columns.parent.data(), postorder.data(), nullptr, columns.count.data(),
+                       first.data(), level.data(), &common.c);
+  common.check();
   return columns;
 }
 
@@ -150,7 +89,7 @@ std::vector<Run> find_equal_columns(const Columns& columns) {
     if (goes_on)
       ++runs.back().columns;
     else
-      runs.push_back({j, 1, columns.count[j]});
+      runs.push_back({j, 1, static_cast<std::size_t>(columns.count[j])});
   }
   return runs;
 }
@@ -180,8 +119,7 @@ std::vector<Run> merge_runs(const std::vector<Run>& runs, const std::vector<int>
 double Supernodes::num_stored() const {
   double sum = 0.0;
   for (std::size_t s = 0; s < size(); ++s) {
-    sum += entries_of_trapezoid(static_cast<std::size_t>(first_column[s + 1] - first_column[s]),
-                                rows_start[s + 1] - rows_start[s]);
+    sum += entries_of_trapezoid(num_columns(s), rows_of(s).size());
   }
   return sum;
 }
@@ -202,15 +140,16 @@ Supernodes find_supernodes(const TrianglePattern& lower) {
   result.first_column.push_back(static_cast<int>(lower.size()));
   result.rows.resize(result.rows_start.back());
 
-  std::vector<int> parent(result.size(), -1);
+  result.parent.assign(result.size(), -1);
   std::vector<std::size_t> next(result.size());
   for (std::size_t s = 0; s < result.size(); ++s) {
     next[s] = result.rows_start[s];
     for (int j = result.first_column[s]; j < result.first_column[s + 1]; ++j) result.rows[next[s]++] = j;
     if (const int above = columns.parent[static_cast<std::size_t>(result.first_column[s + 1]) - 1]; above >= 0)
-      parent[s] = supernode_of[static_cast<std::size_t>(above)];
+      result.parent[s] = supernode_of[static_cast<std::size_t>(above)];
   }
-  visit_row_subtrees(by_row, supernode_of, parent, [&](std::size_t s, int row) { result.rows[next[s]++] = row; });
+  visit_row_subtrees(by_row, supernode_of, result.parent,
+                     [&](std::size_t s, int row) { result.rows[next[s]++] = row; });
   for (std::size_t s = 0; s < result.size(); ++s)
     ensure(next[s] == result.rows_start[s + 1], "a supernode has the rows that were counted");
   return result;

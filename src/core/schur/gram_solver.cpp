@@ -94,10 +94,7 @@ void GramSolver::add_part(std::span<const Product> products, Index first_row, In
   for (std::size_t k = 0; k < place.size(); ++k)
     place[static_cast<std::size_t>(analysis.permutation[k])] = static_cast<int>(k);
   GatherPlan plan(products, num_rows, place, analysis.supernodal ? Triangle::Lower : Triangle::Upper, squared_norms);
-  const TrianglePattern pattern{plan.column_start(), plan.rows()};
-  const bool is_simple = !is_by_cholmod_ && !analysis.supernodal && ClosedForm::serves(pattern);
-  auto factor = is_simple ? std::variant<ClosedForm, Cholesky>(ClosedForm(pattern))
-                          : std::variant<ClosedForm, Cholesky>(Cholesky(pattern, analysis.supernodal, is_by_cholmod_));
+  Cholesky factor({plan.column_start(), plan.rows()}, analysis.supernodal, is_by_cholmod_);
 
   // Dense fronts do ten multiplications in the time of one, measured on nets of 24 to 300 and lattices of 6 to 20
   // points a side.
@@ -110,9 +107,7 @@ void GramSolver::add_part(std::span<const Product> products, Index first_row, In
                            .factor_nonzeros = static_cast<std::size_t>(analysis.factor_nonzeros),
                            .flops = analysis.flops,
                            .orderings = {analysis.ordering == Ordering::Auto ? Ordering::Natural : analysis.ordering},
-                           .factorizations = {is_simple             ? Factorization::ClosedForm
-                                              : analysis.supernodal ? Factorization::Multifrontal
-                                                                    : Factorization::Simplicial}});
+                           .factorizations = {factor.kind()}});
   parts_.push_back({first_row,
                     std::move(analysis.permutation),
                     std::move(plan),
@@ -173,7 +168,7 @@ std::vector<std::pair<Index, Index>> GramSolver::weak_parts(double reciprocal_co
 
 void GramSolver::assemble(const Parallel& parallel, const double* blocks) {
   for_parts(parallel, std::mem_fn(&Part::assembles_by_threads), [&](Part& part, int threads) {
-    double* const values = part.values();
+    double* const values = part.factor.values();
     part.plan.assemble(blocks, values, Parallel(threads));
     for (std::size_t k = 0; k < part.may_be_zero.size(); ++k) {
       double& value = values[part.may_be_zero[k]];
@@ -187,7 +182,7 @@ void GramSolver::assemble(const Parallel& parallel, const double* blocks) {
 
 GramSolver::Quality GramSolver::factorize(const Parallel& parallel) {
   for_parts(parallel, std::mem_fn(&Part::factorizes_by_threads), [](Part& part, int threads) {
-    const Cholesky::Quality quality = part.factorize(threads);
+    const Cholesky::Quality quality = part.factor.factorize(threads);
     part.quality = {quality.positive_definite,
                     static_cast<std::size_t>(part.first_row) + part.row_at(quality.weakest_column),
                     quality.reciprocal_condition};
@@ -206,7 +201,7 @@ double GramSolver::estimate_reciprocal_condition() {
   double worst = 1.0;
   for (Part& part : parts_) {
     const std::vector<int>&start = part.plan.column_start(), &rows = part.plan.rows();
-    const double* const values = part.values();
+    const double* const values = part.factor.values();
     // |S|_1 is found from one triangle, since the other one mirrors it.
     std::vector<double> column_sum(part.x.size(), 0.0);
     for (std::size_t column = 0; column < part.x.size(); ++column) {
@@ -216,7 +211,7 @@ double GramSolver::estimate_reciprocal_condition() {
         if (row != column) column_sum[row] += std::abs(values[k]);
       }
     }
-    const double inverse = estimate_norm(&part.x, iterations, [&] { part.solve(part.x.data(), 1); });
+    const double inverse = estimate_norm(&part.x, iterations, [&] { part.factor.solve(part.x.data(), 1); });
     const double largest = *std::max_element(column_sum.begin(), column_sum.end());
     worst = std::min(worst, 1.0 / (largest * inverse));
   }
@@ -240,7 +235,7 @@ void GramSolver::solve_negative(const Parallel& parallel, const double* b, doubl
       for (std::size_t k = begin; k < end; ++k) part.x[k] = -scale[k] * b_rows[row(k)];
     });
     for (const int place : part.inactive_places) part.x[static_cast<std::size_t>(place)] = 0.0;
-    part.solve(part.x.data(), threads);
+    part.factor.solve(part.x.data(), threads);
     own.for_ranges(n, [&](std::size_t begin, std::size_t end) {
       for (std::size_t k = begin; k < end; ++k) x_rows[row(k)] = scale[k] * part.x[k];
     });

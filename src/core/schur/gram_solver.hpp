@@ -2,13 +2,11 @@
 
 #include <span>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "assembly/gather_plan.hpp"
 #include "base/parallel.hpp"
 #include "factor/cholesky.hpp"
-#include "factor/closed_form.hpp"
 #include "plan/thresholds.hpp"
 #include "schur/factor_summary.hpp"
 #include "schur/partition.hpp"
@@ -29,8 +27,8 @@ struct RowIslands {
 
 /// Solves X'WX x = b for a basis X in blocks and diagonal weights W. S = K'M^-1K, Gamma = K'K, H = A'MA and G = A'A are
 /// the paper's four such matrices. The solver works part by part; a part is a group of islands. A part is assembled and
-/// factorized (Cholesky), or solved in closed form if it is diagonal or belongs to a single point. The symbolic work is
-/// done once, in the constructor; `factorize` and `solve_negative` only compute numbers.
+/// factorized (Cholesky). The symbolic work is done once, in the constructor; `factorize` and `solve_negative` only
+/// compute numbers.
 class GramSolver {
  public:
   /// Takes the incidences of all points and the weights [point], which are 0 for points that take no part (supports).
@@ -93,33 +91,16 @@ class GramSolver {
     Index first_row;
     std::vector<int> permutation;  // [place] -> row of the part; empty if the order stays
     GatherPlan plan;
-    std::variant<ClosedForm, Cholesky> factor;
+    Cholesky factor;
     std::vector<double> x;  // right-hand side in the order of elimination
     Quality quality;
     /// Returns the row at a place in the order of elimination.
     std::size_t row_at(std::size_t place) const {
       return place < permutation.size() ? static_cast<std::size_t>(permutation[place]) : place;
     }
-    double* values() {
-      return std::visit([](auto& any) { return any.values(); }, factor);
-    }
-    void solve(double* b, int threads) {
-      auto* const cholesky = std::get_if<Cholesky>(&factor);
-      return cholesky != nullptr ? cholesky->solve(b, threads) : std::get<ClosedForm>(factor).solve(b);
-    }
-    Cholesky::Quality factorize(int threads) {
-      auto* const cholesky = std::get_if<Cholesky>(&factor);
-      return cholesky != nullptr ? cholesky->factorize(threads) : std::get<ClosedForm>(factor).factorize();
-    }
     bool assembles_by_threads() const { return plan.rows().size() >= 2 * detail::plan::products_worth_a_thread; }
-    bool factorizes_by_threads() const {
-      const auto* const cholesky = std::get_if<Cholesky>(&factor);
-      return cholesky != nullptr && cholesky->factorizes_by_threads();
-    }
-    bool solves_by_threads() const {
-      const auto* const cholesky = std::get_if<Cholesky>(&factor);
-      return cholesky != nullptr && cholesky->solves_by_threads();
-    }
+    bool factorizes_by_threads() const { return factor.factorizes_by_threads(); }
+    bool solves_by_threads() const { return factor.solves_by_threads(); }
     double products = 0.0;                                     // as in Summary
     std::vector<int> zero_slots, unit_slots, inactive_places;  // of rows that take no part
     std::vector<int> may_be_zero;                              // diagonal slots of rows that may be 0
