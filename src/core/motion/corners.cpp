@@ -138,9 +138,9 @@ Corners::Corner Corners::check_speed(const State& from, double length, Corner co
 }
 
 /// Finds where the argument of a term turns back at 0, from the samples of a way of that length. The minimum of its
-/// square is narrowed by golden sections.
+/// magnitude is narrowed by thirds.
 Corners::Corner Corners::find_touch(const State& from, double length) {
-  constexpr double golden = 0.6180339887498949, touches = 1e-3, finest = 1e-9;
+  constexpr double touches = 1e-3, finest = 1e-9;
   for (std::size_t k = 0; k < start_.size(); ++k) {
     const auto size = [&](std::size_t i) { return std::abs(samples_[i][k]); };
     const auto size_at = [&](double s) {
@@ -152,20 +152,12 @@ Corners::Corner Corners::find_touch(const State& from, double length) {
       if (size(i) > std::max(0.1 * size(0), tolerances_[k])) continue;
       const double piece = length / samples_on_path;
       double low = piece * static_cast<double>(i - 1), high = low + 2.0 * piece;
-      double one = high - golden * (high - low), other = low + golden * (high - low);
-      double at_one = size_at(one), at_other = size_at(other);
       while (high - low > finest * length) {
-        const bool is_left = at_one < at_other;
-        (is_left ? high : low) = is_left ? other : one;
-        (is_left ? other : one) = is_left ? one : other;
-        (is_left ? at_other : at_one) = is_left ? at_one : at_other;
-        double& next = is_left ? one : other;
-        next = is_left ? high - golden * (high - low) : low + golden * (high - low);
-        (is_left ? at_one : at_other) = size_at(next);
+        const double third = (high - low) / 3.0;
+        size_at(low + third) < size_at(high - third) ? high -= third : low += third;
       }
       const double s = 0.5 * (low + high);
-      if (std::min(at_one, at_other) <= std::max(touches * size(0), tolerances_[k]))
-        return {true, {s, from.t + s}, {s, from.t + s}, k};
+      if (size_at(s) <= std::max(touches * size(0), tolerances_[k])) return {true, {s, from.t + s}, {s, from.t + s}, k};
     }
   }
   return {};

@@ -93,29 +93,15 @@ struct Comparison {
   }
 };
 Comparison compare(const double* a, const double* b, std::size_t n) {
-  return dispatch([=] {
-    constexpr std::size_t width = num_lanes;
-    const auto take_larger = [](const Pack<>& x, Pack<>* largest) __attribute__((always_inline)) {
-      const Pack<> size = x < 0.0 ? -x : x;
-      *largest = size > *largest ? size : *largest;
-    };
-    Pack<> sizes{}, differences{};
-    std::size_t i = 0;
-    for (; i + width <= n; i += width) {
-      const Pack<> a_i = pack_at(a + i), b_i = pack_at(b + i);
-      take_larger(a_i, &sizes);
-      take_larger(a_i - b_i, &differences);
+  return dispatch([=]() -> Comparison {
+    double size = 0.0, difference = 0.0;
+#pragma omp simd reduction(max : size, difference)
+    for (std::size_t i = 0; i < n; ++i) {
+      const double own = std::abs(a[i]), other = std::abs(a[i] - b[i]);
+      size = own > size ? own : size;
+      difference = other > difference ? other : difference;
     }
-    Comparison result;
-    for (std::size_t k = 0; i > 0 && k < width; ++k) {
-      result.size = std::max(result.size, sizes[k]);
-      result.difference = std::max(result.difference, differences[k]);
-    }
-    for (; i < n; ++i) {
-      result.size = std::max(result.size, std::abs(a[i]));
-      result.difference = std::max(result.difference, std::abs(a[i] - b[i]));
-    }
-    return result;
+    return {size, difference};
   });
 }
 

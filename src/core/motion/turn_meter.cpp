@@ -1,47 +1,33 @@
 #include "motion/turn_meter.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <utility>
 #include <vector>
 
 #include "base/instruction_sets.hpp"
-#include "base/pack.hpp"
 
 namespace tanor::detail {
 
 namespace {
 
-/// Returns the largest |f(…)| of the numbers [begin, end) of some arrays.
-template <std::size_t count, class Function>
-double largest_magnitude(const std::array<const double*, count>& of, const Function& f, std::size_t begin,
-                         std::size_t end) {
-  return dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
-    const auto evaluate = [&](const auto& load) __attribute__((always_inline)) {
-      return [&]<std::size_t... k>(std::index_sequence<k...>) __attribute__((always_inline)) {
-        return f(load(of[k])...);
-      }
-      (std::make_index_sequence<count>());
-    };
-    Lanes largest{};
-    double rest = 0.0;
-    std::size_t i = begin;
-    for (; i + num_lanes <= end; i += num_lanes)
-      largest.include_magnitudes(evaluate([&](const double* x) { return Lanes::at(x + i); }));
-    for (; i < end; ++i) rest = std::max(rest, std::abs(evaluate([&](const double* x) { return x[i]; })));
-    return largest.largest(rest);
-  });
+/// Returns the largest |f(i)| over all numbers of the mechanics' variables.
+template <class Function>
+double largest(Mechanics& mechanics, const Function& f) {
+  return mechanics.largest(
+      mechanics.parallel().max_over_ranges(mechanics.size(), [f](std::size_t begin, std::size_t end) {
+        return dispatch([=] {
+          double most = 0.0;
+#pragma omp simd reduction(max : most)
+          for (std::size_t i = begin; i < end; ++i) {
+            const double size = std::abs(f(i));
+            most = size > most ? size : most;
+          }
+          return most;
+        });
+      }));
 }
-
-/// Returns the same over all numbers of the mechanics' variables.
-template <std::size_t count, class Function>
-double largest(Mechanics& mechanics, const std::array<const double*, count>& of, const Function& f) {
-  return mechanics.largest(mechanics.parallel().max_over_ranges(
-      mechanics.size(), [&](std::size_t begin, std::size_t end) { return largest_magnitude(of, f, begin, end); }));
-}
-double largest(Mechanics& mechanics, const std::vector<double>& x) {
-  return largest(mechanics, std::array{x.data()}, [](const auto& each) { return each; });
+double largest(Mechanics& mechanics, const std::vector<double>& numbers) {
+  return largest(mechanics, [x = numbers.data()](std::size_t i) { return x[i]; });
 }
 
 }  // namespace
@@ -62,14 +48,13 @@ double TurnMeter::angle(Mechanics& mechanics, const State& from, const State& to
   const double h = to.t - from.t;
   const double place = largest(mechanics, to.x);
   if (!(h * fastest_ > least_move * place)) return 0.0;
-  const double half = 0.5 * h;
-  const double missed = largest(
-      mechanics, std::array{from.x.data(), from.v.data(), to.x.data(), to.v.data()},
-      [half](const auto& x0, const auto& v0, const auto& x1, const auto& v1) { return x1 - x0 - half * (v0 + v1); });
+  const double missed =
+      largest(mechanics, [half = 0.5 * h, x0 = from.x.data(), v0 = from.v.data(), x1 = to.x.data(),
+                          v1 = to.v.data()](std::size_t i) { return x1[i] - x0[i] - half * (v0[i] + v1[i]); });
   const double by_x = 12.0 * missed / (h * fastest_);
   if (!knows_acceleration) return std::sqrt(by_x);
-  const double changed = largest(mechanics, std::array{from.a.data(), to.a.data()},
-                                 [](const auto& a0, const auto& a1) { return a1 - a0; });
+  const double changed =
+      largest(mechanics, [a0 = from.a.data(), a1 = to.a.data()](std::size_t i) { return a1[i] - a0[i]; });
   return std::sqrt(std::max(by_x, h * changed / fastest_));
 }
 
