@@ -48,23 +48,16 @@ class DriveSamples {
 
  private:
   void find_times(const DrivenStep& step);
-  void deviate(const double* values);
-  void deviate_by_weights(const double* values);
-  void choose_weights();
   void silence_rounding(const DrivenStep& step, const double* samples, double largest);
   Misses measure_misses(const DrivenStep& step, DriveLevel level, const double* samples, double range) const;
 
   std::size_t num_nodes_ = 0, num_samples_ = 0;
   bool has_equal_pieces_ = false;
-  std::vector<double> fractions_;      // fractions of the step: the Chebyshev points, then the samples
+  std::vector<double> nodes_;          // fractions of the step: the Chebyshev points …
+  std::vector<double> fractions_;      // … and then the samples
   std::vector<double> widths_;         // widths of the samples' pieces, likewise
   std::vector<double> times_, knots_;  // s
-  std::vector<double> cosines_, chebyshev_, next_, after_next_;  // of the polynomial at all samples
-  std::vector<double> missed_;                                   // e at the samples
-  // The weights [sample][node] that give p at each sample from the values at the nodes, for each number of nodes. They
-  // serve where as many samples as nodes lie evenly. The pointer is to those of the present step, or null.
-  std::vector<std::vector<double>> all_weights_;
-  const std::vector<double>* weights_ = nullptr;
+  std::vector<double> missed_;         // e at the samples
 };
 
 }  // namespace tanor::detail

@@ -13,7 +13,7 @@ namespace tanor::detail {
 
 /// The functions of time of a system: accelerations (forces over the smallest mass that they act on), velocities (of
 /// guides along themselves) and positions (lengths, directions, displacements of supports). Formulas of state and time
-/// are looked at along the step (see FormulaPassages).
+/// are looked at along the step (see FormulaFeatures).
 ///
 /// A scheme follows an acceleration inside a step as a polynomial does. The error of that polynomial is found at
 /// samples between its nodes (see DriveSamples). The errors of velocities and positions are its integrals over the

@@ -94,7 +94,7 @@ class Mechanics : public Decisions {
   InexactSolves* inexact_solves() { return roles().inexact_solves; }
   RankMonitor* rank_monitor() { return roles().rank_monitor; }
   RoundingGroups* rounding_groups() { return roles().rounding_groups; }
-  ForcePassages* force_passages() { return roles().force_passages; }
+  UnseenForces* unseen_forces() { return roles().unseen_forces; }
   DriveMonitor* drives() { return roles().drives; }
   EventFunctions* events() { return roles().events; }
   ImplicitFormulation* implicit_formulation() { return roles().implicit_formulation; }

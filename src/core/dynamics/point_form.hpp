@@ -4,38 +4,11 @@
 
 #include "dynamics/equations_of_motion.hpp"
 #include "dynamics/roles.hpp"
+#include "dynamics/unseen_features.hpp"
 #include "dynamics/workspace.hpp"
 
 /// \file The common part of equations of motion whose variables are the positions of points themselves.
 namespace tanor::detail {
-
-class PointPassages final : public ForcePassages {
- public:
-  explicit PointPassages(Workspace& work) : work_(work) {}
-  std::size_t num_points() const override { return work_.model().num_points(); }
-  Kinematics find_points(const Kinematics& at, double*, double*) override { return at; }
-  bool act_briefly() const override { return work_.forces.act_briefly() || !work_.constraint_passages.empty(); }
-  bool may_jump() const override { return work_.forces.may_jump(); }
-  double find_passage(PointPath* path) override { return work_.find_passage(work_.constraint_passages, path); }
-  std::string find_collision(const Kinematics& points, double within) override {
-    return work_.find_collision(points, within);
-  }
-
- private:
-  Workspace& work_;
-};
-
-class PointDrives final : public DriveMonitor {
- public:
-  explicit PointDrives(Workspace& work) : work_(work) {}
-  DriveReport look_at_drives(const DrivenStep& step) override {
-    return work_.drives.look(step, {step.x, step.v, work_.scales});
-  }
-  std::string name_drive(std::size_t drive) const override { return work_.drives.name(drive); }
-
- private:
-  Workspace& work_;
-};
 
 class PointRounding final : public RoundingGroups {
  public:
@@ -85,20 +58,16 @@ class PointForm : public OwnEquations {
 
  protected:
   explicit PointForm(Workspace& work)
-      : work_(work), model_(work.model()), passages_(work), drives_(work), rounding_(work) {}
+      : work_(work), model_(work.model()), unseen_(work, work.constraint_features), rounding_(work) {}
   /// Returns the roles that every form of points has.
-  Roles common_roles() {
-    return {.force_passages = work_.may_be_passed(work_.constraint_passages) ? &passages_ : nullptr,
-            .drives = !work_.drives.empty() ? &drives_ : nullptr};
-  }
+  Roles common_roles() { return {.unseen_forces = unseen_.forces(), .drives = unseen_.drives()}; }
   RoundingGroups* rounding() { return &rounding_; }
 
   Workspace& work_;
   const Model& model_;
 
  private:
-  PointPassages passages_;
-  PointDrives drives_;
+  UnseenFeatures unseen_;
   PointRounding rounding_;
 };
 

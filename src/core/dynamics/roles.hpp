@@ -110,7 +110,7 @@ class RoundingGroups {
 
 /// Forces that may act only between the instants at which a scheme evaluates them, on this process; one that is not
 /// derived has none.
-class ForcePassages {
+class UnseenForces {
  public:
   virtual std::size_t num_points() const { return 0; }
   /// Returns the positions and velocities [3 num_points()] of all points, in r_room and v_room, or where they are
@@ -121,13 +121,13 @@ class ForcePassages {
   virtual bool act_briefly() const { return false; }
   /// Returns the part of the step along `path` to make so that it passes no forces unseen, or 1 if it passes none.
   /// Notes in `path` where a force jumps first.
-  virtual double find_passage(PointPath* /*path*/) { return 1.0; }
+  virtual double find_unseen(PointPath* /*path*/) { return 1.0; }
   /// Names two points that collide within so many seconds, pulled without bound, or returns an empty string.
   virtual std::string find_collision(const Kinematics& /*points*/, double /*within*/) { return {}; }
   /// Returns true if a force may jump where points reach a certain place.
   virtual bool may_jump() const { return false; }
 
-  virtual ~ForcePassages() = default;
+  virtual ~UnseenForces() = default;
 };
 
 /// How far a series holds.
@@ -228,7 +228,7 @@ struct Roles {
   InexactSolves* inexact_solves = nullptr;
   RankMonitor* rank_monitor = nullptr;
   RoundingGroups* rounding_groups = nullptr;
-  ForcePassages* force_passages = nullptr;
+  UnseenForces* unseen_forces = nullptr;
   DriveMonitor* drives = nullptr;
   EventFunctions* events = nullptr;
   ImplicitFormulation* implicit_formulation = nullptr;

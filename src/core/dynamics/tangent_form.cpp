@@ -12,8 +12,7 @@ TangentForm::TangentForm(Workspace& work, const SolverOptions& options)
       model_(work.model()),
       linearization_(work, options),
       dynamics_(work, linearization_),
-      passages_(work),
-      drives_(work),
+      unseen_(work),
       events_(linearization_, dynamics_),
       corners_(std::make_unique<TangentCorners>(work, linearization_)),
       q_(size(), 0.0),
@@ -35,8 +34,8 @@ void TangentForm::describe(PlanSummary* plan) const {
 
 Roles TangentForm::roles() {
   return {.rank_monitor = &rank_,
-          .force_passages = work_.may_be_passed(work_.coordinate_passages) ? &passages_ : nullptr,
-          .drives = !work_.drives.empty() ? &drives_ : nullptr,
+          .unseen_forces = unseen_.forces(),
+          .drives = unseen_.drives(),
           .events = events_.has_some() ? &events_ : nullptr,
           .corners = !corners_->empty() ? corners_.get() : nullptr};
 }

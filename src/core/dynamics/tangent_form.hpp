@@ -83,8 +83,7 @@ class TangentForm final : public OwnEquations {
   TangentLinearization linearization_;
   TangentDynamics dynamics_;
   RankMonitor rank_;  // the condition of H = A'MA tells of singular coordinates, not how they turn
-  TangentPassages passages_;
-  TangentDrives drives_;
+  TangentFeatures unseen_;
   TangentEvents events_;
   std::unique_ptr<TangentCorners> corners_;
   std::vector<double> moved_, rate_, r_from_, v_from_;  // [3n] for error estimates

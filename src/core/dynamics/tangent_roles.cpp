@@ -2,23 +2,13 @@
 
 namespace tanor::detail {
 
-Kinematics TangentPassages::find_points(const Kinematics& at, double* r, double* v) {
+Kinematics TangentFeatures::find_points(const Kinematics& at, double* r, double* v) {
   const double t_before = work_.time();
   work_.set_time(at.t);
   work_.prescribe_all(at.t, r, v);
   work_.coordinates.evaluate(work_.model().parallel, at.x, at.v, r, v, nullptr, nullptr);
   work_.set_time(t_before);
   return {at.t, r, v};
-}
-
-DriveReport TangentDrives::look_at_drives(const DrivenStep& step) {
-  for (std::vector<double>* array : {&r_, &v_}) array->resize(3 * work_.model().num_points());
-  const double t_now = work_.time();
-  work_.set_time(step.t);
-  work_.prescribe_all(step.t, r_.data(), v_.data());
-  work_.coordinates.evaluate(work_.model().parallel, step.x, step.v, r_.data(), v_.data(), nullptr, nullptr);
-  work_.set_time(t_now);
-  return work_.drives.look(step, {r_.data(), v_.data(), work_.scales});
 }
 
 // ---- events ----

@@ -6,35 +6,16 @@
 
 #include "dynamics/roles.hpp"
 #include "dynamics/tangent_dynamics.hpp"
+#include "dynamics/unseen_features.hpp"
 
 /// \file The roles of equations of motion in coordinates.
 namespace tanor::detail {
 
-class TangentPassages final : public ForcePassages {
+class TangentFeatures final : public UnseenFeatures {
  public:
-  explicit TangentPassages(Workspace& work) : work_(work) {}
-  std::size_t num_points() const override { return work_.model().num_points(); }
+  explicit TangentFeatures(Workspace& work)
+      : UnseenFeatures(work, work.coordinate_features, 3 * work.model().num_points()) {}
   Kinematics find_points(const Kinematics& at, double* r, double* v) override;
-  bool act_briefly() const override { return work_.forces.act_briefly() || !work_.coordinate_passages.empty(); }
-  bool may_jump() const override { return work_.forces.may_jump(); }
-  double find_passage(PointPath* path) override { return work_.find_passage(work_.coordinate_passages, path); }
-  std::string find_collision(const Kinematics& points, double within) override {
-    return work_.find_collision(points, within);
-  }
-
- private:
-  Workspace& work_;
-};
-
-class TangentDrives final : public DriveMonitor {
- public:
-  explicit TangentDrives(Workspace& work) : work_(work) {}
-  DriveReport look_at_drives(const DrivenStep& step) override;
-  std::string name_drive(std::size_t drive) const override { return work_.drives.name(drive); }
-
- private:
-  Workspace& work_;
-  std::vector<double> r_, v_;  // [3n] scratch
 };
 
 /// The events of the equations with multipliers that friction is taken from.

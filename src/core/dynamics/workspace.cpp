@@ -22,7 +22,7 @@ namespace tanor::detail {
 namespace {
 
 /// Lists the formulas of constraints in which a step may pass a narrow feature unseen.
-Workspace::Formulas list_passages(const System& system, const Numbering& numbering) {
+Workspace::Formulas list_features(const System& system, const Numbering& numbering) {
   Workspace::Formulas result;
   for (std::size_t k = 0; k < system.constraints.size(); ++k) {
     const auto* const group = std::get_if<UserConstraints>(&system.constraints[k]);
@@ -30,10 +30,10 @@ Workspace::Formulas list_passages(const System& system, const Numbering& numberi
     std::vector<Index> points;
     for (const auto& tuple : group->tuples)
       for (const Index point : tuple) points.push_back(numbering.inner_point[static_cast<std::size_t>(point)]);
-    auto passages = make_constraint_passages(group->kernel, points);
-    if (passages == nullptr) continue;
-    passages->name = constraint_name(system, k);
-    result.push_back(std::move(passages));
+    auto features = make_constraint_features(group->kernel, points);
+    if (features == nullptr) continue;
+    features->name = constraint_name(system, k);
+    result.push_back(std::move(features));
   }
   return result;
 }
@@ -138,8 +138,8 @@ Workspace::Workspace(NumberedSystem numbered, double t)
       drives(model_.system, model_.numbering, model_.inverse_mass, model_.scene_size, t),
       scales(find_neighbourhoods(model_.system, t), model_.numbering, model_.incidences, model_.scene_size),
       f(3 * model_.num_points(), 0.0),
-      constraint_passages(list_passages(model_.system, model_.numbering)),
-      coordinate_passages(coordinates.list_passages()),
+      constraint_features(list_features(model_.system, model_.numbering)),
+      coordinate_features(coordinates.list_features()),
       rank(model_.numbering.first_idle_row()),
       time_(t),
       supports_at_(std::numeric_limits<double>::quiet_NaN()),
@@ -157,12 +157,6 @@ void Workspace::set_time(double t) {
   constraints.set_time(t);
   coordinates.set_time(t);
   time_ = t;
-}
-
-double Workspace::find_passage(const Formulas& formulas, PointPath* path) {
-  double part = forces.find_passage(model_.parallel, path);
-  for (const auto& formula : formulas) part = std::min(part, formula->find(model_.parallel, path));
-  return part;
 }
 
 void Workspace::prescribe(double t, double* r, double* v) {

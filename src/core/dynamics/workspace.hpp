@@ -46,8 +46,8 @@ class Workspace : public Families {
   double velocity_scale = 1.0;  ///< m/s, largest of the scene
   std::vector<double> f;        ///< [3n] active forces of the last `evaluate_free`
   /// Formulas of constraints and of coordinates that a step may pass unseen.
-  using Formulas = std::vector<std::unique_ptr<FormulaPassages>>;
-  Formulas constraint_passages, coordinate_passages;
+  using Formulas = std::vector<std::unique_ptr<FormulaFeatures>>;
+  Formulas constraint_features, coordinate_features;
   PhaseTimes times;
   Counters counters;
   std::size_t rank;  ///< of K by the last decision; all rows with moving points if nothing was suspected
@@ -107,11 +107,6 @@ class Workspace : public Families {
   /// Returns the largest |x_i - y_i| over the moving points, each over the `scale` of its neighbourhood.
   double largest_move(const double* x, const double* y, const std::vector<double>& scale) const;
 
-  /// Returns true if some force, or some of `formulas`, may act only between the instants at which a step evaluates
-  /// them.
-  bool may_be_passed(const Formulas& formulas) const { return forces.may_be_passed() || !formulas.empty(); }
-  /// Returns the part of a step to make so that it passes none of them unseen, or 1 if it passes none.
-  double find_passage(const Formulas& formulas, PointPath* path);
   /// Returns "pair0: points 3 and 7 …" for two points that collide within so many seconds, or an empty string.
   std::string find_collision(const Kinematics& points, double within) const;
 

@@ -27,7 +27,7 @@ class Forces::Reader {
     forces_.springs_ = {numbering_, std::move(springs_)};
     forces_.formulas_ = {numbering_, std::move(formulas_)};
     forces_.energies_ = {numbering_, std::move(energies_), std::move(energies_of_pairs_)};
-    forces_.angle_passages_.finish();
+    forces_.angle_features_.finish();
   }
 
  private:
@@ -46,7 +46,7 @@ class Forces::Reader {
     if (group.points.empty()) return;
     // A support does not move, whatever acts on it, so a single one is not watched.
     const std::vector<Index> points = group.points_per_member() == 1 ? list_moving(group.points) : group.points;
-    watch(make_force_passages(group.kernel, points, forces_.mass_));
+    watch(make_unseen_forces(group.kernel, points, forces_.mass_));
     formulas_.push_back(std::move(group));
   }
   void add(const PairForces& pairs) {
@@ -69,15 +69,15 @@ class Forces::Reader {
   void add(const Bendings& group) {
     if (group.law == BendingLaw::Harmonic) {
       const auto ends =
-          KindOf<Bendings>::is_straight(group) ? AnglePassages::Ends::AtZero : AnglePassages::Ends::AtZeroAndStraight;
+          KindOf<Bendings>::is_straight(group) ? AngleFeatures::Ends::AtZero : AngleFeatures::Ends::AtZeroAndStraight;
       for (const auto& [i, corner, j] : group.triples) watch_angle({i, corner, j}, ends);
     }
     add_energies(make_energy_group(system_, group));
   }
   void add(const Torsions& group) {
     for (const auto& [i, j, k, l] : group.quadruples) {
-      watch_angle({i, j, k}, AnglePassages::Ends::AtZeroAndStraight);
-      watch_angle({j, k, l}, AnglePassages::Ends::AtZeroAndStraight);
+      watch_angle({i, j, k}, AngleFeatures::Ends::AtZeroAndStraight);
+      watch_angle({j, k, l}, AngleFeatures::Ends::AtZeroAndStraight);
     }
     // The force of a harmonic torsion jumps at its rest angle +- pi.
     EnergyGroup energies = make_energy_group(system_, group);
@@ -112,17 +112,17 @@ class Forces::Reader {
   void add_narrow_energies(EnergyGroup group, Course course = Course::Continuous) {
     std::vector<Index> points;
     for (const Index point : group.points) points.push_back(numbering_.inner_point[point]);
-    watch(make_energy_passages(group.kernel, points, group.constants, forces_.mass_, course));
+    watch(make_energy_features(group.kernel, points, group.constants, forces_.mass_, course));
     add_energies(std::move(group));
   }
-  void watch_angle(std::array<Index, 3> triple, AnglePassages::Ends ends) {
+  void watch_angle(std::array<Index, 3> triple, AngleFeatures::Ends ends) {
     for (Index& point : triple) point = numbering_.inner_point[point];
-    forces_.angle_passages_.append(triple, ends);
+    forces_.angle_features_.append(triple, ends);
   }
-  void watch(std::unique_ptr<FormulaPassages> passages) {
-    if (passages == nullptr) return;
-    passages->name = name_;
-    forces_.formula_passages_.push_back(std::move(passages));
+  void watch(std::unique_ptr<FormulaFeatures> features) {
+    if (features == nullptr) return;
+    features->name = name_;
+    forces_.formula_features_.push_back(std::move(features));
   }
   std::vector<Index> list_moving(std::span<const Index> points) const {
     std::vector<Index> moving;
@@ -203,19 +203,19 @@ void Forces::evaluate_powers(const Parallel& parallel, double t, const double* r
 
 bool Forces::may_jump() const {
   return std::ranges::any_of(pairs_, [](const PairField& pairs) { return pairs.may_jump(); }) ||
-         std::ranges::any_of(formula_passages_, [](const auto& formula) { return formula->may_jump(); });
+         std::ranges::any_of(formula_features_, [](const auto& formula) { return formula->may_jump(); });
 }
 
-double Forces::find_passage(const Parallel& parallel, PointPath* path) {
+double Forces::find_unseen(const Parallel& parallel, PointPath* path) {
   constexpr double path_error = 1e-5, path_error_at_jumps = 1e-7;
   if (has_pairs()) path->refine(path->follows_tolerance && may_jump() ? path_error_at_jumps : path_error);
   double part = 1.0;
   for (PairField& pairs : pairs_)
     if (pairs.may_jump() && path->follows_tolerance) pairs.note_jumps(parallel, path, mass_);
-  for (PairField& pairs : pairs_) part = std::min(part, pairs.find_passage(parallel, *path, mass_));
-  for (const auto& pairs : pairs_beyond_) part = std::min(part, pairs->find_passage(*path, mass_));
-  for (const auto& formula : formula_passages_) part = std::min(part, formula->find(parallel, path));
-  if (path->follows_tolerance && !angle_passages_.empty()) part = std::min(part, angle_passages_.find(parallel, path));
+  for (PairField& pairs : pairs_) part = std::min(part, pairs.find_unseen(parallel, *path, mass_));
+  for (const auto& pairs : pairs_beyond_) part = std::min(part, pairs->find_unseen(*path, mass_));
+  for (const auto& formula : formula_features_) part = std::min(part, formula->find(parallel, path));
+  if (path->follows_tolerance && !angle_features_.empty()) part = std::min(part, angle_features_.find(parallel, path));
   return part;
 }
 

@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "base/parallel.hpp"
-#include "evaluate/angle_passages.hpp"
+#include "evaluate/angle_features.hpp"
 #include "evaluate/energy_forces.hpp"
+#include "evaluate/formula_features.hpp"
 #include "evaluate/formula_forces.hpp"
-#include "evaluate/formula_passages.hpp"
 #include "evaluate/given_forces.hpp"
 #include "evaluate/pair_field.hpp"
 #include "evaluate/pairs_beyond.hpp"
@@ -68,14 +68,14 @@ class Forces {
 
   /// Returns true if some forces may act between the looks of a step alone: pairs, formulas and energies with narrow
   /// features, or angles at which laws end.
-  bool may_be_passed() const { return act_briefly() || !angle_passages_.empty(); }
+  bool may_be_passed() const { return act_briefly() || !angle_features_.empty(); }
   /// Returns the same but for the angles.
-  bool act_briefly() const { return has_pairs() || !formula_passages_.empty(); }
+  bool act_briefly() const { return has_pairs() || !formula_features_.empty(); }
   /// Returns true if some of these forces may jump where points reach a certain place.
   bool may_jump() const;
   /// Returns the part of a step to make instead of one that passes such forces unseen, or 1 if it passes none. Notes
   /// in `path` where a force jumps first; pairs with points of other processes are left out.
-  double find_passage(const Parallel& parallel, PointPath* path);
+  double find_unseen(const Parallel& parallel, PointPath* path);
   /// Returns the pair forces of moving points, as the system lists them.
   std::span<const PairField> pairs() const { return pairs_; }
 
@@ -131,8 +131,8 @@ class Forces {
   /// [entry] between supports, found once if these stand; null if there are none
   std::vector<std::unique_ptr<PairField>> pairs_of_supports_;
   std::vector<std::unique_ptr<PairsBeyond>> pairs_beyond_;  // between own points and other processes'
-  std::vector<std::unique_ptr<FormulaPassages>> formula_passages_;
-  AnglePassages angle_passages_;
+  std::vector<std::unique_ptr<FormulaFeatures>> formula_features_;
+  AngleFeatures angle_features_;
 };
 
 }  // namespace tanor::detail

@@ -1,33 +1,30 @@
-#include <array>
+#include <numeric>
 #include <utility>
 
-#include "evaluate/formula_passages.hpp"
+#include "evaluate/formula_features.hpp"
 
-/// \file The accelerations that formulas cause at the points of their members, at which FormulaPassages looks.
+/// \file The accelerations that formulas cause at the points of their members, at which FormulaFeatures looks.
 namespace tanor::detail {
 
 namespace {
 
-/// Members are tuples of p points, of which some may be supports.
-class TuplePassages : public FormulaPassages {
+template <class Kernel>
+std::size_t num_points_of(const Kernel& kernel) {
+  return static_cast<std::size_t>(kernel.num_points);
+}
+
+/// Members are tuples of points that forces push, of which some may be supports.
+class TupleFeatures : public FormulaFeatures {
  protected:
-  TuplePassages(const Expression& expression, Variables variables, bool thread_safe, std::size_t num_constants,
-                std::span<const Index> points, std::span<const double> masses)
-      : FormulaPassages(expression, variables, thread_safe, num_constants),
-        points_(points.begin(), points.end()),
-        masses_(masses) {
-    append_points(points);
-  }
+  TupleFeatures(const Expression& expression, Variables variables, bool thread_safe, const Members& members,
+                std::span<const double> masses)
+      : FormulaFeatures(expression, variables, thread_safe, members), masses_(masses) {}
 
   bool is_force() const override { return true; }
   std::size_t num_accelerations() const override { return num_numbers(); }
-  std::span<const Index> own(std::size_t member) const {
-    const std::size_t p = num_numbers() / 3;
-    return std::span(points_).subspan(member * p, p);
-  }
   /// Divides the forces by the masses in place; supports get 0.
   void divide_by_masses(std::size_t member, double* a) const {
-    for (std::size_t i = 0; const Index point : own(member)) {
+    for (std::size_t i = 0; const Index point : points(member)) {
       const double inverse = moves(point) ? 1.0 / masses_[static_cast<std::size_t>(point)] : 0.0;
       store(a, i, inverse * load(a, i));
       ++i;
@@ -35,25 +32,16 @@ class TuplePassages : public FormulaPassages {
   }
 
  private:
-  bool moves(Index point) const { return static_cast<std::size_t>(point) < masses_.size(); }
-  Allowed allow(const PointPath& path, std::size_t member) const override {
-    std::array<Index, ForceKernel::most_points> moving;  // NOLINT: filled below
-    std::size_t count = 0;
-    for (const Index point : own(member))
-      if (moves(point)) moving[count++] = point;
-    return FormulaPassages::allow(path, std::span(moving).first(count));
-  }
-
-  std::vector<Index> points_;  // [member][p]
   std::span<const double> masses_;
 };
-static_assert(ForceKernel::most_points == PotentialKernel::most_points);
 
-/// Passages of forces, with a = f/m.
-class ForcePassages final : public TuplePassages {
+/// Features of forces, with a = f/m.
+class ForceFeatures final : public TupleFeatures {
  public:
-  ForcePassages(const ForceKernel& kernel, std::span<const Index> points, std::span<const double> masses)
-      : TuplePassages(*kernel.expression, Variables::OfPointsAndTheirRates, true, 0, points, masses) {}
+  ForceFeatures(const ForceKernel& kernel, std::span<const Index> points, std::span<const double> masses)
+      : TupleFeatures(*kernel.expression, Variables::OfPointsAndTheirRates, true,
+                      {.points = points, .points_per_member = num_points_of(kernel), .num_moving = masses.size()},
+                      masses) {}
 
  private:
   void accelerate(const PointPath& path, std::size_t member, double s, double* a) const override {
@@ -65,25 +53,27 @@ class ForcePassages final : public TuplePassages {
   }
 };
 
-/// Passages of energies, with a = -(dU/dr)/m. Where U changes its course, its gradient does, since both are made of the
+/// Features of energies, with a = -(dU/dr)/m. Where U changes its course, its gradient does, since both are made of the
 /// same functions.
-class EnergyPassages final : public TuplePassages {
+class EnergyFeatures final : public TupleFeatures {
  public:
-  EnergyPassages(const PotentialKernel& kernel, std::span<const Index> points, std::span<const double> constants,
+  EnergyFeatures(const PotentialKernel& kernel, std::span<const Index> points, std::span<const double> constants,
                  std::span<const double> masses, Course course)
-      : TuplePassages(*kernel.expression, Variables::OfPoints, kernel.thread_safe,
-                      static_cast<std::size_t>(kernel.num_constants), points, masses),
+      : TupleFeatures(*kernel.expression, Variables::OfPoints, kernel.thread_safe,
+                      {.points = points,
+                       .points_per_member = num_points_of(kernel),
+                       .constants = constants,
+                       .num_moving = masses.size()},
+                      masses),
         kernel_(kernel),
-        course_(course) {
-    append_constants(constants);
-  }
+        course_(course) {}
 
  private:
   bool has_jumps() const override { return course_ == Course::Jumps; }
   void accelerate(const PointPath& path, std::size_t member, double s, double* a) const override {
     thread_local std::vector<double> r;
     r.resize(num_numbers());
-    for (std::size_t i = 0; const Index point : own(member)) store(r.data(), i++, path.at(point, s).r);
+    load_points(path, member, s, r.data(), nullptr);
     double energy = 0.0;
     kernel_.evaluate(kernel_.context.get(), {.count = 1,
                                              .t = path.t + s * path.h,
@@ -99,137 +89,108 @@ class EnergyPassages final : public TuplePassages {
   Course course_;
 };
 
-/// Passages of constraints. With the gradient g of xi and the largest acceleration G that may act there, they look at
+/// Writes G g/|g| and returns 1/|g|, or 0 where g vanishes.
+double write_direction(std::span<const double> g, double acceleration, double* to) {
+  const double length = norm_of(g), inverse = length > 0.0 ? 1.0 / length : 0.0;
+  for (const double each : g) *to++ = acceleration * (inverse * each);
+  return inverse;
+}
+
+/// Features of constraints. With the gradient g of xi and the largest acceleration G that may act there, they look at
 ///
 ///   -phi g/|g|^2   and   G g/|g|
 ///
 /// The first holds the points on xi = 0 while they move, the second shows how the reactions to other forces turn.
-class ConstraintPassages final : public FormulaPassages {
+class ConstraintFeatures final : public FormulaFeatures {
  public:
-  ConstraintPassages(const ConstraintKernel& kernel, std::span<const Index> points)
-      : FormulaPassages(*kernel.expression, Variables::OfPoints, kernel.thread_safe),
-        kernel_(kernel),
-        points_(points.begin(), points.end()) {
-    append_points(points);
-  }
+  ConstraintFeatures(const ConstraintKernel& kernel, std::span<const Index> points)
+      : FormulaFeatures(*kernel.expression, Variables::OfPoints, kernel.thread_safe,
+                        {.points = points, .points_per_member = num_points_of(kernel)}),
+        kernel_(kernel) {}
 
  private:
-  std::span<const Index> own(std::size_t member) const {
-    const auto p = static_cast<std::size_t>(kernel_.num_points);
-    return std::span(points_).subspan(member * p, p);
-  }
-  Allowed allow(const PointPath& path, std::size_t member) const override {
-    return FormulaPassages::allow(path, own(member));
-  }
   std::size_t num_accelerations() const override { return 2 * num_numbers(); }
   void accelerate(const PointPath& path, std::size_t member, double s, double* a) const override {
     thread_local std::vector<double> r, v, gradient;
     for (std::vector<double>* array : {&r, &v, &gradient}) array->resize(num_numbers());
-    double may_act = 0.0;
-    for (std::size_t i = 0; const Index point : own(member)) {
-      const auto place = path.at(point, s);
-      store(r.data(), i, place.r);
-      store(v.data(), i++, place.v);
-      may_act = std::max(may_act, path.largest_acceleration(point));
-    }
+    load_points(path, member, s, r.data(), v.data());
     double xi = 0.0, rate = 0.0, phi = 0.0;
     kernel_.evaluate(kernel_.context.get(),
                      {1, path.t + s * path.h, r.data(), v.data(), &xi, &rate, &phi, gradient.data()});
-    const double length = norm_of(gradient), inverse = length > 0.0 ? 1.0 / length : 0.0;
-    for (std::size_t i = 0; i < num_numbers(); ++i) {
-      const double unit = inverse * gradient[i];
-      a[i] = -inverse * phi * unit;
-      a[num_numbers() + i] = may_act * unit;
-    }
+    const double inverse = write_direction(gradient, largest_acceleration(path, member), a + num_numbers());
+    for (std::size_t i = 0; i < num_numbers(); ++i) a[i] = -inverse * phi * (inverse * gradient[i]);
   }
 
   ConstraintKernel kernel_;
-  std::vector<Index> points_;  // [member][p]
 };
 
-/// Passages of coordinates. With each column A_j of A and the largest acceleration G that may act there, they look at
+/// Features of coordinates. With each column A_j of A and the largest acceleration G that may act there, they look at
 ///
 ///   -A_j'psi/|A_j|   and   G A_j/|A_j|
-class CoordinatePassages final : public FormulaPassages {
+class CoordinateFeatures final : public FormulaFeatures {
  public:
-  CoordinatePassages(const CoordinateKernel& kernel, std::span<const Index> points, Index first_coordinate)
-      : FormulaPassages(*kernel.expression, Variables::OfMechanics, kernel.thread_safe),
-        kernel_(kernel),
-        points_(points.begin(), points.end()) {
-    const std::size_t members = points_.size() / num_points();
-    for (std::size_t i = 0; i < members * num_numbers(); ++i) append_number(first_coordinate + static_cast<Index>(i));
-  }
+  CoordinateFeatures(const CoordinateKernel& kernel, std::span<const Index> points, Index first_coordinate)
+      : FormulaFeatures(
+            *kernel.expression, Variables::OfMechanics, kernel.thread_safe,
+            {.points = points, .points_per_member = num_points_of(kernel), .first_variable = first_coordinate}),
+        kernel_(kernel) {}
 
  private:
-  std::size_t num_points() const { return static_cast<std::size_t>(kernel_.num_points); }
-  std::span<const Index> own(std::size_t member) const {
-    return std::span(points_).subspan(member * num_points(), num_points());
-  }
-  Allowed allow(const PointPath& path, std::size_t member) const override {
-    return FormulaPassages::allow(path, own(member));
-  }
-  std::size_t num_accelerations() const override { return num_numbers() * (1 + 3 * num_points()); }
+  std::size_t width() const { return 3 * num_points_of(kernel_); }
+  std::size_t num_accelerations() const override { return num_numbers() * (1 + width()); }
   void accelerate(const PointPath& path, std::size_t member, double s, double* a) const override {
     thread_local std::vector<double> q, q_dot, r, v, psi, tangents;
-    const std::size_t count = num_numbers(), width = 3 * num_points();
+    const std::size_t count = num_numbers();
     for (std::vector<double>* array : {&q, &q_dot}) array->resize(count);
-    for (std::vector<double>* array : {&r, &v, &psi}) array->resize(width);
-    tangents.resize(count * width);
+    for (std::vector<double>* array : {&r, &v, &psi}) array->resize(width());
+    tangents.resize(count * width());
     for (std::size_t i = 0; const Index number : numbers(member)) {
       const PointPath::Number at = path.number(number, s, true);
       q[i] = at.x;
       q_dot[i++] = at.rate;
     }
-    double may_act = 0.0;
-    for (const Index point : own(member)) may_act = std::max(may_act, path.largest_acceleration(point));
     kernel_.evaluate(kernel_.context.get(),
                      {1, path.t + s * path.h, q.data(), q_dot.data(), r.data(), v.data(), psi.data(), tangents.data()});
+    const double may_act = largest_acceleration(path, member);
     for (std::size_t j = 0; j < count; ++j) {
-      const std::span tangent = std::span(tangents).subspan(j * width, width);
-      const double length = norm_of(tangent), inverse = length > 0.0 ? 1.0 / length : 0.0;
-      double along = 0.0;
-      for (std::size_t i = 0; i < width; ++i) {
-        along += inverse * tangent[i] * psi[i];
-        a[count + j * width + i] = may_act * inverse * tangent[i];
-      }
-      a[j] = -along;
+      const std::span tangent = std::span(tangents).subspan(j * width(), width());
+      const double inverse = write_direction(tangent, may_act, a + count + j * width());
+      a[j] = -inverse * std::inner_product(tangent.begin(), tangent.end(), psi.begin(), 0.0);
     }
   }
 
   CoordinateKernel kernel_;
-  std::vector<Index> points_;  // [member][p]
 };
 
-std::unique_ptr<FormulaPassages> if_needed(std::unique_ptr<FormulaPassages> passages) {
-  return passages->is_needed() ? std::move(passages) : nullptr;
+template <class Features, class Kernel, class... Rest>
+std::unique_ptr<FormulaFeatures> make_if_needed(const Kernel& kernel, const Rest&... rest) {
+  if (kernel.expression == nullptr) return nullptr;
+  auto features = std::make_unique<Features>(kernel, rest...);
+  return features->is_needed() ? std::move(features) : nullptr;
 }
 
 }  // namespace
 
-std::unique_ptr<FormulaPassages> make_force_passages(const ForceKernel& kernel, std::span<const Index> inner_points,
-                                                     std::span<const double> masses) {
-  if (kernel.expression == nullptr) return nullptr;
-  return if_needed(std::make_unique<ForcePassages>(kernel, inner_points, masses));
+std::unique_ptr<FormulaFeatures> make_unseen_forces(const ForceKernel& kernel, std::span<const Index> inner_points,
+                                                    std::span<const double> masses) {
+  return make_if_needed<ForceFeatures>(kernel, inner_points, masses);
 }
 
-std::unique_ptr<FormulaPassages> make_energy_passages(const PotentialKernel& kernel,
+std::unique_ptr<FormulaFeatures> make_energy_features(const PotentialKernel& kernel,
                                                       std::span<const Index> inner_points,
                                                       std::span<const double> constants, std::span<const double> masses,
                                                       Course course) {
-  if (kernel.expression == nullptr) return nullptr;
-  return if_needed(std::make_unique<EnergyPassages>(kernel, inner_points, constants, masses, course));
+  return make_if_needed<EnergyFeatures>(kernel, inner_points, constants, masses, course);
 }
 
-std::unique_ptr<FormulaPassages> make_constraint_passages(const ConstraintKernel& kernel,
+std::unique_ptr<FormulaFeatures> make_constraint_features(const ConstraintKernel& kernel,
                                                           std::span<const Index> inner_points) {
-  if (kernel.expression == nullptr) return nullptr;
-  return if_needed(std::make_unique<ConstraintPassages>(kernel, inner_points));
+  return make_if_needed<ConstraintFeatures>(kernel, inner_points);
 }
 
-std::unique_ptr<FormulaPassages> make_coordinate_passages(const CoordinateKernel& kernel,
+std::unique_ptr<FormulaFeatures> make_coordinate_features(const CoordinateKernel& kernel,
                                                           std::span<const Index> inner_points, Index first_coordinate) {
-  if (kernel.expression == nullptr) return nullptr;
-  return if_needed(std::make_unique<CoordinatePassages>(kernel, inner_points, first_coordinate));
+  return make_if_needed<CoordinateFeatures>(kernel, inner_points, first_coordinate);
 }
 
 }  // namespace tanor::detail

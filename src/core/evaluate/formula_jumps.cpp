@@ -2,13 +2,13 @@
 #include <cmath>
 #include <limits>
 
-#include "evaluate/formula_passages.hpp"
+#include "evaluate/formula_features.hpp"
 #include "evaluate/locate_jump.hpp"
 
 /// \file Places of a step where what a formula causes jumps: by abs, min and max, or at the cut of atan2.
 namespace tanor::detail {
 
-void FormulaPassages::load_variables(const PointPath& path, std::size_t member, double s, double* to) const {
+void FormulaFeatures::load_variables(const PointPath& path, std::size_t member, double s, double* to) const {
   const std::span<const Index> own = numbers(member);
   const bool has_rates = variables_ == Variables::OfPointsAndTheirRates;
   for (std::size_t i = 0; i < own.size(); ++i) {
@@ -22,7 +22,7 @@ void FormulaPassages::load_variables(const PointPath& path, std::size_t member, 
   to[narrowness_.num_variables() - 1] = path.t + s * path.h;
 }
 
-void FormulaPassages::measure_turns(const PointPath& path, std::size_t member, double s, double* values) const {
+void FormulaFeatures::measure_turns(const PointPath& path, std::size_t member, double s, double* values) const {
   thread_local std::vector<double> variables;
   variables.resize(narrowness_.num_variables());
   load_variables(path, member, s, variables.data());
@@ -31,7 +31,7 @@ void FormulaPassages::measure_turns(const PointPath& path, std::size_t member, d
 
 /// Returns how far the number of a turn is uncertain by rounding, from changes of the variables by rounding of the
 /// largest values that they have in the step.
-double FormulaPassages::uncertainty(const PointPath& path, std::size_t member, std::size_t turn, double s) const {
+double FormulaFeatures::uncertainty(const PointPath& path, std::size_t member, std::size_t turn, double s) const {
   constexpr double some_roundings = 32.0;
   const std::size_t count = narrowness_.num_variables();
   std::vector<double> variables(count), sizes(count, 0.0), values(narrowness_.num_turns());
@@ -56,7 +56,7 @@ double FormulaPassages::uncertainty(const PointPath& path, std::size_t member, s
 /// much of itself that a motion may stay at the place, where steps get too short for anything to count. A motion that
 /// the accelerations a and -a drive to the place from both sides, and that returns to it after `idle`, was a idle^2/8
 /// away. The path is magnified as where the place was found, since its own cubics miss the place by more than rounding.
-bool FormulaPassages::jumps(PointPath* path, std::size_t member, PointPath::Jump* at) const {
+bool FormulaFeatures::jumps(PointPath* path, std::size_t member, PointPath::Jump* at) const {
   constexpr double counts = 0.1, much = 1e-3;  // of a tolerance; of the larger one
   constexpr double reach = 1e-4;               // of the step
   const double begin = std::max(0.0, at->before - reach), end = std::min(1.0, at->after + reach);
@@ -75,7 +75,7 @@ bool FormulaPassages::jumps(PointPath* path, std::size_t member, PointPath::Jump
 
 /// Finds the first place between two fractions, near to each other, where one of the numbers of turns changes its sign
 /// and the formula jumps.
-PointPath::Jump FormulaPassages::find_jump(PointPath* path, std::size_t member, double low, double high) const {
+PointPath::Jump FormulaFeatures::find_jump(PointPath* path, std::size_t member, double low, double high) const {
   const std::size_t count = narrowness_.num_turns();
   std::vector<double> at_low(count), at_high(count);
   measure_turns(*path, member, low, at_low.data());
@@ -96,9 +96,8 @@ PointPath::Jump FormulaPassages::find_jump(PointPath* path, std::size_t member, 
   return first;
 }
 
-void FormulaPassages::note_jumps(PointPath* path, std::size_t member) const {
+void FormulaFeatures::note_jumps(PointPath* path, std::size_t member) const {
   thread_local std::vector<Part> parts;
-  parts.clear();
   (void)divide(*path, member, &parts);
   constexpr int pieces = 2;
   for (const auto& [begin, end] : parts) {

@@ -172,24 +172,18 @@ TANOR_LANES bool follow_arithmetic(const Instruction& instruction, const Interva
 
 /// Follows quotients. For tanh = sinh/cosh (see the constructor) and for 1/exp, the argument of the function counts.
 TANOR_LANES void follow_quotient(const std::vector<Instruction>& instructions, const Instruction& instruction,
-                                 const Intervals* values, bool asked, Course* course) {
-  const Intervals& a = values[instruction.a];
-  const Intervals& b = values[instruction.b];
-  const Pack<> none = Pack<>{} + infinity;
+                                 const Intervals* values, Course* course) {
   if (instruction.c > 0) {
-    if (asked) course->value = rising(values[instruction.c - 1], [](double x) { return std::tanh(x); });
+    course->value = rising(values[instruction.c - 1], [](double x) { return std::tanh(x); });
     return;
   }
-  if (const Instruction& under = instructions[static_cast<std::size_t>(instruction.b)];
-      under.operation == Operation::Exp && !asked) {
-    course->passes = 2.0 * run_within(values[under.a], -most_exponent, most_exponent);
-    return;
-  }
-  course->passes = count_factors(b);
-  if (!asked) return;
+  const Intervals& b = values[instruction.b];
+  const Instruction& under = instructions[static_cast<std::size_t>(instruction.b)];
+  course->passes = under.operation == Operation::Exp ? 2.0 * run_within(values[under.a], -most_exponent, most_exponent)
+                                                     : count_factors(b);
   const auto has_pole = (b.low <= 0.0) & (b.high >= 0.0);
-  const Intervals quotient = product(a, {1.0 / b.high, 1.0 / b.low});
-  course->value = {has_pole ? -none : quotient.low, has_pole ? none : quotient.high};
+  const Intervals quotient = product(values[instruction.a], {1.0 / b.high, 1.0 / b.low});
+  course->value = {has_pole ? course->value.low : quotient.low, has_pole ? course->value.high : quotient.high};
 }
 
 /// Returns how often a function of one number changes its course.
@@ -237,10 +231,8 @@ TANOR_LANES Intervals value_of_function(Operation operation, const Intervals& a)
   // clang-format on
 }
 
-/// Computes `values` [instruction] of what is asked for; those of variables are given. Writes the largest count to
-/// `result`.
-void count_all(const std::vector<Instruction>& instructions, const char* counts, const char* is_asked,
-               Intervals* values, Pack<>* result) {
+/// Computes the `values` [instruction] that count; those of variables are given. Writes the largest count to `result`.
+void count_all(const std::vector<Instruction>& instructions, const char* counts, Intervals* values, Pack<>* result) {
   dispatch([=, &instructions] {
     const Pack<> zero{}, none = zero + infinity;
     Pack<> most = zero;
@@ -249,17 +241,16 @@ void count_all(const std::vector<Instruction>& instructions, const char* counts,
       const Operation operation = instruction.operation;
       if (!counts[i] || operation == Operation::Variable) continue;
       const Intervals& a = values[instruction.a];
-      const bool asked = is_asked[i] != 0;
       Course course{{-none, none}, zero};
       if (operation == Operation::Divide) {
-        follow_quotient(instructions, instruction, values, asked, &course);
+        follow_quotient(instructions, instruction, values, &course);
       } else if (operation == Operation::Atan2) {
         course.value = angle(a, values[instruction.b]);
         course.passes = course.value.high - course.value.low;
         course.passes = course.passes > 6.0 ? none : course.passes;
       } else if (!follow_arithmetic(instruction, a, values[instruction.b], &course)) {
         course.passes = count_function(operation, a);
-        if (asked) course.value = value_of_function(operation, a);
+        course.value = value_of_function(operation, a);
       }
       const Intervals& value = course.value;
       const auto is_known = value.low <= value.high;
@@ -301,7 +292,6 @@ Narrowness::Narrowness(const Expression& expression) {
   std::vector<char> is_needed(instructions_.size(), 0);
   for (const int result : results_) is_needed[static_cast<std::size_t>(result)] = 1;
   counts_.assign(instructions_.size(), 0);
-  is_asked_.assign(instructions_.size(), 0);
   for (std::size_t i = instructions_.size(); i-- > 0;) {
     const Instruction& instruction = instructions_[i];
     const bool counts = is_needed[i] && !is_smooth(instruction.operation);
@@ -312,13 +302,6 @@ Narrowness::Narrowness(const Expression& expression) {
     for (const int operand : std::span(operands).first(static_cast<std::size_t>(num_operands(instruction.operation)))) {
       is_needed[static_cast<std::size_t>(operand)] |= is_needed[i];
       counts_[static_cast<std::size_t>(operand)] |= counts_[i];
-      const bool by_argument =
-          instruction.operation == Operation::Divide &&
-          (instruction.c > 0 ||
-           (operand == instruction.b && instructions_[static_cast<std::size_t>(operand)].operation == Operation::Exp &&
-            !is_asked_[i]));
-      if (by_argument) continue;
-      is_asked_[static_cast<std::size_t>(operand)] |= counts_[i];
     }
   }
 }
@@ -328,7 +311,7 @@ std::array<double, num_lanes> Narrowness::count(const Intervals* variables) cons
   values.resize(instructions_.size());
   for (std::size_t i = 0; i < variables_.size(); ++i) values[static_cast<std::size_t>(variables_[i])] = variables[i];
   Pack<> most;
-  count_all(instructions_, counts_.data(), is_asked_.data(), values.data(), &most);
+  count_all(instructions_, counts_.data(), values.data(), &most);
   std::array<double, num_lanes> result;
   for (std::size_t lane = 0; lane < num_lanes; ++lane) result[lane] = most[lane];
   return result;

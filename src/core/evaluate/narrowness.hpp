@@ -51,7 +51,6 @@ class Narrowness {
                                                        // of max(|a|, a) and the like: 1, else 0
   std::vector<int> variables_, results_;
   std::vector<char> counts_;        // [instruction] not 0 if `count` needs it
-  std::vector<char> is_asked_;      // [instruction] not 0 if `count` needs its value
   std::vector<std::size_t> turns_;  // instructions
   std::size_t num_to_count_ = 0;    // number of functions among those that `count` needs
 };

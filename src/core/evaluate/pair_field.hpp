@@ -58,8 +58,8 @@ class PairField {
   void for_each_image(const Parallel& parallel, const double* r, const VisitImage& visit);
 
   /// Returns the part of a step to make instead if a pair comes so near between two looks that these do not show it, or
-  /// 1 if none does. `masses` [moving point, or all], kg, are those of what is pushed. See pair_passages.cpp.
-  double find_passage(const Parallel& parallel, const PointPath& path, std::span<const double> masses);
+  /// 1 if none does. `masses` [moving point, or all], kg, are those of what is pushed. See unseen_pairs.cpp.
+  double find_unseen(const Parallel& parallel, const PointPath& path, std::span<const double> masses);
   /// Returns true if the force does not vanish at the cutoff.
   bool may_jump() const { return potential_.jumps(); }
   /// Notes in the path where a pair first comes to its cutoff. See pair_jumps.cpp.
@@ -83,7 +83,7 @@ class PairField {
     double potential = 0.0;  // J, half of that of its pairs
   };
 
-  // The following is for `find_passage`, in pair_passages.cpp.
+  // The following is for `find_unseen`, in unseen_pairs.cpp.
 
   /// How far points go in a step: from where they begin, and from the chords of its pieces.
   struct Reach {
@@ -106,18 +106,14 @@ class PairField {
   bool are_too_many(double radius) const;
   using VisitApproach = std::function<void(const Approach&)>;
   void for_each_image(std::size_t i, std::size_t j, double far, const VisitApproach& visit) const;
-  double find_passage_of_pair(const PointPath& path, const Nearness& nearness, std::size_t i, std::size_t j,
-                              std::span<const double> masses) const;
   double examine(const PointPath& path, const Approach& approach, std::span<const double> masses) const;
-  double find_unseen(const PointPath& path, const Approach& approach, const Encounter& nearest_of_all,
-                     std::span<const double> masses) const;
+  double resolve_meeting(const PointPath& path, const Approach& approach, const Encounter& nearest_of_all,
+                         std::span<const double> masses) const;
   Encounter find_nearest(const PointPath& path, const Approach& approach, double a, double b) const;
   void narrow(const PointPath& path, const Approach& approach, double a, double b, int depth, Encounter* nearest) const;
   PointPath::Place relative(const PointPath& path, const Approach& approach, double s) const;
-  double measure(const PointPath& path, std::size_t i, double impulse, std::span<const double> masses) const;
   double measure(const PointPath& path, const Approach& approach, double impulse, std::span<const double> masses) const;
   Vec3 force_along(const PointPath& path, const Approach& approach, double s) const;
-  double find_crossing(const PointPath& path, const Approach& approach, double a, double b) const;
   double resolve_kinks(const PointPath& path, const Approach& approach, const Encounter& nearest,
                        std::span<const double> masses) const;
 
@@ -154,7 +150,7 @@ class PairField {
   std::vector<double> x_, y_, z_;         // the same, without a cutoff
   std::vector<PointForce> point_forces_;  // [point]
 
-  // These serve `find_passage`.
+  // These serve `find_unseen`.
   std::optional<NeighbourLists> far_;  // for steps that lead beyond the skin of `neighbours_`
   std::vector<Vec3> begins_, moves_;   // [point] where a step begins, and how far it leads
   /// No pair of a point comes to its cutoff before the points have travelled far enough.

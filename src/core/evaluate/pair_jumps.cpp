@@ -67,7 +67,7 @@ void PairField::note_jumps(const Parallel& parallel, PointPath* path, std::span<
   const Reach reach = measure_reach(parallel, *path);
   const Vec3 edges = box_.edges();
   for (const double edge : {edges.x, edges.y, edges.z})
-    if (edge > 0.0 && reach.move > edge) return;  // `find_passage` shortens such steps, …
+    if (edge > 0.0 && reach.move > edge) return;  // `find_unseen` shortens such steps, …
   const NeighbourLists* const near = reach.move > 0.0 ? find_near(parallel, reach.move) : nullptr;
   if (near == nullptr) return;  // … and these
   std::vector<Crossing> found;

@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "base/gauss_rule.hpp"
-#include "base/root_bracket.hpp"
+#include "evaluate/locate_jump.hpp"
 #include "evaluate/pair_field.hpp"
 
 /// \file Contacts of pairs that begin or end inside a step.
@@ -12,17 +12,6 @@ Vec3 PairField::force_along(const PointPath& path, const Approach& approach, dou
   const Vec3 d = relative(path, approach, s).r;
   const double r = norm(d);
   return r < potential_.cutoff() ? (potential_.signed_force_at(r) / r) * d : Vec3{};
-}
-
-/// Returns where the distance crosses the cutoff between a and b, of which one is inside.
-double PairField::find_crossing(const PointPath& path, const Approach& approach, double a, double b) const {
-  constexpr double near = 1e-10;
-  const double cutoff2 = potential_.cutoff() * potential_.cutoff();
-  const double sign = squared(relative(path, approach, a).r) >= cutoff2 ? 1.0 : -1.0;
-  const auto excess = [&](double s) { return sign * (squared(relative(path, approach, s).r) - cutoff2); };
-  RootBracket bracket(a, excess(a), b, excess(b), near);
-  (void)bracket.narrow_by(excess);
-  return bracket.root();
 }
 
 /// Examines a contact that begins or ends inside the step, or of which the step goes through a large part. The pair's
@@ -35,11 +24,13 @@ double PairField::resolve_kinks(const PointPath& path, const Approach& approach,
                                 std::span<const double> masses) const {
   constexpr double allowed_kink = 25.0;  // tolerances that the kink of one pair may cost in a step
   if (!path.follows_tolerance || !neighbours_ || !(nearest.r < potential_.cutoff())) return 1.0;
-  const double r0 = norm(relative(path, approach, 0.0).r), r1 = norm(relative(path, approach, 1.0).r);
-  const bool begins = r0 >= potential_.cutoff(), ends = r1 >= potential_.cutoff();
-  if (!begins && !ends && std::max(r0, r1) <= std::sqrt(far_apart2) * nearest.r) return 1.0;
-  const double a = begins ? find_crossing(path, approach, 0.0, nearest.s) : 0.0;
-  const double b = ends ? find_crossing(path, approach, nearest.s, 1.0) : 1.0;
+  const double cutoff2 = potential_.cutoff() * potential_.cutoff();
+  const auto beyond = [&](double s) { return squared(relative(path, approach, s).r) - cutoff2; };
+  const bool begins = beyond(0.0) > 0.0, ends = beyond(1.0) > 0.0;
+  const double farthest2 = std::max(beyond(0.0), beyond(1.0)) + cutoff2;
+  if (!begins && !ends && farthest2 <= far_apart2 * nearest.r * nearest.r) return 1.0;
+  const double a = begins ? find_fall(0.0, nearest.s, beyond) : 0.0;
+  const double b = ends ? find_fall(nearest.s, 1.0, [&](double s) { return -beyond(s); }) : 1.0;
   Vec3 missed{};
   for (const auto& [s, weight] : gauss_rule)
     missed = missed + ((b - a) * weight) * force_along(path, approach, a + s * (b - a));

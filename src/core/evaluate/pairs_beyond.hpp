@@ -15,8 +15,8 @@ class PairsBeyond {
   virtual void add_forces(const double* r, double* f) = 0;
   /// Returns half of the energy of these pairs, J; the other process counts the other half.
   virtual double potential(const double* r) = 0;
-  /// Finds a passage as PairField does. `masses` are [moving point], kg.
-  virtual double find_passage(const PointPath& path, std::span<const double> masses) = 0;
+  /// Finds what a step passes unseen as PairField does. `masses` are [moving point], kg.
+  virtual double find_unseen(const PointPath& path, std::span<const double> masses) = 0;
 };
 
 }  // namespace tanor::detail

@@ -92,13 +92,13 @@ bool Parametrisation::has_charts() const {
   return std::ranges::any_of(families_, [](const auto& family) { return family->has_charts(); });
 }
 
-std::vector<std::unique_ptr<FormulaPassages>> Parametrisation::list_passages() const {
-  std::vector<std::unique_ptr<FormulaPassages>> result;
+std::vector<std::unique_ptr<FormulaFeatures>> Parametrisation::list_features() const {
+  std::vector<std::unique_ptr<FormulaFeatures>> result;
   for (const UserCoordinateFamily* const users : users_) {
-    auto passages = make_coordinate_passages(users->kernel, users->points, users->first_coordinate);
-    if (passages == nullptr) continue;
-    passages->name = "coordinates given by formulas";
-    result.push_back(std::move(passages));
+    auto features = make_coordinate_features(users->kernel, users->points, users->first_coordinate);
+    if (features == nullptr) continue;
+    features->name = "coordinates given by formulas";
+    result.push_back(std::move(features));
   }
   return result;
 }

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "evaluate/coordinate_family.hpp"
-#include "evaluate/formula_passages.hpp"
+#include "evaluate/formula_features.hpp"
 
 namespace tanor::detail {
 
@@ -62,8 +62,8 @@ class Parametrisation {
   void write_start(double* q, double* q_dot) const;
   /// Copies `from` to `to` at the points of such coordinates [3n].
   void copy_where_given(const double* from, double* to) const;
-  /// Returns the passages that look for what a step may pass over in coordinates given by formulas.
-  std::vector<std::unique_ptr<FormulaPassages>> list_passages() const;
+  /// Returns the features that look for what a step may pass over in coordinates given by formulas.
+  std::vector<std::unique_ptr<FormulaFeatures>> list_features() const;
 
   /// Centres charts at q and converts the motion to them.
   void recentre(double t, double* q, double* q_dot, double* q_ddot);

@@ -26,6 +26,7 @@ DriveControl::DriveControl(const IntegrationOptions& options, const Scheme& sche
 
 void DriveControl::follow(const Scheme& scheme) {
   degree_ = std::max(2, scheme.order());
+  is_fixed_ = !scheme.is_adaptive();
   seen_until_ = begin_;
 }
 
@@ -69,8 +70,7 @@ void DriveControl::set_pieces(double h) {
 
 /// Looks as far ahead as the last look advises and halves that distance until a look serves steps of length h. Returns
 /// false if none does.
-template <class Sees>
-bool DriveControl::look_ahead(const State& from, double h, const Sees& sees) {
+bool DriveControl::look_ahead(const State& from, double h) {
   const double part = std::min(1.0, static_cast<double>(degree_) / high_degree);
   const double least = h / part, most = end_ - from.t;
   for (double length = std::min(most, std::max(least, next_length_)); length >= least; length *= 0.5) {
@@ -86,22 +86,14 @@ bool DriveControl::look_ahead(const State& from, double h, const Sees& sees) {
 /// in the step, the next look covers half of it.
 double DriveControl::shorten(const State& from, double h, double shortest) {
   if (has_seen(from, h)) return h;
-  if (!look_ahead(from, h, [this] { return report_.error <= 1.0; })) {
-    for (look(from, h, degree_); report_.error > 1.0 && h > shortest; look(from, h, degree_))
+  if (!look_ahead(from, h)) {
+    look(from, h, degree_);
+    for (; !is_fixed_ && !sees() && h > shortest; look(from, h, degree_))
       h *= std::clamp(scale_for(report_.error, degree_), 0.5, 0.9);
-    remember(from, h, h);
+    remember(from, h, is_fixed_ ? 0.0 : h);
   }
   set_pieces(h);
   return h;
-}
-
-void DriveControl::watch(const State& from, double h) {
-  if (has_seen(from, h)) return;
-  if (!look_ahead(from, h, [this] { return report_.velocity == 0.0; })) {
-    look(from, h, degree_);
-    remember(from, h, 0.0);
-  }
-  set_pieces(h);
 }
 
 void DriveControl::note(const State& from, double h) {

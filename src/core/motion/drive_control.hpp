@@ -28,10 +28,8 @@ class DriveControl {
   void advance(double t, double t_end);
 
   /// Returns the longest step from this state, at most h, whose scheme sees all that functions of time do, within its
-  /// tolerance. The search stops at steps shorter than `shortest`.
+  /// tolerance. The search stops at steps shorter than `shortest`. A fixed step keeps its length.
   double shorten(const State& from, double h, double shortest);
-  /// Looks at a fixed step, whose length is not changed.
-  void watch(const State& from, double h);
   /// Returns the number of pieces of the step looked at last in each of which forces are nearly linear in time.
   int pieces() const { return step_pieces_; }
 
@@ -44,14 +42,16 @@ class DriveControl {
  private:
   void look(const State& from, double h, int degree);
   bool has_seen(const State& from, double h);
-  template <class Sees>
-  bool look_ahead(const State& from, double h, const Sees& sees);
+  /// Returns true if a step follows what the last look saw.
+  bool sees() const { return is_fixed_ ? report_.velocity == 0.0 : report_.error <= 1.0; }
+  bool look_ahead(const State& from, double h);
   void remember(const State& from, double length, double longest_step);
   void set_pieces(double h);
 
   IntegrationOptions options_;
   DriveMonitor* const monitor_;  // null if no function of time acts
   int degree_ = 2;
+  bool is_fixed_ = false;
   double begin_ = 0.0, end_ = 0.0, spacing_ = 0.0;
   // The last look: where it ends, the longest step that it serves, its length, the length of the next look, its pieces.
   double seen_until_ = 0.0, longest_seen_ = 0.0, length_ = 0.0, next_length_ = 0.0, pieces_ = 1.0;

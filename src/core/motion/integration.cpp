@@ -115,7 +115,7 @@ Outcome Integration::step_or_split(double t, int splits_left, const Taken& taken
     double clear = h;
     if (Outcome found = extrapolates ? Outcome{} : look_for_corner(h, &clear); !found.ok()) return found;
     const double end = clear < h ? state.t + clear : t;
-    if (!extrapolates) drives_.watch(state, end - state.t);
+    if (!extrapolates) drives_.shorten(state, end - state.t, end - state.t);
     const StepAttempt attempt = extrapolates   ? trial_.extrapolate(t)
                                 : clear == 0.0 ? trial_.cross(t)
                                                : trial_.step_to_jump(end, splits_left == most_splits, &jumps_);
@@ -205,7 +205,7 @@ Outcome Integration::explain_end(double within, Outcome reason) {
 /// Names two points that collide within so many seconds. Forces of a pair whose law has no bound are finite up to the
 /// point of collision.
 Outcome Integration::find_collision(double within) {
-  ForcePassages* const forces = mechanics_.force_passages();
+  UnseenForces* const forces = mechanics_.unseen_forces();
   if (forces == nullptr) return {};
   std::vector<double> r(3 * forces->num_points()), v(r.size());
   std::string found = mechanics_.first_text(forces->find_collision(

@@ -31,7 +31,7 @@ Rounding::Rounding(const IntegrationOptions& options, Mechanics& mechanics)
       groups_(options.stabilisation == Stabilisation::Projection ? mechanics.rounding_groups() : nullptr),
       num_groups_(groups_ != nullptr ? groups_->num_groups() : 0),
       is_measured_(groups_ != nullptr && mechanics.any(num_groups_ > 0)),
-      may_jump_(mechanics.force_passages() != nullptr && mechanics.any(mechanics.force_passages()->may_jump())),
+      may_jump_(mechanics.unseen_forces() != nullptr && mechanics.any(mechanics.unseen_forces()->may_jump())),
       whole_(num_groups_, 0.0),
       along_(num_groups_, 0.0),
       is_due_(is_measured_ ? 1.0 : 0.0),

@@ -18,7 +18,7 @@ StepTrial::StepTrial(const IntegrationOptions& options, Mechanics& mechanics, co
       mechanics_(mechanics),
       motion_(motion),
       report_(*report),
-      passages_(options, mechanics, *motion.scheme) {}
+      sampler_(options, mechanics, *motion.scheme) {}
 
 void StepTrial::begin() {
   state = motion_.state;  // what does not move is the same in both
@@ -88,17 +88,17 @@ void StepTrial::look_between(StepAttempt* attempt) {
   }
   if (motion_.scheme->is_adaptive()) {
     const bool is_good = attempt->is_good(), has_end = attempt->step.outcome.ok();
-    if (!is_good && !passages_.may_find_jumps()) return;
-    const double part = has_end ? passages_.look(*motion_.scheme, motion_.state, state) : 1.0;
+    if (!is_good && !sampler_.may_find_jumps()) return;
+    const double part = has_end ? sampler_.look(*motion_.scheme, motion_.state, state) : 1.0;
     if (is_good) attempt->part = part;
-    const bool has_found = has_end && passages_.found_jump().exists();
-    if (!is_good && !has_found) passages_.look_along_parabola(*motion_.scheme, motion_.state, state.t);
-    attempt->jump = passages_.found_jump();
-  } else if (attempt->step.outcome.ok() && (passages_.may_find_jumps() || report_.accuracy_warning.empty())) {
-    const double part = passages_.look(*motion_.scheme, motion_.state, state);
-    attempt->jump = passages_.found_jump();
+    const bool has_found = has_end && sampler_.found_jump().exists();
+    if (!is_good && !has_found) sampler_.look_along_parabola(*motion_.scheme, motion_.state, state.t);
+    attempt->jump = sampler_.found_jump();
+  } else if (attempt->step.outcome.ok() && (sampler_.may_find_jumps() || report_.accuracy_warning.empty())) {
+    const double part = sampler_.look(*motion_.scheme, motion_.state, state);
+    attempt->jump = sampler_.found_jump();
     if (part < 1.0 && report_.accuracy_warning.empty()) {
-      report_.accuracy_warning = "steps are too long: one passes " + passages_.name_passed() +
+      report_.accuracy_warning = "steps are too long: one passes " + sampler_.name_passed() +
                                  " between two evaluations at t = " + text(motion_.state.t);
     }
   }
@@ -204,9 +204,9 @@ Outcome StepTrial::find_acceleration() {
 }
 
 Outcome StepTrial::find_jump(double within) {
-  if (!passages_.may_find_jumps()) return {};
-  passages_.look_along_parabola(*motion_.scheme, motion_.state, motion_.state.t + within);
-  return JumpSteps::explain(passages_.found_jump(), motion_.state.t);
+  if (!sampler_.may_find_jumps()) return {};
+  sampler_.look_along_parabola(*motion_.scheme, motion_.state, motion_.state.t + within);
+  return JumpSteps::explain(sampler_.found_jump(), motion_.state.t);
 }
 
 StepAttempt StepTrial::extrapolate(double t, bool takes_least_error) {

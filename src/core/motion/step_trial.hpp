@@ -8,9 +8,9 @@
 #include "motion/drive_control.hpp"
 #include "motion/events.hpp"
 #include "motion/jump_steps.hpp"
-#include "motion/passages.hpp"
 #include "motion/scheme.hpp"
 #include "motion/singular_configurations.hpp"
+#include "motion/step_sampler.hpp"
 #include "motion/vanishing_arms.hpp"
 #include "motion/watch.hpp"
 
@@ -90,7 +90,7 @@ class StepTrial {
   Mechanics& mechanics_;
   const Motion motion_;
   MotionReport& report_;
-  Passages passages_;
+  StepSampler sampler_;
   State beyond_;  // end of an extrapolation; the first one makes it
 };
 

@@ -100,7 +100,7 @@ double HaloPairs::potential(const double* r) {
   return sum;
 }
 
-// ---- passages ----
+// ---- unseen pairs ----
 
 /// A system of the own points that the halo is near to and, as supports, of the halo's points.
 struct HaloPairs::Surroundings {
@@ -258,7 +258,7 @@ bool HaloPairs::are_too_many(std::span<const Vec3> own, double radius) {
   return room.is_crowded(halo_.num_all(), radius);
 }
 
-double HaloPairs::find_passage(const PointPath& path, std::span<const double> masses) {
+double HaloPairs::find_unseen(const PointPath& path, std::span<const double> masses) {
   std::array<double, 3> all{};
   const std::array<double, 2> own = measure_reach(path);
   all = {own[0], own[1], static_cast<double>(path.num_pieces())};
@@ -276,7 +276,7 @@ double HaloPairs::find_passage(const PointPath& path, std::span<const double> ma
   if (halo_.size() == 0) return 1.0;
   if (surroundings_ == nullptr) surroundings_ = std::make_unique<Surroundings>(*this);
   near.arrange(&surroundings_->masses);
-  return surroundings_->field->find_passage(model_.parallel, near, surroundings_->masses);
+  return surroundings_->field->find_unseen(model_.parallel, near, surroundings_->masses);
 }
 
 }  // namespace tanor::detail

@@ -24,7 +24,7 @@ class HaloPairs final : public PairsBeyond {
 
   void add_forces(const double* r, double* f) override;
   double potential(const double* r) override;
-  double find_passage(const PointPath& path, std::span<const double> masses) override;
+  double find_unseen(const PointPath& path, std::span<const double> masses) override;
 
  private:
   struct PointForce {
@@ -51,9 +51,10 @@ class HaloPairs final : public PairsBeyond {
   std::vector<std::array<Index, 2>> excluded_;  // own point, number of another rank's; ascending
   Halo halo_;
   bool is_made_ = false, is_known_ = false;
-  std::vector<Vec3> places_, halo_places_;      // places of the last evaluation
-  std::vector<PointForce> point_forces_;        // [own point]
-  std::unique_ptr<Surroundings> surroundings_;  // for passages; null if none were looked for since the lists were made
+  std::vector<Vec3> places_, halo_places_;  // places of the last evaluation
+  std::vector<PointForce> point_forces_;    // [own point]
+  std::unique_ptr<Surroundings>
+      surroundings_;  // for unseen pairs; null if none were looked for since the lists were made
 };
 
 }  // namespace tanor::detail

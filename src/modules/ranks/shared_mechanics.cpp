@@ -45,7 +45,7 @@ SharedMechanics::SharedMechanics(OwnEquations& own, Ranks& ranks)
             .rank_monitor = or_none(here.rank_monitor, &none_.monitor),
             // Friction on any rank rules out the measurement of rounding.
             .rounding_groups = all_have(here.rounding_groups) ? here.rounding_groups : nullptr,
-            .force_passages = or_none(here.force_passages, &none_.passages),
+            .unseen_forces = or_none(here.unseen_forces, &none_.features),
             .drives = drives_.get(),
             .events = events_.get(),
             .implicit_formulation = implicit_.get()};

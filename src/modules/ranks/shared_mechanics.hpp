@@ -97,7 +97,7 @@ class SharedMechanics final : public EquationsOfMotion {
   Roles roles_;
   struct {
     RankMonitor monitor;
-    ForcePassages passages;
+    UnseenForces features;
   } none_;  // roles of a rank without them
   std::unique_ptr<Series> series_;
   std::unique_ptr<Drives> drives_;

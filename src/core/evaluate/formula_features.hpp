@@ -34,9 +34,9 @@ inline double norm_of(std::span<const double> x) {
 ///
 /// Most members stay for many steps where their formula is smooth. A box around the path in which the formula hardly
 /// changes its course is remembered, and checked again if the path leaves it. The result does not depend on the box.
-class FormulaPassages {
+class FormulaFeatures {
  public:
-  virtual ~FormulaPassages() = default;
+  virtual ~FormulaFeatures() = default;
 
   /// Returns false if the formula has sums and products alone, or there are no members.
   bool is_needed() const { return narrowness_.is_possible() && num_members() > 0; }
@@ -51,12 +51,16 @@ class FormulaPassages {
   /// The numbers of a path that the variables of the formula are. Constants that each member has of its own and the
   /// time come after them.
   enum class Variables { OfPoints, OfPointsAndTheirRates, OfMechanics };
-  FormulaPassages(const Expression& expression, Variables variables, bool thread_safe, std::size_t num_constants = 0);
-
-  struct Allowed {
-    double r, v;  // m, m/s: what a member may miss
+  /// The members of the formula, side by side.
+  struct Members {
+    std::span<const Index> points;
+    std::size_t points_per_member;
+    std::span<const double> constants = {};
+    Index first_variable = 0;  ///< of the mechanics; the variables of all members lie side by side as well
+    std::size_t num_moving = std::numeric_limits<std::size_t>::max();  ///< points from there on may miss anything
   };
-  virtual Allowed allow(const PointPath& path, std::size_t member) const = 0;
+  FormulaFeatures(const Expression& expression, Variables variables, bool thread_safe, const Members& members);
+
   /// Returns true if steps end where the formula jumps, since it is a force.
   virtual bool is_force() const { return false; }
   /// Returns true if accelerations jump where the formula has its kinks. Fixed steps then miss something each time they
@@ -67,29 +71,26 @@ class FormulaPassages {
   virtual std::size_t num_accelerations() const = 0;
   virtual void accelerate(const PointPath& path, std::size_t member, double s, double* a) const = 0;
 
-  /// Returns the least of what some points may miss by the path's tolerances.
-  static Allowed allow(const PointPath& path, std::span<const Index> points);
-
   std::size_t num_numbers() const { return num_numbers_; }
-  std::size_t num_members() const { return num_numbers_ > 0 ? numbers_.size() / num_numbers_ : 0; }
+  std::size_t num_members() const { return points_.size() / points_per_member_; }
+  std::span<const Index> points(std::size_t member) const {
+    return std::span(points_).subspan(member * points_per_member_, points_per_member_);
+  }
   /// Returns a member's indices in the arrays of a path.
   std::span<const Index> numbers(std::size_t member) const {
     return std::span(numbers_).subspan(member * num_numbers_, num_numbers_);
   }
-  void append_number(Index number) { numbers_.push_back(number); }
-  void append_constants(std::span<const double> constants) {
-    constants_.insert(constants_.end(), constants.begin(), constants.end());
-  }
-  void append_points(std::span<const Index> points) {
-    for (const Index point : points)
-      for (Index c = 0; c < 3; ++c) append_number(3 * point + c);
-  }
   std::span<const double> constants(std::size_t member) const {
     return std::span(constants_).subspan(member * num_constants_, num_constants_);
   }
+  bool moves(Index point) const { return static_cast<std::size_t>(point) < num_moving_; }
+  /// Returns the largest acceleration that may act on the points of a member.
+  double largest_acceleration(const PointPath& path, std::size_t member) const;
   const Narrowness& formula() const { return narrowness_; }
   /// Writes the variables of the formula at the fraction s of a path.
   void load_variables(const PointPath& path, std::size_t member, double s, double* to) const;
+  /// Writes the positions and velocities of a member's points there, or no velocities if `v` is null.
+  void load_points(const PointPath& path, std::size_t member, double s, double* r, double* v) const;
 
  private:
   /// A part of a step in which the formula changes its course a few times at most, or that is as short as parts may be.
@@ -97,12 +98,16 @@ class FormulaPassages {
     double begin, end;  // fractions of the step
   };
   using Counts = std::array<double, num_lanes>;
-  bool is_doubtful(const PointPath& path, std::size_t member) const;
+  struct Allowed {
+    double r, v;  // m, m/s: what a member may miss
+  };
+  Allowed allow(const PointPath& path, std::size_t member) const;
   void enclose(const PointPath& path, std::size_t group, std::size_t piece, Intervals* to) const;
   Counts count_along(const PointPath& path, std::size_t group);
   Counts count_parts(const PointPath& path, std::size_t member, double begin, double end) const;
   double divide(const PointPath& path, std::size_t member, double begin, double end, int depth,
                 std::vector<Part>* parts) const;
+  double divide(const PointPath& path, std::size_t member, int depth, std::vector<Part>* parts) const;
   double divide(const PointPath& path, std::size_t member, std::vector<Part>* parts) const;
   void measure_turns(const PointPath& path, std::size_t member, double s, double* values) const;
   double uncertainty(const PointPath& path, std::size_t member, std::size_t turn, double s) const;
@@ -117,10 +122,10 @@ class FormulaPassages {
 
   Narrowness narrowness_;
   Variables variables_;
-  std::size_t num_constants_, num_numbers_;
   bool thread_safe_, asks_for_rates_ = false;
-  std::vector<Index> numbers_;     // [member][number]
-  std::vector<double> constants_;  // [member][constant]
+  std::vector<Index> points_, numbers_;  // [member][point], [member][number]
+  std::vector<double> constants_;        // [member][constant]
+  std::size_t points_per_member_, num_constants_, num_numbers_, num_moving_;
   std::vector<char> is_doubtful_;  // [member]
   // Each group of eight members has the counts in a box, and how far it extends beyond the path.
   struct Box {
@@ -132,21 +137,21 @@ class FormulaPassages {
   std::vector<Intervals> sides_;  // [group][variable]
 };
 
-/// Makes the passages of forces on the p points of tuples, [member][p]; null if nothing is narrow, or if the kernel has
+/// Makes the features of forces on the p points of tuples, [member][p]; null if nothing is narrow, or if the kernel has
 /// no expression. `masses` [moving point], kg, must outlive them.
-std::unique_ptr<FormulaPassages> make_force_passages(const ForceKernel& kernel, std::span<const Index> inner_points,
-                                                     std::span<const double> masses);
+std::unique_ptr<FormulaFeatures> make_unseen_forces(const ForceKernel& kernel, std::span<const Index> inner_points,
+                                                    std::span<const double> masses);
 enum class Course { Continuous, Jumps };
-/// Makes the passages of energies of p points, with each tuple's own constants, or null as above.
-std::unique_ptr<FormulaPassages> make_energy_passages(const PotentialKernel& kernel,
+/// Makes the features of energies of p points, with each tuple's own constants, or null as above.
+std::unique_ptr<FormulaFeatures> make_energy_features(const PotentialKernel& kernel,
                                                       std::span<const Index> inner_points,
                                                       std::span<const double> constants, std::span<const double> masses,
                                                       Course course = Course::Continuous);
-/// Makes the passages of constraints, K'w = -phi, whose members have p points, or null as above.
-std::unique_ptr<FormulaPassages> make_constraint_passages(const ConstraintKernel& kernel,
+/// Makes the features of constraints, K'w = -phi, whose members have p points, or null as above.
+std::unique_ptr<FormulaFeatures> make_constraint_features(const ConstraintKernel& kernel,
                                                           std::span<const Index> inner_points);
-/// Makes the passages of coordinates, with members side by side from `first_coordinate` on, or null as above.
-std::unique_ptr<FormulaPassages> make_coordinate_passages(const CoordinateKernel& kernel,
+/// Makes the features of coordinates, with members side by side from `first_coordinate` on, or null as above.
+std::unique_ptr<FormulaFeatures> make_coordinate_features(const CoordinateKernel& kernel,
                                                           std::span<const Index> inner_points, Index first_coordinate);
 
 }  // namespace tanor::detail

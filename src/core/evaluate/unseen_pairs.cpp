@@ -32,9 +32,10 @@ struct Bounds {
 
   /// Returns by how much z = r_cutoff^2 - r^2 may grow so that forces grow less than twofold. They grow no faster than
   /// z where z is small, and like a power of r elsewhere.
-  double allowed_growth(double seen2) const {
-    const double seen = std::max(cutoff2 - seen2, 0.0);
-    return std::max(0.2 * seen, std::min(0.5 * seen, 0.025 * cutoff2));
+  [[gnu::always_inline]] double allowed_growth(double seen2) const {
+    const double seen = cutoff2 > seen2 ? cutoff2 - seen2 : 0.0, small = 0.025 * cutoff2;
+    const double most = 0.5 * seen < small ? 0.5 * seen : small;
+    return most > 0.2 * seen ? most : 0.2 * seen;
   }
 };
 
@@ -42,60 +43,46 @@ struct Bounds {
 /// |d^2 - r_cutoff^2| to `apart`, m^2. The loops run in lanes, without branches.
 bool may_any_pass(const Bounds& bounds, const PeriodicBox& box, const std::vector<Vec3>& begins,
                   const std::vector<Vec3>& moves, std::size_t i, std::span<const Index> others, double* apart) {
-  return dispatch([=, &bounds, &box, &begins, &moves] {
-    constexpr std::size_t block = 32;
+  return dispatch([=, &bounds, &box, begins = begins.data(), moves = moves.data()] {
     constexpr double tiny = 1e-300;
-    std::array<double, block> dx, dy, dz, ex, ey, ez;  // NOLINT: filled before use
     const Vec3 begin_i = begins[i], move_i = moves[i];
-    bool result = false;
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t first = 0; first < others.size(); first += block) {
-      const std::size_t count = std::min(block, others.size() - first);
-      for (std::size_t k = 0; k < count; ++k) {
-        const auto j = static_cast<std::size_t>(others[first + k]);
-        const Vec3 d = begins[j] - begin_i, e = moves[j] - move_i;
-        dx[k] = d.x;
-        dy[k] = d.y;
-        dz[k] = d.z;
-        ex[k] = e.x;
-        ey[k] = e.y;
-        ez[k] = e.z;
-      }
-      double passes = 0.0;
+    double passes = 0.0, least = std::numeric_limits<double>::infinity();
 #pragma omp simd reduction(max : passes) reduction(min : least)
-      for (std::size_t k = 0; k < count; ++k) {
-        const Vec3 d = box.nearest_image({dx[k], dy[k], dz[k]}), e{ex[k], ey[k], ez[k]};
-        const double begin2 = dot(d, d), along = dot(d, e), length2 = dot(e, e);
-        const double from_cutoff = begin2 < bounds.cutoff2 ? bounds.cutoff2 - begin2 : begin2 - bounds.cutoff2;
-        least = from_cutoff < least ? from_cutoff : least;
-        const double end2 = begin2 + 2.0 * along + length2, seen2 = begin2 < end2 ? begin2 : end2;
-        const double ahead = along < 0.0 ? -along : 0.0;
-        const double part = ahead < length2 ? ahead : length2;  // part of the chord, times its squared length
-        const double near2 = begin2 + part / (length2 + tiny) * (2.0 * along + part);
-        const double seen = bounds.cutoff2 > seen2 ? bounds.cutoff2 - seen2 : 0.0, small = 0.025 * bounds.cutoff2;
-        const double most = 0.5 * seen < small ? 0.5 * seen : small, allowed = most > 0.2 * seen ? most : 0.2 * seen;
-        const double excess = seen2 - near2 + bounds.slack - allowed;  // in range: what passes
-        const double found = near2 < bounds.outer2 ? excess : 0.0;
-        const double outer_end2 = begin2 < end2 ? end2 : begin2, edge2 = far_apart2 * near2;
-        const double changes = outer_end2 > (edge2 < bounds.cutoff2 ? edge2 : bounds.cutoff2) ? 1.0 : 0.0;
-        const double counts = near2 < bounds.cutoff2 ? changes : 0.0;
-        const double larger = found > counts ? found : counts;
-        passes = passes > larger ? passes : larger;
-      }
-      result = result || passes > 0.0;
+    for (std::size_t k = 0; k < others.size(); ++k) {
+      const auto j = static_cast<std::size_t>(others[k]);
+      const Vec3 d = box.nearest_image(begins[j] - begin_i), e = moves[j] - move_i;
+      const double begin2 = dot(d, d), along = dot(d, e), length2 = dot(e, e);
+      const double from_cutoff = begin2 < bounds.cutoff2 ? bounds.cutoff2 - begin2 : begin2 - bounds.cutoff2;
+      least = from_cutoff < least ? from_cutoff : least;
+      const double end2 = begin2 + 2.0 * along + length2, seen2 = begin2 < end2 ? begin2 : end2;
+      const double ahead = along < 0.0 ? -along : 0.0;
+      const double part = ahead < length2 ? ahead : length2;  // part of the chord, times its squared length
+      const double near2 = begin2 + part / (length2 + tiny) * (2.0 * along + part);
+      const double excess = seen2 - near2 + bounds.slack - bounds.allowed_growth(seen2);  // in range: what passes
+      const double found = near2 < bounds.outer2 ? excess : 0.0;
+      const double outer_end2 = begin2 < end2 ? end2 : begin2, edge2 = far_apart2 * near2;
+      const double changes = outer_end2 > (edge2 < bounds.cutoff2 ? edge2 : bounds.cutoff2) ? 1.0 : 0.0;
+      const double counts = near2 < bounds.cutoff2 ? changes : 0.0;
+      const double larger = found > counts ? found : counts;
+      passes = passes > larger ? passes : larger;
     }
     *apart = least;
-    return result;
+    return passes > 0.0;
   });
 }
 
-/// The largest squares of what points do in one cubic piece.
+/// The largest squares of what points do in a cubic piece: their move since the step began, |H v - e| with the chord e,
+/// and the move since the last step began.
 struct Squares {
-  double move = 0.0, bend = 0.0, travel = 0.0;  // m^2: the largest chord, |H v - e|, and move since `begins`
+  double move = 0.0, bend = 0.0, travel = 0.0;  // m^2
+
+  Squares joined(const Squares& other) const {
+    return {std::max(move, other.move), std::max(bend, other.bend), std::max(travel, other.travel)};
+  }
 };
-/// Measures how far points go in one cubic piece of this length. Sets `begins` to where they begin and `moves` to the
-/// chords.
-Squares measure_chords(std::size_t first, std::size_t last, const Index* points, double length,
+/// Measures how far points go in one cubic piece of this length. Sets `begins` to where they begin in the first piece,
+/// and `moves` to where they are at its end beyond that.
+Squares measure_chords(std::size_t first, std::size_t last, const Index* points, double length, bool is_first_piece,
                        const std::array<const double*, 4>& ends, Vec3* begins, Vec3* moves) {
   return dispatch([=, &ends]() -> Squares {
     const double *const r0 = ends[0], *const v0 = ends[1], *const r1 = ends[2], *const v1 = ends[3];
@@ -107,15 +94,17 @@ Squares measure_chords(std::size_t first, std::size_t last, const Index* points,
       const double ex = r1[i] - x, ey = r1[i + 1] - y, ez = r1[i + 2] - z;
       const double ax = length * v0[i] - ex, ay = length * v0[i + 1] - ey, az = length * v0[i + 2] - ez;
       const double bx = length * v1[i] - ex, by = length * v1[i + 1] - ey, bz = length * v1[i + 2] - ez;
-      const double tx = x - begins[k].x, ty = y - begins[k].y, tz = z - begins[k].z;
+      const Vec3 old = begins[k], begin = is_first_piece ? Vec3{x, y, z} : old;
+      const double tx = begin.x - old.x, ty = begin.y - old.y, tz = begin.z - old.z;
+      const double mx = r1[i] - begin.x, my = r1[i + 1] - begin.y, mz = r1[i + 2] - begin.z;
       const double a2 = ax * ax + ay * ay + az * az, b2 = bx * bx + by * by + bz * bz;
-      const double e2 = ex * ex + ey * ey + ez * ez, t2 = tx * tx + ty * ty + tz * tz;
+      const double m2 = mx * mx + my * my + mz * mz, t2 = tx * tx + ty * ty + tz * tz;
       const double larger2 = a2 > b2 ? a2 : b2;
-      move2 = e2 > move2 ? e2 : move2;
+      move2 = m2 > move2 ? m2 : move2;
       bend2 = larger2 > bend2 ? larger2 : bend2;
       travel2 = t2 > travel2 ? t2 : travel2;
-      begins[k] = {x, y, z};
-      moves[k] = {ex, ey, ez};
+      begins[k] = begin;
+      moves[k] = {mx, my, mz};
     }
     return {move2, bend2, travel2};
   });
@@ -174,7 +163,7 @@ class PairField::Nearness {
   bool by_chords_ = false;
 };
 
-double PairField::find_passage(const Parallel& parallel, const PointPath& path, std::span<const double> masses) {
+double PairField::find_unseen(const Parallel& parallel, const PointPath& path, std::span<const double> masses) {
   const Reach reach = measure_reach(parallel, path);
   if (!(reach.move > 0.0)) return 1.0;
   // Fixed steps are examined only if they are long, so that few are.
@@ -199,60 +188,40 @@ double PairField::find_passage(const Parallel& parallel, const PointPath& path, 
     if (nearness.is_quiet(i)) return;
     const auto others = std::upper_bound(neighbours.begin(), neighbours.end(), static_cast<Index>(i));
     if (!nearness.may_any_pass(i, {others, neighbours.end()})) return;
-    for (auto j = others; j != neighbours.end(); ++j) {
-      const double found = find_passage_of_pair(path, nearness, i, static_cast<std::size_t>(*j), masses);
+    const auto visit = [&](const Approach& approach) {
+      if (!nearness.may_pass(approach)) return;
+      const double found = examine(path, approach, masses);
       for (double known = part; found < known && !part.compare_exchange_weak(known, found);) {
       }
-    }
+    };
+    for (auto j = others; j != neighbours.end(); ++j)
+      for_each_image(i, static_cast<std::size_t>(*j), nearness.far(), std::cref(visit));
   });
   return part;
 }
 
 /// Measures how far points go, and keeps where they begin and how far each goes, side by side.
 PairField::Reach PairField::measure_reach(const Parallel& parallel, const PointPath& path) {
-  const std::size_t pieces = path.num_pieces();
-  const double length = path.h / static_cast<double>(pieces);
+  const double length = path.h / static_cast<double>(path.num_pieces());
   begins_.resize(points_.size());
   moves_.resize(points_.size());
-  const auto raise = [](std::atomic<double>* largest, double to) {
-    for (double known = *largest; to > known && !largest->compare_exchange_weak(known, to);) {
-    }
-  };
-  std::atomic<double> bend2 = 0.0, travel2 = 0.0;
-  const double move2 = parallel.max_over_ranges(points_.size(), [&](std::size_t begin, std::size_t end) {
-    if (pieces == 1) {
-      const Squares found =
-          measure_chords(begin, end, points_.data(), length,
-                         {path.positions[0], path.velocities[0], path.positions[1], path.velocities[1]}, begins_.data(),
-                         moves_.data());
-      raise(&bend2, found.bend);
-      raise(&travel2, found.travel);
-      return found.move;
-    }
-    double most = 0.0, most_bend2 = 0.0, most_travel2 = 0.0;
-    for (std::size_t k = begin; k < end; ++k) {
-      const Index i = points_[k];
-      const Vec3 start = load(path.positions[0], i);
-      Vec3 from = start;
-      for (std::size_t piece = 0; piece < pieces; ++piece) {
-        const Vec3 to = load(path.positions[piece + 1], i), e = to - from;
-        most_bend2 = larger(most_bend2, larger(squared(length * load(path.velocities[piece], i) - e),
-                                               squared(length * load(path.velocities[piece + 1], i) - e)));
-        most = larger(most, squared(to - start));
-        from = to;
-      }
-      most_travel2 = larger(most_travel2, squared(start - begins_[k]));
-      begins_[k] = start;
-      moves_[k] = from - start;
-    }
-    raise(&bend2, most_bend2);
-    raise(&travel2, most_travel2);
-    return most;
-  });
-  quiet_.travelled += std::sqrt(travel2);
+  const auto join = [](const Squares& a, const Squares& b) { return a.joined(b); };
+  const Squares squares = parallel.join_over_ranges(
+      points_.size(), Squares{},
+      [&](std::size_t begin, std::size_t end) {
+        Squares most;
+        for (std::size_t k = 0; k < path.num_pieces(); ++k)
+          most = most.joined(
+              measure_chords(begin, end, points_.data(), length, k == 0,
+                             {path.positions[k], path.velocities[k], path.positions[k + 1], path.velocities[k + 1]},
+                             begins_.data(), moves_.data()));
+        return most;
+      },
+      join);
+  quiet_.travelled += std::sqrt(squares.travel);
   // The bound 4/27 (|a| + |b|) <= 8/27 max(|a|, |b|) takes one root for all points.
-  const double sagitta = 8.0 / 27.0 * std::sqrt(bend2);
-  return {std::sqrt(move2) + sagitta, sagitta};
+  const double sagitta = 8.0 / 27.0 * std::sqrt(squares.bend);
+  return {std::sqrt(squares.move) + sagitta, sagitta};
 }
 
 /// Returns true if lists of this radius would be long.
@@ -294,16 +263,6 @@ void PairField::for_each_image(std::size_t i, std::size_t j, double far, const V
         visit(Approach{i, j, nearest + Vec3{a * edges[0], b * edges[1], c * edges[2]} - d});
     }
   }
-}
-
-double PairField::find_passage_of_pair(const PointPath& path, const Nearness& nearness, std::size_t i, std::size_t j,
-                                       std::span<const double> masses) const {
-  double part = 1.0;
-  const auto visit = [&](const Approach& approach) {
-    if (nearness.may_pass(approach)) part = std::min(part, examine(path, approach, masses));
-  };
-  for_each_image(i, j, nearness.far(), std::cref(visit));
-  return part;
 }
 
 /// Returns true if two points may pass unseen, by the chords of all pieces and the largest distance of their path from
@@ -378,30 +337,30 @@ PairField::Encounter PairField::find_nearest(const PointPath& path, const Approa
   return nearest;
 }
 
-/// Returns the error of a point by an unseen impulse, over its tolerance.
-double PairField::measure(const PointPath& path, std::size_t i, double impulse, std::span<const double> masses) const {
-  const Index point = points_[i];
-  if (static_cast<std::size_t>(point) >= masses.size()) return 0.0;
-  const double r = std::max(norm(load(path.positions.front(), point)), norm(load(path.positions.back(), point)));
-  const double v = std::max(norm(load(path.velocities.front(), point)), norm(load(path.velocities.back(), point)));
-  const double change = impulse / masses[static_cast<std::size_t>(point)];
-  return std::max(change / (path.atol_v(point) + path.rtol * v),
-                  change * path.h / (path.atol_r(point) + path.rtol * r));
-}
-
+/// Returns the error of two points by an unseen impulse between them, over their tolerances.
 double PairField::measure(const PointPath& path, const Approach& approach, double impulse,
                           std::span<const double> masses) const {
-  return std::max(measure(path, approach.i, impulse, masses), measure(path, approach.j, impulse, masses));
+  double error = 0.0;
+  for (const std::size_t k : {approach.i, approach.j}) {
+    const auto point = static_cast<std::size_t>(points_[k]);
+    if (point >= masses.size()) continue;
+    const double r = std::max(norm(load(path.positions.front(), point)), norm(load(path.positions.back(), point)));
+    const double v = std::max(norm(load(path.velocities.front(), point)), norm(load(path.velocities.back(), point)));
+    const double change = impulse / masses[point];
+    error = std::max(
+        {error, change / (path.atol_v(point) + path.rtol * v), change * path.h / (path.atol_r(point) + path.rtol * r)});
+  }
+  return error;
 }
 
 double PairField::examine(const PointPath& path, const Approach& approach, std::span<const double> masses) const {
   const Encounter nearest = find_nearest(path, approach, 0.0, 1.0);
-  return std::min(find_unseen(path, approach, nearest, masses), resolve_kinks(path, approach, nearest, masses));
+  return std::min(resolve_meeting(path, approach, nearest, masses), resolve_kinks(path, approach, nearest, masses));
 }
 
 /// Returns the part of the step to make instead if no look has seen the points meet, or 1 otherwise.
-double PairField::find_unseen(const PointPath& path, const Approach& approach, const Encounter& nearest_of_all,
-                              std::span<const double> masses) const {
+double PairField::resolve_meeting(const PointPath& path, const Approach& approach, const Encounter& nearest_of_all,
+                                  std::span<const double> masses) const {
   const double most = potential_.largest_force(nearest_of_all.r, std::numeric_limits<double>::infinity());
   const auto force_seen = [&](double s) { return potential_.force_at(norm(relative(path, approach, s).r)); };
   double seen = std::max(force_seen(0.0), force_seen(1.0));

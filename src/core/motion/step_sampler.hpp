@@ -10,9 +10,9 @@ namespace tanor::detail {
 
 /// Looks along a step for forces that act only between the looks of its scheme, as of a pair that meets and parts there
 /// or a narrow well that is jumped. An error estimate is made of the looks and cannot see such forces.
-class Passages final : private PointPath {
+class StepSampler final : private PointPath {
  public:
-  Passages(const IntegrationOptions& options, Mechanics& mechanics, const Scheme& scheme);
+  StepSampler(const IntegrationOptions& options, Mechanics& mechanics, const Scheme& scheme);
 
   /// Returns the part of the step to make instead; 1 if the step passes nothing unseen. The mechanics is not moved, and
   /// the result depends only on the two states and on the scheme.
@@ -45,7 +45,7 @@ class Passages final : private PointPath {
   double measure_bend() const;
 
   Mechanics& mechanics_;
-  ForcePassages* const forces_;  // null if no force acts only between the looks
+  UnseenForces* const forces_;  // null if no force acts only between the looks
   // The step that is examined.
   Scheme* scheme_ = nullptr;
   const State *from_ = nullptr, *to_ = nullptr;

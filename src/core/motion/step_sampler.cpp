@@ -1,4 +1,4 @@
-#include "motion/passages.hpp"
+#include "motion/step_sampler.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -34,16 +34,16 @@ double measure_bend(const Numbers& of, const double* x0, const double* v0, const
 }
 
 /// Returns the forces to look for; null for fixed steps if no force acts briefly.
-ForcePassages* find_passages(Mechanics& mechanics, bool adapts) {
-  ForcePassages* const all = mechanics.force_passages();
+UnseenForces* list_unseen_forces(Mechanics& mechanics, bool adapts) {
+  UnseenForces* const all = mechanics.unseen_forces();
   return all != nullptr && (adapts || mechanics.any(all->act_briefly())) ? all : nullptr;
 }
 
 }  // namespace
 
-Passages::Passages(const IntegrationOptions& options, Mechanics& mechanics, const Scheme& scheme)
+StepSampler::StepSampler(const IntegrationOptions& options, Mechanics& mechanics, const Scheme& scheme)
     : mechanics_(mechanics),
-      forces_(find_passages(mechanics, scheme.is_adaptive())),
+      forces_(list_unseen_forces(mechanics, scheme.is_adaptive())),
       may_jump_(forces_ != nullptr && scheme.ends_at_jumps() && mechanics.any(forces_->may_jump())) {
   // Fixed steps have no tolerance. An unseen change of velocity by one percent is worth a warning.
   constexpr double worth_a_warning = 1e-2;
@@ -56,7 +56,7 @@ Passages::Passages(const IntegrationOptions& options, Mechanics& mechanics, cons
 
 /// Computes the weights with which the scheme integrates a function of time alone. No scheme has more looks than its
 /// order, so that they are the weights of the interpolating polynomial, w_i = integral of l_i(s) ds.
-void Passages::weigh_looks() {
+void StepSampler::weigh_looks() {
   if (std::equal(looks.begin(), looks.end(), looks_.begin(), looks_.end())) return;
   looks_.assign(looks.begin(), looks.end());
   weights_.assign(looks.size(), 0.0);
@@ -74,7 +74,7 @@ void Passages::weigh_looks() {
 /// Returns by how much the cubic misses the quintic in the middle of the step, relative to what each number moves:
 ///
 ///   h (v0 - v1)/32 + h^2 (a0 + a1)/64
-double Passages::measure_bend() const {
+double StepSampler::measure_bend() const {
   if (!follows_tolerance || !scheme_->knows_acceleration()) return 0.0;  // one cubic is enough for a warning
   const double least = own_atol_r.empty() ? 0.0 : *std::min_element(own_atol_r.begin(), own_atol_r.end());
   const double moves_nothing = 1e-3 * (atol > 0.0 ? atol : least);
@@ -86,7 +86,7 @@ double Passages::measure_bend() const {
 
 /// Sets the mechanics' variables by interpolation of the scheme, and the points, at knots between two fractions of the
 /// step.
-void Passages::set_knots(double begin, double end, std::size_t pieces, Knots* room, PointPath* path) {
+void StepSampler::set_knots(double begin, double end, std::size_t pieces, Knots* room, PointPath* path) {
   const std::size_t n = 3 * forces_->num_points();
   for (auto* arrays : {&room->positions, &room->velocities, &room->variables, &room->rates})
     if (arrays->size() < pieces + 1) arrays->resize(pieces + 1);
@@ -119,7 +119,7 @@ void Passages::set_knots(double begin, double end, std::size_t pieces, Knots* ro
   }
 }
 
-const PointPath* Passages::magnify(double begin, double end) {
+const PointPath* StepSampler::magnify(double begin, double end) {
   constexpr std::size_t pieces = 4;
   part_.t = t + begin * h;
   part_.h = (end - begin) * h;
@@ -128,19 +128,19 @@ const PointPath* Passages::magnify(double begin, double end) {
 }
 
 /// Takes enough cubics to meet the error, which falls with the fourth power of their length.
-void Passages::refine(double error) {
+void StepSampler::refine(double error) {
   constexpr double most_pieces = 64.0;
   const double wanted = std::clamp(std::ceil(std::pow(bend_ / error, 0.25)), 1.0, most_pieces);
   if (const auto pieces = static_cast<std::size_t>(wanted); positions.empty() || pieces > num_pieces())
     set_knots(0.0, 1.0, pieces, &knots_, this);
 }
 
-double Passages::look(Scheme& scheme, const State& from, const State& to) {
+double StepSampler::look(Scheme& scheme, const State& from, const State& to) {
   return look(scheme, from, to, false);
 }
 
 ///   x + h v + h^2/2 a,   v + h a
-void Passages::look_along_parabola(Scheme& scheme, const State& from, double time) {
+void StepSampler::look_along_parabola(Scheme& scheme, const State& from, double time) {
   jump = {};
   if (!may_jump_ || !scheme.knows_acceleration()) return;
   const double step = time - from.t;
@@ -156,7 +156,7 @@ void Passages::look_along_parabola(Scheme& scheme, const State& from, double tim
   (void)look(scheme, from, ahead_, true);
 }
 
-double Passages::look(Scheme& scheme, const State& from, const State& to, bool by_ends) {
+double StepSampler::look(Scheme& scheme, const State& from, const State& to, bool by_ends) {
   jump = {};
   passed = nullptr;
   if (forces_ == nullptr) return 1.0;
@@ -180,7 +180,7 @@ double Passages::look(Scheme& scheme, const State& from, const State& to, bool b
   bend_ = measure_bend();
   positions.clear();
   refine(error);
-  const double part = forces_->find_passage(this);
+  const double part = forces_->find_unseen(this);
   jump.before = mechanics_.smallest(jump.before);
   jump.after = mechanics_.smallest(jump.after);
   return mechanics_.smallest(part);

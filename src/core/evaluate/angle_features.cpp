@@ -1,8 +1,10 @@
-#include "evaluate/angle_passages.hpp"
+#include "evaluate/angle_features.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
+
+#include "evaluate/locate_jump.hpp"
 
 namespace tanor::detail {
 
@@ -29,32 +31,14 @@ struct Corner {
   double slope() const { return dot(n, rate); }
 };
 
-/// Returns the fraction of piece k between `low` and `high` at which |n|^2 is least. Its slope must be negative at
-/// `low` and not at `high`. The Gauss-Newton step u -= n.n'/|n'|^2 doubles the digits where n vanishes.
-double find_least(const PointPath& path, const std::array<Index, 3>& points, std::size_t k, double low, double high) {
-  const double length = path.h / static_cast<double>(path.num_pieces());
-  double u = 0.5 * (low + high);
-  for (int iteration = 0; iteration < 50 && low < high; ++iteration) {
-    const Corner here(path, points, k, u);
-    const double slope = here.slope();
-    if (slope == 0.0) break;
-    (slope < 0.0 ? low : high) = u;
-    double next = u - slope / (dot(here.rate, here.rate) * length);
-    if (!(next > low && next < high)) next = 0.5 * (low + high);
-    if (std::abs(next - u) <= 1e-15) break;
-    u = next;
-  }
-  return u;
-}
-
 }  // namespace
 
-void AnglePassages::append(const std::array<Index, 3>& triple, Ends ends) {
+void AngleFeatures::append(const std::array<Index, 3>& triple, Ends ends) {
   const auto [i, corner, j] = triple;
   triples_.push_back({{std::min(i, j), corner, std::max(i, j)}, ends});
 }
 
-void AnglePassages::finish() {
+void AngleFeatures::finish() {
   std::sort(triples_.begin(), triples_.end());
   triples_.erase(std::unique(triples_.begin(), triples_.end()), triples_.end());
   is_doubtful_.resize(triples_.size());
@@ -62,7 +46,7 @@ void AnglePassages::finish() {
 
 /// Returns false if the sine cannot fall far. In a piece the angle changes by at most the turns of a and b, which are
 /// bounded by |change of a|/|a| and |change of b|/|b|, where |a| and |b| are the least in the piece.
-bool AnglePassages::may_fall(const PointPath& path, const Triple& triple) {
+bool AngleFeatures::may_fall(const PointPath& path, const Triple& triple) {
   const Index i = triple.points[0], corner = triple.points[1], j = triple.points[2];
   const double length = path.h / static_cast<double>(path.num_pieces());
   const auto side_at = [&](Index end, std::size_t knot) {
@@ -83,7 +67,7 @@ bool AnglePassages::may_fall(const PointPath& path, const Triple& triple) {
   return false;
 }
 
-AnglePassages::Fall AnglePassages::find_fall(const PointPath& path, const Triple& triple) {
+AngleFeatures::Fall AngleFeatures::find_least(const PointPath& path, const Triple& triple) {
   constexpr int parts = 8;  // into which a piece is divided
   const std::size_t last = path.num_pieces() - 1;
   const double at_ends =
@@ -95,7 +79,7 @@ AnglePassages::Fall AnglePassages::find_fall(const PointPath& path, const Triple
       const double low = static_cast<double>(part - 1) / parts, high = static_cast<double>(part) / parts;
       const double before = std::exchange(slope, Corner(path, triple.points, k, high).slope());
       if (!(before < 0.0 && slope >= 0.0)) continue;
-      const double u = find_least(path, triple.points, k, low, high);
+      const double u = find_fall(low, high, [&](double at) { return -Corner(path, triple.points, k, at).slope(); });
       const Corner here(path, triple.points, k, u);
       if (triple.ends == Ends::AtZero && dot(here.a, here.b) < 0.0) continue;
       const double depth = here.sine() / at_ends;
@@ -105,7 +89,7 @@ AnglePassages::Fall AnglePassages::find_fall(const PointPath& path, const Triple
   return deepest;
 }
 
-double AnglePassages::find(const Parallel& parallel, PointPath* path) {
+double AngleFeatures::find(const Parallel& parallel, PointPath* path) {
   constexpr std::size_t grain = 256;
   constexpr double path_error = 1e-7;
   const double doubtful = parallel.max_over_ranges(
@@ -113,7 +97,7 @@ double AnglePassages::find(const Parallel& parallel, PointPath* path) {
       [&](std::size_t begin, std::size_t end) {
         bool any = false;
         for (std::size_t k = begin; k < end; ++k) {
-          is_doubtful_[k] = may_fall(*path, triples_[k]) && find_fall(*path, triples_[k]).depth < 2.0 * shallow;
+          is_doubtful_[k] = may_fall(*path, triples_[k]) && find_least(*path, triples_[k]).depth < 2.0 * shallow;
           any = any || is_doubtful_[k] != 0;
         }
         return any ? 1.0 : 0.0;
@@ -124,7 +108,7 @@ double AnglePassages::find(const Parallel& parallel, PointPath* path) {
   double part = 1.0;
   for (std::size_t k = 0; k < triples_.size(); ++k) {
     if (is_doubtful_[k] == 0) continue;
-    if (const Fall fall = find_fall(*path, triples_[k]); fall.depth < shallow)
+    if (const Fall fall = find_least(*path, triples_[k]); fall.depth < shallow)
       part = std::min(part, approach * fall.part);
   }
   return part;

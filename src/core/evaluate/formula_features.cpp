@@ -1,10 +1,12 @@
-#include "evaluate/formula_passages.hpp"
+#include "evaluate/formula_features.hpp"
 
 #include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
+#include "base/chebyshev.hpp"
 #include "base/instruction_sets.hpp"
 
 namespace tanor::detail {
@@ -20,40 +22,7 @@ double resolved_by(int order) {
 constexpr double resolved_by_part = 2.5;  // by the two places where each part is looked at
 constexpr double of_a_kink = 9.0;         // more than is resolved: error estimates may miss one between two looks
 constexpr int most_divisions = 4;         // levels of a step, into eight parts each
-
-constexpr std::size_t most_nodes = 13;
-
-/// Chebyshev's extreme points on [0, 1], where polynomials interpolate best, for a polynomial of the degree that a
-/// scheme of this order follows.
-struct Nodes {
-  std::array<double, most_nodes> at{};
-  std::size_t count;
-
-  explicit Nodes(int order) : count(std::clamp(static_cast<std::size_t>(order) + 1, std::size_t{6}, most_nodes)) {
-    for (std::size_t j = 0; j < count; ++j)
-      at[j] = 0.5 - 0.5 * std::cos(M_PI * static_cast<double>(j) / static_cast<double>(count - 1));
-  }
-};
-
-/// Returns the weights of the barycentric formula
-///
-///   p(s) = sum w_j g_j/(s - s_j) / sum w_j/(s - s_j),   w_j = (-1)^j, half of it at both ends
-std::array<double, most_nodes> interpolation_weights(const Nodes& nodes, double s) {
-  std::array<double, most_nodes> weights{};
-  double below = 0.0;
-  for (std::size_t j = 0; j < nodes.count; ++j) {
-    if (s == nodes.at[j]) {
-      weights = {};
-      weights[j] = 1.0;
-      return weights;
-    }
-    const double end = j == 0 || j + 1 == nodes.count ? 0.5 : 1.0;
-    weights[j] = (j % 2 == 0 ? end : -end) / (s - nodes.at[j]);
-    below += weights[j];
-  }
-  for (double& weight : weights) weight /= below;
-  return weights;
-}
+constexpr std::size_t least_nodes = 6, most_nodes = 13;  // of the polynomial that a scheme follows
 
 /// Numbers between two instants that are `length` H apart. With the chord e and the rates u and v at both ends, a cubic
 /// leaves its chord by at most 4/27 (|H u - e| + |H v - e|), and its rate the line between both rates by
@@ -89,20 +58,31 @@ bool is_within(const Intervals& a, const Intervals& b) {
 
 }  // namespace
 
-FormulaPassages::FormulaPassages(const Expression& expression, Variables variables, bool thread_safe,
-                                 std::size_t num_constants)
+FormulaFeatures::FormulaFeatures(const Expression& expression, Variables variables, bool thread_safe,
+                                 const Members& members)
     : narrowness_(expression),
       variables_(variables),
-      num_constants_(num_constants),
-      num_numbers_((narrowness_.num_variables() - 1 - num_constants) /
+      thread_safe_(thread_safe),
+      points_(members.points.begin(), members.points.end()),
+      constants_(members.constants.begin(), members.constants.end()),
+      points_per_member_(members.points_per_member),
+      num_constants_(num_members() > 0 ? constants_.size() / num_members() : 0),
+      num_numbers_((narrowness_.num_variables() - 1 - num_constants_) /
                    (variables == Variables::OfPointsAndTheirRates ? 2 : 1)),
-      thread_safe_(thread_safe) {
-  const std::size_t num_rates = variables == Variables::OfPointsAndTheirRates ? num_numbers_ : 0;
-  for (std::size_t i = num_numbers_; i < num_numbers_ + num_rates; ++i)
+      num_moving_(members.num_moving) {
+  if (variables == Variables::OfMechanics) {
+    numbers_.resize(num_members() * num_numbers_);
+    std::iota(numbers_.begin(), numbers_.end(), members.first_variable);
+  } else {
+    for (const Index point : points_)
+      for (Index c = 0; c < 3; ++c) numbers_.push_back(3 * point + c);
+  }
+  if (variables != Variables::OfPointsAndTheirRates) return;
+  for (std::size_t i = num_numbers_; i < 2 * num_numbers_; ++i)
     asks_for_rates_ = asks_for_rates_ || narrowness_.asks_for(i);
 }
 
-double FormulaPassages::find(const Parallel& parallel, PointPath* path) {
+double FormulaFeatures::find(const Parallel& parallel, PointPath* path) {
   constexpr std::size_t grain = 64;
   const std::size_t members = num_members(), groups = (members + num_lanes - 1) / num_lanes;
   if (boxes_.empty()) {
@@ -113,12 +93,15 @@ double FormulaPassages::find(const Parallel& parallel, PointPath* path) {
   const double doubtful = parallel.max_over_ranges(
       groups,
       [&](std::size_t begin, std::size_t end) {
+        thread_local std::vector<Part> parts;
+        const double resolved = resolved_by(path->order);
         bool any = false;
         for (std::size_t group = begin; group < end; ++group) {
           const std::size_t first = num_lanes * group, count = std::min(num_lanes, members - first);
           const Counts counts = count_along(*path, group);
           for (std::size_t k = 0; k < count; ++k) {
-            is_doubtful_[first + k] = !(counts[k] <= resolved_by(path->order)) && is_doubtful(*path, first + k);
+            // Intervals overestimate on long paths, so they are evaluated once more for eighths of the pieces.
+            is_doubtful_[first + k] = !(counts[k] <= resolved) && !(divide(*path, first + k, 1, &parts) <= resolved);
             any = any || is_doubtful_[first + k];
           }
         }
@@ -150,7 +133,7 @@ double FormulaPassages::find(const Parallel& parallel, PointPath* path) {
 
 /// Encloses the variables of a group in one piece, with a member in each lane. The last member fills the lanes that are
 /// left.
-void FormulaPassages::enclose(const PointPath& path, std::size_t group, std::size_t piece, Intervals* to) const {
+void FormulaFeatures::enclose(const PointPath& path, std::size_t group, std::size_t piece, Intervals* to) const {
   const bool of_mechanics = variables_ == Variables::OfMechanics;
   const auto& places = of_mechanics ? path.variables : path.positions;
   const auto& rates = of_mechanics ? path.rates : path.velocities;
@@ -179,7 +162,7 @@ void FormulaPassages::enclose(const PointPath& path, std::size_t group, std::siz
 
 /// Counts along the whole step, for a member in each lane. In a box around the whole path the formula changes its
 /// course at least as often as in any piece of it. The counts are 0 if the box shows that the step is resolved.
-FormulaPassages::Counts FormulaPassages::count_along(const PointPath& path, std::size_t group) {
+FormulaFeatures::Counts FormulaFeatures::count_along(const PointPath& path, std::size_t group) {
   thread_local std::vector<Intervals> piece, hull;
   const std::size_t width = narrowness_.num_variables();
   const std::size_t first = num_lanes * group, count = std::min(num_lanes, num_members() - first);
@@ -198,49 +181,37 @@ FormulaPassages::Counts FormulaPassages::count_along(const PointPath& path, std:
   Box& box = boxes_[group];
   Intervals* const sides = sides_.data() + group * width;
   const double resolved = resolved_by(path.order);
-  const auto serves = [&] {
-    for (std::size_t lane = 0; lane < count; ++lane)
-      if (!(pieces * box.counts[lane] <= resolved)) return false;
-    return true;
-  };
-  const auto has_room = [&] {
-    for (std::size_t lane = 0; lane < count; ++lane)
-      if (!(3.0 * pieces * box.counts[lane] <= resolved)) return false;
-    return true;
+  const auto serves = [&](double times) {
+    return std::all_of(box.counts.begin(), box.counts.begin() + count,
+                       [&](double each) { return times * pieces * each <= resolved; });
   };
   const auto holds_path = [&] {
     for (std::size_t i = 0; i < width; ++i)
       if (narrowness_.asks_for(i) && !is_within(hull[i], sides[i])) return false;
     return true;
   };
-  if (box.is_known && holds_path() && serves()) return {};
+  if (box.is_known && holds_path() && serves(1.0)) return {};
   for (;;) {
     for (std::size_t i = 0; i < width; ++i) {
       const Pack<> more = box.margin * (hull[i].high - hull[i].low);
       sides[i] = {hull[i].low - more, hull[i].high + more};
     }
     box.counts = narrowness_.count(sides);
-    box.is_known = serves();
+    box.is_known = serves(1.0);
     if (box.is_known) {
-      if (box.margin < 16.0 && has_room()) box.margin = std::max(1.5 * box.margin, 1.0);
+      if (box.margin < 16.0 && serves(3.0)) box.margin = std::max(1.5 * box.margin, 1.0);
       return {};
     }
     if (box.margin == 0.0) break;
     box.margin = box.margin > 0.5 ? 0.5 * box.margin : 0.0;
   }
-  if (path.num_pieces() == 1) return box.counts;
-  Counts sums{};
-  for (std::size_t k = 0; k < path.num_pieces(); ++k) {
-    piece.assign(width, Intervals{});
-    enclose(path, group, k, piece.data());
-    const Counts counts = narrowness_.count(piece.data());
-    for (std::size_t lane = 0; lane < count; ++lane) sums[lane] += counts[lane];
-  }
-  return sums;
+  Counts counts = box.counts;
+  for (double& each : counts) each *= pieces;
+  return counts;
 }
 
 /// Counts in equal parts of [begin, end], one in each lane.
-FormulaPassages::Counts FormulaPassages::count_parts(const PointPath& path, std::size_t member, double begin,
+FormulaFeatures::Counts FormulaFeatures::count_parts(const PointPath& path, std::size_t member, double begin,
                                                      double end) const {
   thread_local std::vector<Intervals> variables;
   variables.assign(narrowness_.num_variables(), Intervals{});
@@ -273,30 +244,21 @@ FormulaPassages::Counts FormulaPassages::count_parts(const PointPath& path, std:
   return narrowness_.count(variables.data());
 }
 
-/// Returns true if the step may not be resolved. Intervals overestimate on long paths, so they are evaluated once more
-/// for eighths of the pieces.
-bool FormulaPassages::is_doubtful(const PointPath& path, std::size_t member) const {
-  const double resolved = resolved_by(path.order);
+/// Divides the pieces of the step, see below.
+double FormulaFeatures::divide(const PointPath& path, std::size_t member, int depth, std::vector<Part>* parts) const {
   double sum = 0.0;
-  for (std::size_t k = 0; k < path.num_pieces(); ++k) {
-    for (const double count : count_parts(path, member, path.knot(k), path.knot(k + 1))) sum += count;
-    if (!(sum <= resolved)) return true;
-  }
-  return false;
-}
-
-/// Divides the step, see below.
-double FormulaPassages::divide(const PointPath& path, std::size_t member, std::vector<Part>* parts) const {
-  double sum = 0.0;
-  const int depth = path.num_pieces() > num_lanes ? most_divisions - 1 : most_divisions;
+  parts->clear();
   for (std::size_t k = 0; k < path.num_pieces(); ++k)
     sum += divide(path, member, path.knot(k), path.knot(k + 1), depth, parts);
   return sum;
 }
+double FormulaFeatures::divide(const PointPath& path, std::size_t member, std::vector<Part>* parts) const {
+  return divide(path, member, path.num_pieces() > num_lanes ? most_divisions - 1 : most_divisions, parts);
+}
 
 /// Divides [begin, end] into parts in each of which the formula changes little. Returns the sum of what the parts may
 /// change.
-double FormulaPassages::divide(const PointPath& path, std::size_t member, double begin, double end, int depth,
+double FormulaFeatures::divide(const PointPath& path, std::size_t member, double begin, double end, int depth,
                                std::vector<Part>* parts) const {
   const double length = (end - begin) / static_cast<double>(num_lanes);
   const Counts counts = count_parts(path, member, begin, end);
@@ -313,9 +275,11 @@ double FormulaPassages::divide(const PointPath& path, std::size_t member, double
   return sum;
 }
 
-FormulaPassages::Allowed FormulaPassages::allow(const PointPath& path, std::span<const Index> points) {
+/// Returns the least of what the points of a member that move may miss by the path's tolerances.
+FormulaFeatures::Allowed FormulaFeatures::allow(const PointPath& path, std::size_t member) const {
   Allowed least{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
-  for (const Index point : points) {
+  for (const Index point : points(member)) {
+    if (!moves(point)) continue;
     const PointPath::Place from = path.at(point, 0.0), to = path.at(point, 1.0);
     least.v = std::min(least.v, path.atol_v(point) + path.rtol * std::max(norm(from.v), norm(to.v)));
     least.r = std::min(least.r, path.atol_r(point) + path.rtol * std::max(norm(from.r), norm(to.r)));
@@ -323,15 +287,28 @@ FormulaPassages::Allowed FormulaPassages::allow(const PointPath& path, std::span
   return least;
 }
 
+double FormulaFeatures::largest_acceleration(const PointPath& path, std::size_t member) const {
+  double largest = 0.0;
+  for (const Index point : points(member)) largest = std::max(largest, path.largest_acceleration(point));
+  return largest;
+}
+
+void FormulaFeatures::load_points(const PointPath& path, std::size_t member, double s, double* r, double* v) const {
+  for (std::size_t i = 0; const Index point : points(member)) {
+    const PointPath::Place place = path.at(point, s);
+    store(r, i, place.r);
+    if (v != nullptr) store(v, i, place.v);
+    ++i;
+  }
+}
+
 /// Integrals along the path of one member, in the numbers that `accelerate` writes.
-struct FormulaPassages::Integrals {
-  std::vector<double> at_nodes;      // [node][number] a
+struct FormulaFeatures::Integrals {
   std::vector<double> a, dv;         // [number] at one place; h integral (a - p) ds
   std::vector<double> end_v, end_x;  // [number] h integral a ds, h^2 integral (1 - s) a ds
   double dx = 0.0, largest = 0.0;    // m; the largest |a|, m/s^2
 
-  void clear(std::size_t num_nodes, std::size_t count) {
-    at_nodes.resize(num_nodes * count);
+  void clear(std::size_t count) {
     a.resize(count);
     for (std::vector<double>* array : {&dv, &end_v, &end_x}) array->assign(count, 0.0);
     dx = largest = 0.0;
@@ -355,13 +332,12 @@ struct FormulaPassages::Integrals {
 ///   h (integral a ds - sum w_k a(s_k)),   h^2 (integral (1 - s) a ds - sum w_k (1 - s_k) a(s_k))
 ///
 /// Returns the part of the step to make instead, or 1.
-double FormulaPassages::examine(const PointPath& path, std::size_t member) const {
+double FormulaFeatures::examine(const PointPath& path, std::size_t member) const {
   constexpr double tolerances = 10.0;  // what an estimate may have missed
   constexpr double part_of_jumps = 0.1;
   constexpr std::size_t least_looks = 4;  // with fewer, the scheme knows more of the step than what it sees in them
   thread_local std::vector<Part> parts;
   thread_local Integrals sums;
-  parts.clear();
   if (const double changes = divide(path, member, &parts); changes <= resolved_by(path.order)) return 1.0;
 
   const bool counts_jumps = has_jumps() && !path.follows_tolerance;
@@ -380,41 +356,52 @@ double FormulaPassages::examine(const PointPath& path, std::size_t member) const
 
 /// Integrates by Gauss' rule of two points in each part. Returns the beginning of the first part at whose end more than
 /// what is allowed is missed, or 2 if there is none.
-double FormulaPassages::integrate(const PointPath& path, std::size_t member, std::span<const Part> parts,
+double FormulaFeatures::integrate(const PointPath& path, std::size_t member, std::span<const Part> parts,
                                   const Allowed& allowed, Integrals* sums) const {
-  const Nodes nodes(path.order);
+  thread_local std::vector<double> nodes, places, at_nodes, acting, hidden;
   const std::size_t count = num_accelerations();
-  sums->clear(nodes.count, count);
-  auto& [at_nodes, a, dv, end_v, end_x, dx, largest] = *sums;
-  for (std::size_t j = 0; j < nodes.count; ++j) {
-    const std::span values = std::span(at_nodes).subspan(j * count, count);
-    accelerate(path, member, nodes.at[j], values.data());
-    largest = std::max(largest, norm_of(values));
+  sums->clear(count);
+  auto& [a, dv, end_v, end_x, dx, largest] = *sums;
+  place_chebyshev_points(std::clamp(static_cast<std::size_t>(path.order) + 1, least_nodes, most_nodes), &nodes);
+  places.clear();
+  for (const auto& [begin, end] : parts)
+    for (const double place : {0.5 - std::sqrt(1.0 / 12.0), 0.5 + std::sqrt(1.0 / 12.0)})
+      places.push_back(begin + place * (end - begin));
+  const auto sample = [&](std::span<const double> at, std::vector<double>* values) {  // [number][place]
+    values->resize(count * at.size());
+    for (std::size_t k = 0; k < at.size(); ++k) {
+      accelerate(path, member, at[k], a.data());
+      for (std::size_t i = 0; i < count; ++i) (*values)[i * at.size() + k] = a[i];
+    }
+  };
+  sample(nodes, &at_nodes);
+  sample(places, &acting);
+  hidden = acting;
+  for (std::size_t i = 0; i < count; ++i)
+    subtract_polynomial(nodes, &at_nodes[i * nodes.size()], places, &hidden[i * places.size()]);
+  for (std::size_t j = 0; j < nodes.size(); ++j) {
+    for (std::size_t i = 0; i < count; ++i) a[i] = at_nodes[i * nodes.size() + j];
+    largest = std::max(largest, norm_of(a));
   }
   double first_bad = 2.0;
-  for (const auto& [begin, end] : parts) {
-    const double length = (end - begin) * path.h;
-    for (const double place : {0.5 - std::sqrt(1.0 / 12.0), 0.5 + std::sqrt(1.0 / 12.0)}) {
-      const double s = begin + place * (end - begin);
-      accelerate(path, member, s, a.data());
-      largest = std::max(largest, norm_of(a));
-      const std::array<double, most_nodes> weights = interpolation_weights(nodes, s);
-      for (std::size_t i = 0; i < count; ++i) {
-        double p = 0.0;
-        for (std::size_t j = 0; j < nodes.count; ++j) p += weights[j] * at_nodes[j * count + i];
-        dv[i] += 0.5 * length * (a[i] - p);
-        end_v[i] += 0.5 * length * a[i];
-        end_x[i] += 0.5 * length * path.h * (1.0 - s) * a[i];
-      }
-      dx += 0.5 * length * norm_of(dv);
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    const auto& [begin, end] = parts[k / 2];
+    const double weight = 0.5 * (end - begin) * path.h;
+    for (std::size_t i = 0; i < count; ++i) {
+      a[i] = acting[i * places.size() + k];
+      dv[i] += weight * hidden[i * places.size() + k];
+      end_v[i] += weight * a[i];
+      end_x[i] += weight * path.h * (1.0 - places[k]) * a[i];
     }
-    if (sums->exceed(allowed, path.h)) first_bad = std::min(first_bad, begin);
+    largest = std::max(largest, norm_of(a));
+    dx += weight * norm_of(dv);
+    if (k % 2 == 1 && sums->exceed(allowed, path.h)) first_bad = std::min(first_bad, begin);
   }
   return first_bad;
 }
 
 /// Subtracts the scheme's quadrature over its looks from the integrals at the end.
-void FormulaPassages::subtract_looks(const PointPath& path, std::size_t member, Integrals* sums) const {
+void FormulaFeatures::subtract_looks(const PointPath& path, std::size_t member, Integrals* sums) const {
   for (std::size_t k = 0; k < path.looks.size(); ++k) {
     const double s = path.looks[k], weight = path.weights[k] * path.h;
     accelerate(path, member, s, sums->a.data());

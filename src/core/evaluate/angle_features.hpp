@@ -17,7 +17,7 @@ namespace tanor::detail {
 /// With a and b from the corner to the other two, the sine |a x b|/(|a||b|) falls and rises again in such a step. How
 /// far it falls is the scale on which forces change there. A step over a deep fall is shortened, and each next one
 /// comes nearer, until the points have passed each other or are in line.
-class AnglePassages {
+class AngleFeatures {
  public:
   enum class Ends { AtZero, AtZeroAndStraight };
   /// Adds an angle. `triple` has inner points, with the corner in the middle.
@@ -40,7 +40,7 @@ class AnglePassages {
     double depth = 1.0;  // least sine over the smaller one of those at both ends
   };
   static bool may_fall(const PointPath& path, const Triple& triple);
-  static Fall find_fall(const PointPath& path, const Triple& triple);
+  static Fall find_least(const PointPath& path, const Triple& triple);
 
   std::vector<Triple> triples_;
   std::vector<char> is_doubtful_;  // [triple]
