@@ -24,7 +24,7 @@ struct Island {
   double speed;
 };
 
-/// Long chains, each of which has a group of lanes, and rings, eight of which share one, that move at random at speeds
+/// Long chains, whose pieces share groves, and rings, eight of which share one, that move at random at speeds
 /// from 1 to 1e-3 m/s.
 struct MovingIslands {
   System system;
@@ -143,8 +143,8 @@ TEST(NeededTerms, DoNotDependOnIslandsThatShareTheLanes) {
 TEST(NeededTerms, TermsThatAreNoNumbersAreNotTheLast) {
   const Pack<> one = Pack<>{} + 1e-3;
   for (std::size_t lane = 0; lane < num_lanes; ++lane) {
-    TermCounter<num_lanes> counter({SeriesDemand{.h = 1.0, .atol = 1.0, .rtol = 1.0}, {}, {}});
-    TermCounter<num_lanes>::Largest fine, broken;
+    TermCounter counter(SeriesDemand{.h = 1.0, .atol = 1.0, .rtol = 1.0}, num_lanes);
+    TermCounter::Largest fine, broken;
     Pack<> number = one;
     number[lane] = std::nan("");
     broken.include({one, number, one}, {one, one});

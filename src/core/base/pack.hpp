@@ -9,9 +9,8 @@
 #include "base/parallel.hpp"
 #include "base/vec3.hpp"
 
-/// \file Packs of numbers, or of points, side by side in one vector register. All kernels use `Pack<>`, of eight
-/// numbers, apart from those of series along few paths. Functions that use packs are compiled once for each instruction
-/// set (instruction_sets.hpp).
+/// \file Packs of numbers, or of points, side by side in one vector register. Functions that use packs are compiled
+/// once for each instruction set (instruction_sets.hpp).
 namespace tanor::detail {
 
 // All functions that take or return packs are inlined, so no binary interface has to be kept.
@@ -232,25 +231,6 @@ using FourAnywhere [[gnu::vector_size(32), gnu::aligned(8), gnu::may_alias]] = d
   *b = __builtin_shufflevector(ab_13, cd_13, 0, 1, 4, 5);
   *c = __builtin_shufflevector(ab_02, cd_02, 2, 3, 6, 7);
   *d = __builtin_shufflevector(ab_13, cd_13, 2, 3, 6, 7);
-}
-
-/// Transposes an 8 x 8 matrix: single lanes change places, then pairs, then fours.
-[[gnu::always_inline]] inline void transpose(Pack<> (&a)[8]) {
-  Pack<> b[8];
-  for (std::size_t i = 0; i < 8; i += 2) {
-    b[i] = __builtin_shufflevector(a[i], a[i + 1], 0, 8, 2, 10, 4, 12, 6, 14);
-    b[i + 1] = __builtin_shufflevector(a[i], a[i + 1], 1, 9, 3, 11, 5, 13, 7, 15);
-  }
-  Pack<> c[8];
-  for (std::size_t k = 0; k < 4; ++k) {
-    const std::size_t i = k + k / 2 * 2;
-    c[i] = __builtin_shufflevector(b[i], b[i + 2], 0, 1, 8, 9, 4, 5, 12, 13);
-    c[i + 2] = __builtin_shufflevector(b[i], b[i + 2], 2, 3, 10, 11, 6, 7, 14, 15);
-  }
-  for (std::size_t i = 0; i < 4; ++i) {
-    a[i] = __builtin_shufflevector(c[i], c[i + 4], 0, 1, 2, 3, 8, 9, 10, 11);
-    a[i + 4] = __builtin_shufflevector(c[i], c[i + 4], 4, 5, 6, 7, 12, 13, 14, 15);
-  }
 }
 
 inline Vec3 lane_of(const Pack3<>& points, std::size_t lane) {

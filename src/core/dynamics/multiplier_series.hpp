@@ -29,7 +29,7 @@ class MultiplierSeries final : public SeriesExpansion, private SeriesFactor {
     return work_.team().is_alone() && lanes_.share_left() <= plan::most_left_of_cheap_terms;
   }
   bool leaves_out_terms() const override {
-    return has_cheap_terms() && lanes_.num_groups() >= plan::groups_that_differ;
+    return has_cheap_terms() && lanes_.num_parts() >= plan::groups_that_differ;
   }
   Power power_along(const Kinematics& at, int terms) override;
   std::span<const Index> neighbourhoods() const override { return work_.scales.of_points(); }

@@ -7,7 +7,7 @@
 namespace tanor::detail {
 
 /// The power series of rods in lanes. With a = r_j - r_i and the force mu a = lambda a/|a_0| on the end j, order k
-/// needs products of the lower coefficients alone; see PathSeries.
+/// needs products of the lower coefficients alone; see GroupSeries.
 template <std::size_t lanes>
 struct RodSeries {
   using Lane = Pack<lanes>;
@@ -21,12 +21,6 @@ struct RodSeries {
     Vector force;      // sum of a_j mu_{k-j}
     Lane half_square;  // half the known part of a.a
   };
-  /// The numbers that a rod keeps between the orders.
-  struct Rod {
-    Lane inverse_length, half_square;  // 1/|a_0|; half of a.a of the current order
-    Known next;                        // that of the next order
-  };
-
   /// Returns the known terms of order k: the sum over j = 1 … k of a_j mu_{k-j}, and half the coefficient k + 2 of a.a
   /// without a_{k+2}. If k is odd, it also finds those of order k + 1, but for a_1 mu_k and a_1.a_{k+2}, so that the
   /// series are read only every second time; `kept` has them until then.

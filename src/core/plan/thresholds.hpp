@@ -134,10 +134,8 @@ inline constexpr std::size_t products_worth_a_thread = 16384;
 inline constexpr std::size_t most_rods_of_piece = 64;
 /// Paths with fewer rods have none in lanes. Argued, not measured: two rods a lane are the least that share any work.
 inline constexpr std::size_t fewest_rods_in_lanes = 16;
-/// Method `taylor` cuts a path into pieces for the lanes if the pieces have this many rods or more. Argued, not
-/// measured: the rods between the pieces are solved one after the other, which is little beside pieces longer than
-/// their number.
-inline constexpr std::size_t fewest_rods_of_piece = 8;
+/// Method `taylor` cuts paths of so many rods into pieces for the lanes, and does shorter ones one by one.
+inline constexpr std::size_t fewest_rods_of_cut_path = 64;
 /// Part of the rows that may be left out of the lanes where `taylor` takes as many terms as if all had a lane. Terms of
 /// the others cost some five times as much a row (bench/series: 1e4 clusters beside a net take 0.6 of the time so).
 inline constexpr double most_left_of_cheap_terms = 0.1;

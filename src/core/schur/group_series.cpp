@@ -2,23 +2,13 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 #include <utility>
 
 #include "base/instruction_sets.hpp"
+#include "base/lane_parts.hpp"
 
 namespace tanor::detail {
-
-std::size_t GroupSeries::num_groups() const {
-  return static_cast<std::size_t>(std::ranges::count_if(groups_.plan().groups, &LaneGroup::stands_alone));
-}
-
-void GroupSeries::Room::hold(const LanePlan::Extent& extent, std::size_t stride) {
-  next.resize(std::max(next.size(), extent.rods));
-  half_squares.resize(next.size());
-  series.resize(std::max(series.size(), extent.rods * stride));
-  known.resize(std::max(known.size(), extent.places));
-  weights.resize(known.size());
-}
 
 // ---- an expansion ----
 
@@ -29,6 +19,7 @@ struct GroupSeries::Expansion {
   const NeededTerms& needed;
   std::span<std::uint8_t> last_term;
 
+  bool is_counting() const { return !needed.are_all(); }
   int order() const { return static_cast<int>(coefficients.size()) - 1; }
   /// Returns how far apart the series of rods stand. The number is odd: with a power of 2, they would meet in the same
   /// few lines of the caches.
@@ -47,6 +38,46 @@ struct GroupSeries::Solve {
   Solve next(int passes) const { return pass + 1 < passes ? Solve{k, pass + 1} : Solve{k + 1, 0}; }
 };
 
+void GroupSeries::Room::hold(const Expansion& expansion, const GroveVisit& visit) {
+  const LanePlan::Extent extent = visit.extent();
+  half_squares.resize(std::max(half_squares.size(), extent.rods));
+  next.resize(packs_of_rod * half_squares.size());
+  series.resize(std::max(series.size(), packs_of_rod * extent.rods * expansion.stride()));
+  known.resize(std::max(known.size(), extent.places));
+  weights.resize(known.size());
+  largest.resize(std::max(largest.size(), extent.groups));
+  std::size_t end_island = visit.groups()[0].num_members;
+  first_island = 0;
+  if (!visit.stands_alone()) {
+    first_island = std::numeric_limits<std::size_t>::max();
+    end_island = 0;
+    for (const LaneGroup& group : visit.groups()) {
+      const auto [least, most] = std::ranges::minmax(group.island);
+      first_island = std::min(first_island, static_cast<std::size_t>(least));
+      end_island = std::max(end_island, static_cast<std::size_t>(most) + 1);
+    }
+  }
+  counters.clear();
+  for (std::size_t first = first_island; first < end_island; first += num_lanes)
+    counters.emplace_back(expansion.needed.step, std::min(num_lanes, end_island - first));
+  of_islands.resize(counters.size());
+}
+
+bool GroupSeries::Room::note(const GroveVisit& visit, int order) {
+  if (visit.stands_alone()) return counters[0].note(order, largest[0]);
+  std::ranges::fill(of_islands, Largest());
+  for (std::size_t k = 0; k < visit.groups().size(); ++k) {
+    const LaneGroup& group = visit.groups()[k];
+    for (std::size_t lane = 0; lane < group.num_members; ++lane) {
+      const std::size_t own = place_of(group, lane);
+      of_islands[own / num_lanes].include(own % num_lanes, largest[k], lane);
+    }
+  }
+  bool are_enough = true;
+  for (std::size_t k = 0; k < counters.size(); ++k) are_enough = counters[k].note(order, of_islands[k]) && are_enough;
+  return are_enough;
+}
+
 /// The rods of one group with their series. Each function of the arrays is one loop nest for each instruction set.
 class GroupSeries::Rods {
  public:
@@ -56,24 +87,26 @@ class GroupSeries::Rods {
     const std::size_t rod = own.first_rod - first.first_rod, place = own.first_place - first.first_place;
     arrays_ = {group->arrays(),
                expansion.stride(),
-               room->next.data() + rod,
+               room->series.data() + packs_of_rod * rod * expansion.stride(),
+               room->next.data() + packs_of_rod * rod,
                expansion.passes > 1 ? room->half_squares.data() + rod : nullptr,
-               room->series.data() + rod * expansion.stride(),
                group->own().points,
                own.has_joints() ? room->known.data() + place : nullptr,
-               room->weights.data() + place};
+               room->weights.data() + place,
+               room->largest.data() + (&own - &first)};
     arrays_.in.rods.b = arrays_.in.rods.z;  // a right side is read once
     arrays_.in.points.s = group->scratch();
   }
 
   /// Factorizes S, and finds the first coefficients and the weights of terms that are counted.
-  void begin(const Terms* terms) {
-    if (terms != nullptr) read_tolerances();
+  void begin() {
+    if (expansion_.is_counting()) read_tolerances();
     for (std::size_t k = 0; k <= 2; ++k) {
       group_.read_points(expansion_.coefficients[k], arrays_.points);
       k == 0 ? arrays_.take_directions(group_.offsets()) : arrays_.take_coefficient(k);
-      if (terms != nullptr && k < 2)
-        arrays_.weigh(*terms, k == 0 ? &Terms::Weights::position : &Terms::Weights::velocity);
+      if (expansion_.is_counting() && k < 2)
+        arrays_.weigh(k == 0 ? &TermCounter::Weights::position : &TermCounter::Weights::velocity,
+                      expansion_.needed.step.rtol);
     }
     group_.eliminate();
     group_.read_rows(expansion_.lambda, arrays_.in.rods.b);
@@ -86,9 +119,11 @@ class GroupSeries::Rods {
     if (solve.pass == 0) {
       arrays_.begin_order(solve, before);
       group_.answer_at_joints(arrays_.known);
+      group_.hand_over_ends(arrays_.points);
     } else {
       arrays_.begin_pass(before);
       group_.answer_at_joints(nullptr);
+      group_.hand_over_ends(nullptr);
     }
     lanes::substitute_up(arrays_.in);
     group_.hand_over_answers();
@@ -97,111 +132,127 @@ class GroupSeries::Rods {
   void substitute_down(Solve solve) {
     group_.substitute_down(arrays_.points, solve.pass == 0 ? arrays_.known : nullptr);
     group_.write_points(arrays_.points, expansion_.coefficients[solve.order() + 2]);
+    if (expansion_.is_counting() && solve.pass + 1 == expansion_.passes) arrays_.find_largest();
   }
-  Terms::Largest largest() const { return arrays_.largest(); }
 
  private:
   void read_tolerances() {
     for (std::size_t slot = 0; slot < num_lanes * group_.plan().num_places; ++slot)
-      Terms::read_atol(expansion_.needed, std::max<Index>(group_.point_list()[slot], -1), slot % num_lanes,
-                       &arrays_.weights[slot / num_lanes]);
+      TermCounter::read_atol(expansion_.needed, group_.point_list()[slot], slot % num_lanes,
+                             &arrays_.weights[slot / num_lanes]);
   }
 
   struct Arrays {
     LaneGroups::Group::Arrays in;
-    std::size_t stride;  // from rod to rod in the series
-    Series::Known* next;
-    Pack<>* half_squares;         // null if there are no later passes
-    Series::Coefficient* series;  // [rod][order]
-    Pack3<>*points, *known;       // [place] r of the current order; no forces are known without joints
-    Terms::Weights* weights;      // [place]
+    std::size_t stride;             // from rod to rod in the series
+    Pack<>*series, *next;           // see Room
+    Pack<>* half_squares;           // null if there are no later passes
+    Pack3<>*points, *known;         // [place] r of the current order; no forces are known without joints
+    TermCounter::Weights* weights;  // [place]
+    Largest* largest;
 
-    [[gnu::always_inline]] Series::Coefficient& coefficient(std::size_t k, std::size_t a) const {
-      return series[a * stride + k];
+    /// Returns the coefficients of a rod, and what is known of its next order.
+    template <std::size_t width>
+    [[gnu::always_inline]] auto* series_of(const Part<width>& part, std::size_t a) const {
+      return reinterpret_cast<typename RodSeries<width>::Coefficient*>(series) +
+             (part.first() / width * in.shape.num_rods + a) * stride;
     }
-    [[gnu::always_inline]] static Part<num_lanes> all() { return Part<num_lanes>(0); }
-    /// Calls body(rod, ends) for each rod.
+    template <std::size_t width>
+    [[gnu::always_inline]] auto* next_of(const Part<width>& part, std::size_t a) const {
+      return reinterpret_cast<typename RodSeries<width>::Known*>(next) + part.first() / width * in.shape.num_rods + a;
+    }
+    /// Calls body(own, part, ends) for each part of the lanes. These numbers are copied inside, see dispatch_ends.
     template <class Body>
-    void for_each_rod(const Body& body) const {
-      dispatch([body, shape = in.shape] {
-        lanes::with_ends(shape, [&](auto ends) {
-          for (std::size_t a = 0; a < shape.num_rods; ++a) body(a, ends);
+    void for_parts(const Body& body) const {
+      lanes::with_ends(in.shape, [&](auto ends) {
+        for_each_part([ body, ends, at = this ](const auto& part) __attribute__((always_inline)) {
+          const Arrays own = *at;
+          body(own, part, ends);
         });
       });
     }
 
     /// Takes a_0 as the directions.
     void take_directions(const Pack3<>* offsets) const {
-      for_each_rod([ *this, offsets ](std::size_t a, const auto& ends) __attribute__((always_inline)) {
-        const Pack3<> apart = lanes::difference(all(), ends, a, points);
-        (offsets != nullptr ? apart + offsets[a] : apart).write(&in.rods.u[a]);
+      for_parts([offsets](const Arrays& own, const auto& part, auto ends) __attribute__((always_inline)) {
+        for (std::size_t a = 0; a < own.in.shape.num_rods; ++a) {
+          const auto apart = lanes::difference(part, ends, a, own.points);
+          part.write(offsets != nullptr ? apart + part.of(offsets[a]) : apart, &own.in.rods.u[a]);
+        }
       });
     }
     void take_coefficient(std::size_t k) const {
-      for_each_rod([ *this, k ](std::size_t a, const auto& ends) __attribute__((always_inline)) {
-        lanes::difference(all(), ends, a, points).write(&coefficient(k, a).a);
+      for_parts([k](const Arrays& own, const auto& part, auto ends) __attribute__((always_inline)) {
+        for (std::size_t a = 0; a < own.in.shape.num_rods; ++a)
+          lanes::difference(part, ends, a, own.points).write(&own.series_of(part, a)[k].a);
       });
     }
     /// Computes mu_0 = lambda_0/|a_0|.
     void take_multipliers() const {
-      for_each_rod([*this](std::size_t a, const auto&) __attribute__((always_inline)) {
-        Pack<> length = dot(in.rods.u[a], in.rods.u[a]);
-        take_roots(&length);
-        coefficient(0, a).mu = in.rods.b[a] / length;
+      for_parts([](const Arrays& own, const auto& part, auto) __attribute__((always_inline)) {
+        for (std::size_t a = 0; a < own.in.shape.num_rods; ++a) {
+          const auto u = part.of(own.in.rods.u[a]);
+          auto length = dot(u, u);
+          take_roots(&length);
+          own.series_of(part, a)->mu = part.of(own.in.rods.b[a]) / length;
+        }
       });
     }
-    void weigh(const Terms& terms, Pack<> Terms::Weights::*weight) const {
-      dispatch([*this, &terms, weight] {
-        for (std::size_t p = 0; p < in.shape.num_places; ++p)
-          weights[p].*weight = terms.weigh(points[p], weights[p].*weight);
+    void weigh(Pack<> TermCounter::Weights::*weight, double rtol) const {
+      dispatch([count = in.shape.num_places, points = points, to = weights, weight, rtol] {
+        for (std::size_t p = 0; p < count; ++p) to[p].*weight = TermCounter::weigh(points[p], to[p].*weight, rtol);
       });
     }
-    Terms::Largest largest() const {
-      return dispatch([*this] {
-        Terms::Largest result;
-        for (std::size_t p = 0; p < in.shape.num_places; ++p) result.include(points[p], weights[p]);
-        return result;
+    void find_largest() const {
+      dispatch([count = in.shape.num_places, points = points, weights = weights, to = largest] {
+        Largest result;
+        for (std::size_t p = 0; p < count; ++p) result.include(points[p], weights[p]);
+        *to = result;
       });
     }
 
     /// Takes what a solve found for mu_k.
-    [[gnu::always_inline]] void take_multiplier(Solve solve, std::size_t a) const {
-      const Pack<> part = solve.scale() * in.rods.z[a];
-      Pack<>& mu = coefficient(solve.order(), a).mu;
-      mu = solve.pass == 0 ? part : mu + part;
+    template <class Lanes>
+    [[gnu::always_inline]] void take_multiplier(const Lanes& part, Solve solve, std::size_t a) const {
+      const auto found = solve.scale() * part.of(in.rods.z[a]);
+      auto& mu = series_of(part, a)[solve.order()].mu;
+      mu = solve.pass == 0 ? found : mu + found;
     }
     /// Computes mu_{k-1} and a_{k+1}, then r_{k+2} without the part of mu_k, and the right sides.
     void begin_order(Solve solve, Solve before) const {
-      dispatch([*this, solve, before] {
-        lanes::with_ends(in.shape, [&](auto ends) {
-          Pack3<>* const s = in.points.s;
-          const Pack3<> nothing{};
-          for (std::size_t p = 0; p < in.shape.num_places; ++p) nothing.write(&s[p]);
-          for (std::size_t a = 0; a < in.shape.num_rods; ++a) {
-            if (!solve.is_first()) {
-              take_multiplier(before, a);
-              lanes::difference(all(), ends, a, points).write(&coefficient(solve.order() + 1, a).a);
-            }
-            const Series::Known found = Series::multiply(series + a * stride, solve.k, &next[a]);
-            if (half_squares != nullptr) half_squares[a] = found.half_square;
-            in.rods.b[a] = found.half_square;
-            lanes::pull(all(), ends, a, found.force, s);
-          }
-          const Pack<> factor_of_r = Pack<>{} + 1.0 / solve.scale();
-          for (std::size_t p = 0; p < in.shape.num_places; ++p) {
-            const Pack3<> force = factor_of_r * s[p], r = in.points.inverse_mass[p] * force;
-            if (known != nullptr) force.write(&known[p]);
-            r.write(&s[p]);
-            r.write(&points[p]);
-          }
-        });
-      });
+      for_parts([ solve, before ]<class Lanes>(const Arrays& own, const Lanes& part, auto ends)
+                    __attribute__((always_inline)) {
+                      const auto& [shape, of_points, rods, dw] = own.in;
+                      Pack3<>* const s = of_points.s;
+                      const typename Lanes::Vector nothing{};
+                      for (std::size_t p = 0; p < shape.num_places; ++p) part.write(nothing, &s[p]);
+                      for (std::size_t a = 0; a < shape.num_rods; ++a) {
+                        auto* const series = own.series_of(part, a);
+                        if (!solve.is_first()) {
+                          own.take_multiplier(part, before, a);
+                          lanes::difference(part, ends, a, own.points).write(&series[solve.order() + 1].a);
+                        }
+                        const auto found = RodSeries<Lanes::width>::multiply(series, solve.k, own.next_of(part, a));
+                        if (own.half_squares != nullptr) part.of(own.half_squares[a]) = found.half_square;
+                        part.of(rods.b[a]) = found.half_square;
+                        lanes::pull(part, ends, a, found.force, s);
+                      }
+                      const auto factor_of_r = typename Lanes::Lane{} + 1.0 / solve.scale();
+                      for (std::size_t p = 0; p < shape.num_places; ++p) {
+                        const auto force = factor_of_r * part.of(s[p]), r = part.of(of_points.inverse_mass[p]) * force;
+                        if (own.known != nullptr) part.write(force, &own.known[p]);
+                        part.write(r, &s[p]);
+                        part.write(r, &own.points[p]);
+                      }
+                    });
     }
     /// Begins with the r that is there.
     void begin_pass(Solve before) const {
-      for_each_rod([ *this, before ](std::size_t a, const auto&) __attribute__((always_inline)) {
-        take_multiplier(before, a);
-        in.rods.b[a] = half_squares[a];
+      for_parts([before](const Arrays& own, const auto& part, auto) __attribute__((always_inline)) {
+        for (std::size_t a = 0; a < own.in.shape.num_rods; ++a) {
+          own.take_multiplier(part, before, a);
+          part.of(own.in.rods.b[a]) = part.of(own.half_squares[a]);
+        }
       });
       std::memcpy(in.points.s, points, in.shape.num_places * sizeof(Pack3<>));
     }
@@ -215,44 +266,45 @@ class GroupSeries::Rods {
 /// Computes the terms that are needed, and sets the others to 0.
 void GroupSeries::expand(const Expansion& expansion, const GroveVisit& visit) {
   Room& room = rooms_[visit.workspace()];
-  room.hold(visit.extent(), expansion.stride());
-  Terms terms(expansion.needed);
-  const bool counts = visit.stands_alone() && terms.is_counting();
+  room.hold(expansion, visit);
   const int passes = expansion.passes, order = expansion.order();
-  int reached = visit.stands_alone() ? 2 : order;
+  int reached = 2;
+  // Goes through the orders with up(solve) and down(solve).
+  const auto advance = [&](const auto& up, const auto& down) {
+    bool are_enough = false;
+    for (Solve solve{1, 0}; !are_enough && solve.k + 2 <= order; solve = solve.next(passes)) {
+      up(solve);
+      down(solve);
+      reached = solve.k + 2;
+      are_enough = expansion.is_counting() && solve.pass + 1 == passes && room.note(visit, reached);
+    }
+  };
   const auto each = [&](const auto& work) {
     return [&](LaneGroups::Group& group) {
       Rods rods(expansion, visit, &group, &room);
       work(rods);
     };
   };
-  visit.up(each([&](Rods& rods) {
-    rods.begin(counts ? &terms : nullptr);
-    bool are_enough = false;
-    for (Solve solve{1, 0}; !are_enough && solve.k + 2 <= order && visit.stands_alone(); solve = solve.next(passes)) {
-      rods.substitute_up(solve);
-      rods.substitute_down(solve);
-      reached = solve.k + 2;
-      are_enough = counts && solve.pass + 1 == passes && terms.note(reached, rods.largest());
-    }
-  }));
-  const auto down = [&](Solve solve) { return [solve](Rods& rods) { rods.substitute_down(solve); }; };
-  Solve solve{1, 0};
-  for (; solve.k + 2 <= order && !visit.stands_alone(); solve = solve.next(passes)) {
-    // The lowest pieces end one solve and begin the next one while their series are in the cache.
-    const Solve before = solve.before(passes);
-    if (!solve.is_first()) visit.down(each(down(before)), 1);
-    visit.take_level(0, each([&](Rods& rods) {
-                       if (!solve.is_first()) rods.substitute_down(before);
-                       rods.substitute_up(solve);
-                     }));
-    visit.up(each([&](Rods& rods) { rods.substitute_up(solve); }), 1);
+  if (visit.stands_alone()) {
+    visit.up(each([&](Rods& rods) {
+      rods.begin();
+      advance([&](Solve solve) { rods.substitute_up(solve); }, [&](Solve solve) { rods.substitute_down(solve); });
+    }));
+  } else {
+    visit.up(each([&](Rods& rods) { rods.begin(); }));
+    visit.factorize_separators();
+    advance(
+        [&](Solve solve) {
+          visit.up(each([&](Rods& rods) { rods.substitute_up(solve); }));
+          visit.solve_separators(true);
+        },
+        [&](Solve solve) { visit.down(each([&](Rods& rods) { rods.substitute_down(solve); })); });
   }
-  if (!solve.is_first()) visit.down(each(down(solve.before(passes))));
   for (const LaneGroup& group : visit.groups()) {
-    for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+    for (std::size_t lane = 0; lane < group.num_members; ++lane) {
       if (!group.ends_island[lane]) continue;
-      const FoundTerms found = counts ? terms.found(lane, order) : FoundTerms{order};
+      const std::size_t own = room.place_of(group, lane);
+      const FoundTerms found = room.counters[own / num_lanes].found(own % num_lanes, order);
       const auto [first, end] = groups_.plan().islands[static_cast<std::size_t>(group.island[lane])];
       room.longest = std::min(room.longest, found.longest);
       end_series(found, reached, static_cast<std::size_t>(first), static_cast<std::size_t>(end), expansion.coefficients,

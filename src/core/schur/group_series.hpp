@@ -6,46 +6,57 @@
 
 #include "base/parallel.hpp"
 #include "evaluate/rod_series.hpp"
+#include "schur/island_series.hpp"
 #include "schur/lane_groves.hpp"
-#include "schur/needed_terms.hpp"
 
 namespace tanor::detail {
 
-/// The motion of groups of islands, or of trees, of rods of fixed length as a power series, see LaneSeries. The
-/// recurrences are those of PathSeries, with a_0 in the place of a rod's direction, so that lengths drop out:
-/// x = lambda_k/((k+1)(k+2)|a_0|). S is eliminated as by LaneSolver. A group that stands alone goes through all orders
-/// that it needs while it is in the cache. An order of pieces of trees goes down along them and ends; the next one
-/// begins on the way up.
-class GroupSeries {
+/// The motion of groups of islands, or of pieces of trees and paths, of rods of fixed length as a power series, see
+/// LaneSeries. With a = r_j - r_i and the force mu a = lambda a/|a_0| on the rod's end j, order k obeys
+///
+///   (k+1)(k+2) r_{k+2} = M^-1 (sum over j = 0 … k of a_j mu_{k-j}, of the rods that meet)
+///   a_0.a_{k+2} = -(1/2) sum over j = 1 … k+1 of a_j.a_{k+2-j}
+///
+/// The unknown mu_k is found as LaneSolver finds multipliers, with a_0 in the place of a rod's direction, so that
+/// lengths drop out: x = mu_k/((k+1)(k+2)). A group that stands alone goes through all orders that it needs while it is
+/// in the cache. An order of pieces goes up and down all of them.
+class GroupSeries final : public IslandSeries {
  public:
   /// Keeps no reference.
   GroupSeries(LanePlan plan, const RodRows& rods, const Numbering& numbering, std::span<const double> inverse_mass,
               int threads)
-      : groups_(std::move(plan), rods, inverse_mass, numbering.num_moving, threads) {}
+      : groups_(std::move(plan), rods, inverse_mass, numbering.num_moving, threads, true) {}
 
-  /// Returns how many groups have as many terms as they need.
-  std::size_t num_groups() const;
-  /// See LaneSeries::expand.
+  std::size_t num_parts() const override { return groups_.plan().num_groves(); }
   double expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda, int passes,
-                const NeededTerms& needed, std::span<std::uint8_t> last_term);
+                const NeededTerms& needed, std::span<std::uint8_t> last_term) override;
 
  private:
-  using Series = RodSeries<num_lanes>;
-  using Terms = TermCounter<num_lanes>;
-  /// The arrays of a grove.
-  struct Room {
-    std::vector<Series::Known> next;          // [rod] that of the next order
-    Packs half_squares;                       // [rod] of the current order, for later passes
-    std::vector<Series::Coefficient> series;  // [rod][order]
-    std::vector<Pack3<>> known;               // [place] the known forces there, scaled as r
-    std::vector<Terms::Weights> weights;      // [place]
-    double longest = any_length;              // see FoundTerms
-
-    void hold(const LanePlan::Extent& extent, std::size_t stride);
-  };
+  using Largest = TermCounter::Largest;
   struct Expansion;
   struct Solve;
+  /// The arrays of a grove.
+  struct Room {
+    Packs series, next;  // [group][part of the lanes][rod][order] RodSeries::Coefficient, and Known of the next order
+    Packs half_squares;  // [rod] of the current order, for later passes
+    std::vector<Pack3<>> known;                 // [place] the known forces there, scaled as r
+    std::vector<TermCounter::Weights> weights;  // [place]
+    std::vector<Largest> largest;               // [group] of the current order
+    std::vector<Largest> of_islands;            // [island / lanes] of the current order
+    std::vector<TermCounter> counters;          // [island / lanes]
+    std::size_t first_island = 0;
+    double longest = any_length;  // see FoundTerms
+
+    void hold(const Expansion& expansion, const GroveVisit& visit);
+    /// Returns the place of an island among those of the grove. Of a group that stands alone, that is its lane.
+    std::size_t place_of(const LaneGroup& group, std::size_t lane) const {
+      return group.stands_alone ? lane : static_cast<std::size_t>(group.island[lane]) - first_island;
+    }
+    /// Notes an order. Returns true if no island needs more.
+    bool note(const GroveVisit& visit, int order);
+  };
   class Rods;
+  static constexpr std::size_t packs_of_rod = sizeof(RodSeries<num_lanes>::Coefficient) / sizeof(Pack<>);
 
   void expand(const Expansion& expansion, const GroveVisit& visit);
 

@@ -18,10 +18,9 @@ LaneGroups::Group::Group(LaneGroups* all, std::size_t group, std::size_t first_g
       grove_(all->workspaces_[of_grove]) {
   const LaneGroup& first = all->plan_.groups[first_group];
   const std::size_t rod = group_.first_rod - first.first_rod, place = group_.first_place - first.first_place;
-  const bool is_of_tree = all->plan_.program == Program::Trees, is_of_path = all->plan_.program == Program::Paths;
-  // A path goes through memory with each pass.
-  Workspace& of_pass = is_of_path ? work_ : grove_;
-  const std::size_t pass_rod = is_of_path ? 0 : rod, pass_place = is_of_path ? 0 : place;
+  const bool is_of_tree = all->plan_.program == Program::Trees;
+  Workspace& of_pass = all->go_through_memory() ? work_ : grove_;
+  const std::size_t pass_rod = all->go_through_memory() ? 0 : rod, pass_place = all->go_through_memory() ? 0 : place;
   own_ = {of_pass.points.data() + pass_place, of_pass.directions.data() + pass_rod, of_pass.sum.data() + pass_rod,
           grove_.right_side.data() + (group - first_group), grove_.residual.data() + (group - first_group)};
   in_ = {.shape = {all->plan_.program, group_.num_rods, group_.num_places, group_.structure,
@@ -29,9 +28,7 @@ LaneGroups::Group::Group(LaneGroups* all, std::size_t group, std::size_t first_g
                    group_.have_same_parents},
          .points = {all->inverse_mass_.data() + group_.first_place, work_.mobility.data(),
                     is_of_tree ? work_.s.data() : nullptr},
-         .rods = {is_of_tree   ? all->u_.data() + group_.first_rod
-                  : is_of_path ? work_.u.data()
-                               : grove_.u.data() + rod,
+         .rods = {is_of_tree ? all->u_.data() + group_.first_rod : of_pass.u.data() + pass_rod,
                   all->factor_.data() + group_.first_factor, grove_.b.data() + rod, of_pass.z.data() + pass_rod,
                   is_of_tree ? all->inverse_masses_.data() + group_.first_rod : nullptr, &work_.border},
          .dw = work_.dw.data()};
@@ -53,6 +50,19 @@ template <class Visit>
 void LaneGroups::Group::for_separators(const Visit& visit) const {
   for (std::size_t lane = 0; is_path() && lane < group_.num_members; ++lane)
     visit(&all_.separators_[group_.separator[lane]], lane);
+}
+
+/// Returns the separator before that of a lane; null at the beginning of an open path.
+Separator* LaneGroups::Group::before(std::size_t lane) const {
+  const auto [first, end, is_ring] = all_.plan_.paths[static_cast<std::size_t>(group_.island[lane])];
+  const std::size_t own = group_.separator[lane];
+  return own > first || is_ring ? &all_.separators_[(own > first ? own : end) - 1] : nullptr;
+}
+/// Returns the one behind it; null at the end of an open path.
+Separator* LaneGroups::Group::behind(std::size_t lane) const {
+  const auto [first, end, is_ring] = all_.plan_.paths[static_cast<std::size_t>(group_.island[lane])];
+  const std::size_t next = group_.separator[lane] + 1;
+  return next < end || is_ring ? &all_.separators_[next < end ? next : first] : nullptr;
 }
 
 void LaneGroups::Group::hand_over_factor() {
@@ -85,17 +95,15 @@ void LaneGroups::Group::read_separators(const double* blocks, const double* rows
   });
 }
 
-/// Takes what the separators found. A separator that is the first one of an open path has none before it.
+/// Takes what the separators found.
 void LaneGroups::Group::take_separators() {
   work_.border = lanes::Border();
   for_separators([&](const Separator* own, std::size_t lane) {
-    const auto [first, end, is_ring] = all_.plan_.paths[static_cast<std::size_t>(group_.island[lane])];
     work_.border.x[lane] = own->x;
-    work_.border.coupling[lane] = own->coupling;
-    if (group_.separator[lane] == first && !is_ring) return;
-    const Separator& before = all_.separators_[(group_.separator[lane] > first ? group_.separator[lane] : end) - 1];
-    work_.border.x_before[lane] = before.x;
-    set_lane(&work_.border.force_before, lane, before.force());
+    const Separator* const one_before = before(lane);
+    if (one_before == nullptr) return;
+    work_.border.b_of_first[lane] = own->coupling * one_before->x + own->b_of_first;
+    set_lane(&work_.border.force_before, lane, one_before->force());
   });
 }
 
@@ -114,9 +122,19 @@ void LaneGroups::Group::hand_over_roots(const Pack3<>* points) {
 }
 
 void LaneGroups::Group::take_joints(Pack3<>* points) {
+  for_separators([&](const Separator*, std::size_t lane) {
+    if (const Separator* const next = behind(lane)) set_lane(&points[group_.num_rods], lane, next->first_r);
+  });
   if (!group_.has_joints()) return;
   lanes::take_joints(joints(), all_.joints_.data(), points);
   hand_over_roots(points);  // one that is a joint itself has several pieces, one after the other
+}
+
+void LaneGroups::Group::hand_over_ends(const Pack3<>* points) {
+  for_separators([&](Separator* own, std::size_t lane) {
+    own->before_r = points != nullptr ? lane_of(points[0], lane) : Vec3{};
+    own->behind_r = points != nullptr ? lane_of(points[group_.num_rods], lane) : Vec3{};
+  });
 }
 
 // ---- up ----
@@ -196,6 +214,14 @@ void LaneGroups::Group::substitute_up() {
 
 void LaneGroups::Group::substitute_down(Pack3<>* points, const Pack3<>* known, bool lambda_is_known) {
   if (is_path()) take_separators();
+  if (is_path() && points != nullptr) {
+    lanes::accelerate_pieces(in_, lambda_is_known, {}, points, {}, points, nullptr);
+    return for_separators([&](Separator* own, std::size_t lane) {
+      own->first_r = lane_of(points[0], lane);
+      if (const Separator* const one_before = before(lane)) own->first_r = own->first_r + one_before->behind_r;
+      set_lane(&points[0], lane, own->first_r);
+    });
+  }
   const bool may_hang = is_tree() && !group_.stands_alone;
   Pack3<> force = may_hang ? own_joint().dw : Pack3<>{};
   for (std::size_t lane = 0; lane < num_lanes && may_hang; ++lane) {
@@ -212,7 +238,7 @@ void LaneGroups::Group::substitute_down(const double* blocks, const Vec3* unifor
   if (is_path()) {
     read_directions(blocks);
     take_separators();
-    lanes::accelerate_pieces(in_, false, upcoming({w, nullptr, blocks}), everywhere,
+    lanes::accelerate_pieces(in_, false, upcoming({w, nullptr, blocks}), nullptr, everywhere,
                              uniform != nullptr ? work_.w.data() : nullptr, own_.residual);
     for_separators([&](Separator* own, std::size_t lane) {
       own->first_dw = lane_of(in_.dw[0], lane);
@@ -266,7 +292,7 @@ void LaneGroups::Group::move(const double* blocks, bool lambda_is_known, double*
   read_directions(blocks);
   if (is_path()) {
     take_separators();
-    lanes::accelerate_pieces(in_, lambda_is_known, upcoming({points, nullptr, blocks}), {}, nullptr, nullptr);
+    lanes::accelerate_pieces(in_, lambda_is_known, upcoming({points, nullptr, blocks}), nullptr, {}, nullptr, nullptr);
     return add_points(in_.dw, points);
   }
   read_points(points, own_.points);

@@ -9,8 +9,8 @@ namespace tanor::detail {
 // ---- the plan ----
 
 LaneGroups::LaneGroups(LanePlan plan, const RodRows& given, std::span<const double> inverse_mass,
-                       std::size_t num_moving, int threads)
-    : plan_(std::move(plan)), num_moving_(static_cast<Index>(num_moving)) {
+                       std::size_t num_moving, int threads, bool stay_in_lanes)
+    : plan_(std::move(plan)), num_moving_(static_cast<Index>(num_moving)), stay_in_lanes_(stay_in_lanes) {
   read_rods(given);
   read_masses(inverse_mass);
   find_places();
@@ -163,7 +163,7 @@ std::size_t LaneGroups::num_shares(std::size_t num_slots, const Parallel& parall
 }
 
 void LaneGroups::prepare_workspaces(int threads) {
-  const bool are_of_trees = plan_.program == Program::Trees, are_of_paths = plan_.program == Program::Paths;
+  const bool are_of_trees = plan_.program == Program::Trees;
   factor_.resize(plan_.size_of_factor);
   if (are_of_trees) {
     u_.resize(plan_.num_slots());
@@ -184,7 +184,7 @@ void LaneGroups::prepare_workspaces(int threads) {
     for (auto* points : {&work.r, &work.v, &work.w, &work.s, &work.dw}) points->resize(of_group);
     if (are_of_trees) work.mobility.resize(of_group);
     work.b.resize(most.rods);
-    if (are_of_paths) most.rods = most.places = of_group;
+    if (go_through_memory()) most.rods = most.places = of_group;
     work.u.resize(are_of_trees ? 0 : most.rods);
     work.directions.resize(most.rods);
     work.points.resize(most.places);

@@ -21,9 +21,10 @@ namespace tanor::detail {
 /// one another.
 class LaneGroups {
  public:
-  /// Reads the rods. `inverse_mass` is [inner point].
+  /// Reads the rods. `inverse_mass` is [inner point]. Paths go through memory with each pass, unless they
+  /// `stay_in_lanes` as all others do.
   LaneGroups(LanePlan plan, const RodRows& given, std::span<const double> inverse_mass, std::size_t num_moving,
-             int threads);
+             int threads, bool stay_in_lanes = false);
 
   const LanePlan& plan() const { return plan_; }
   void read_offsets(std::span<const Vec3> by_row);
@@ -46,7 +47,8 @@ class LaneGroups {
     std::vector<Pack3<>> r, v, w, s, dw;
     std::vector<lanes::Mobility> mobility;
     lanes::Border border;
-    // of a grove, [rod], [place] and [group]; those of a path are of one group, but for b and what was found
+    // of a grove, [rod], [place] and [group]; those of a path that goes through memory are of one group, but for b and
+    // what was found
     std::vector<Pack3<>> u, directions, points;
     Packs b, z, sum, right_side, residual;
     // found in all groves
@@ -68,8 +70,11 @@ class LaneGroups {
   template <class Visit>
   void for_each_rod(const Visit& visit) const;
 
+  bool go_through_memory() const { return plan_.program == Program::Paths && !stay_in_lanes_; }
+
   LanePlan plan_;
   Index num_moving_;
+  bool stay_in_lanes_;
   std::vector<Index> block_;                                                 // [rod][lane]; ~block if it is turned
   std::vector<GroupTransfers::Places> places_;                               // [group]
   std::deque<SequencePlaces> orders_;                                        // of blocks, which `places_` refers to
@@ -130,8 +135,10 @@ class LaneGroups::Group : public GroupTransfers {
   /// Sets s of joints to the answer of what hangs there, with that to the `force` [place] on them unless it is null.
   void answer_at_joints(const Pack3<>* force);
   void hand_over_answers();
-  /// Takes the numbers of the roots there at joints.
+  /// Takes the numbers of the roots there at joints, and behind pieces of a path those of the next one's first point.
   void take_joints(Pack3<>* points);
+  /// Hands over what these pieces of a path add to the points before and behind them; nothing if `points` is null.
+  void hand_over_ends(const Pack3<>* points);
 
   // ---- in and out ----
   void find_directions(const double* r, Pack3<>* u);
@@ -141,7 +148,7 @@ class LaneGroups::Group : public GroupTransfers {
   const LaneGroup& plan() const { return group_; }
   using Arrays = lanes::Arrays;
   const Arrays& arrays() const { return in_; }
-  /// The group's part of the arrays of its grove. Of a path, points, directions and sums are the thread's.
+  /// The group's part of the arrays of its grove. Points, directions and sums of paths may be the thread's.
   struct Own {
     Pack3<>*points, *directions;         ///< positions or velocities that are projected; u there
     Pack<>*sum, *right_side, *residual;  ///< sums of multipliers [rod]; what was found
@@ -162,6 +169,8 @@ class LaneGroups::Group : public GroupTransfers {
   /// Calls visit(separator, lane) for the last rods of pieces of a path.
   template <class Visit>
   void for_separators(const Visit& visit) const;
+  Separator* before(std::size_t lane) const;
+  Separator* behind(std::size_t lane) const;
   void take_mobilities();
   void take_separators();
   lanes::Upcoming upcoming(std::array<const double*, 3> arrays) const;

@@ -57,9 +57,11 @@ class GroveVisit {
           larger(largest[0], detail::factorize_separators(all_.separators(path), all_.plan().paths[path].is_ring));
     });
   }
-  void solve_separators() const {
-    for_each_path(
-        [&](std::size_t path) { detail::solve_separators(all_.separators(path), all_.plan().paths[path].is_ring); });
+  void solve_separators(bool have_points_in_lanes = false) const {
+    for_each_path([&](std::size_t path) {
+      if (have_points_in_lanes) join_points(all_.separators(path), all_.plan().paths[path].is_ring);
+      detail::solve_separators(all_.separators(path), all_.plan().paths[path].is_ring);
+    });
   }
   /// Calls visit(path) for each path.
   template <class Visit>

@@ -53,7 +53,7 @@ template <class Lanes, class Ends>
   if constexpr (Ends::program == Program::Trees) {
     for (std::size_t k = 0; k < shape.num_rods; ++k) substitute_rod(part, ends, k, points, rods);
   } else if constexpr (Ends::program == Program::Paths) {
-    substitute_piece_up(part, shape, rods);
+    substitute_piece_up(part, ends, shape, points.s, rods);
   } else {
     substitute(part, shape.structure->schedule, ends, points.s, rods);
   }
@@ -209,8 +209,8 @@ void finish(const Arrays& arrays, bool is_substituted, const Pack3<>* w0, Vec3 u
       });
 }
 
-void accelerate_pieces(const Arrays& arrays, bool lambda_is_known, const Upcoming& upcoming, Vec3 uniform, Pack3<>* w,
-                       Pack<>* residual) {
+void accelerate_pieces(const Arrays& arrays, bool lambda_is_known, const Upcoming& upcoming, const Pack3<>* w0,
+                       Vec3 uniform, Pack3<>* w, Pack<>* residual) {
   for_each_part(
       [ =, at = &arrays, upcoming_at = &upcoming ]<class Lanes>(const Lanes& part) __attribute__((always_inline)) {
         const Arrays in = *at;
@@ -222,7 +222,7 @@ void accelerate_pieces(const Arrays& arrays, bool lambda_is_known, const Upcomin
         const auto add = [&](std::size_t k, const auto& force) __attribute__((always_inline)) {
           const auto dw = part.of(in.points.inverse_mass[k]) * (before - force);
           part.write(dw, &in.dw[k]);
-          if (w != nullptr) part.write(everywhere + dw, &w[k]);
+          if (w != nullptr) part.write((w0 != nullptr ? part.of(w0[k]) : everywhere) + dw, &w[k]);
           before = force;
           return dw;
         };

@@ -55,8 +55,9 @@ struct PathFactor {
 struct Border {
   Pack<> diagonal, pivot, spread, taken;  ///< see Separator
   Pack<> taken_y, y;
-  Pack<> coupling, x_before, x;  ///< with the separator before, lambda of that one, and its own
-  Pack3<> force_before;          ///< on the first point
+  Pack<> b_of_first;     ///< what the separator before adds to the right side of the first rod
+  Pack<> x;              ///< its own lambda
+  Pack3<> force_before;  ///< on the first point
 };
 /// The roots of a group of pieces, which may be joints of others: W, s, and the force from above, which becomes dw.
 struct Joint {
@@ -124,10 +125,11 @@ void substitute_up(const Arrays& arrays);
 /// F, and the rest as `accelerate`. Includes the residual and the right side of islands in what was found.
 void finish(const Arrays& arrays, bool is_substituted, const Pack3<>* w0, Vec3 uniform, Pack3<>* w,
             const Pack<>* right_side, Findings* found);
-/// Ends that of pieces of paths: lambda, unless it is known, and dw = M^-1 K lambda. Also computes w := w0 + dw and the
-/// residual, but for that of separators, unless these are null. `upcoming` are arrays for the next pieces.
-void accelerate_pieces(const Arrays& arrays, bool lambda_is_known, const Upcoming& upcoming, Vec3 uniform, Pack3<>* w,
-                       Pack<>* residual);
+/// Ends that of pieces of paths: lambda, unless it is known, and dw = M^-1 K lambda. Also computes w := w0 + dw, with
+/// w0 as in `accelerate`, and the residual, but for that of separators, unless these are null. `upcoming` are arrays
+/// for the next pieces.
+void accelerate_pieces(const Arrays& arrays, bool lambda_is_known, const Upcoming& upcoming, const Pack3<>* w0,
+                       Vec3 uniform, Pack3<>* w, Pack<>* residual);
 /// Computes the forces F, and points += F/m unless these are null; of paths, lambda alone. On the way down pieces,
 /// lambda = -z/d - (h/d).F_p, or L'^-1 D^-1 y, takes z's place, unless it is known. If there is a force on the roots
 /// from outside, it is added to F.

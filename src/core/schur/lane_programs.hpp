@@ -88,16 +88,22 @@ template <bool has_b, class Lanes, class Take>
   part.of(border.y) = y;
 }
 
-template <class Lanes>
-[[gnu::always_inline]] inline void substitute_piece_up(const Lanes& part, const Shape& shape, const Rods& rods) {
+template <class Lanes, class Ends>
+[[gnu::always_inline]] inline void substitute_piece_up(const Lanes& part, const Ends& ends, const Shape& shape,
+                                                       const Pack3<>* s, const Rods& rods) {
   using Lane = typename Lanes::Lane;
-  Lane y = -part.of(rods.b[0]), spread = Lane{} + 1.0, taken_y{};
+  const auto right_side = [&](std::size_t k) __attribute__((always_inline)) {
+    Lane right = -part.of(rods.b[k]);
+    if (s != nullptr) right -= dot(part.of(rods.u[k]), difference(part, ends, k, s));
+    return right;
+  };
+  Lane y = right_side(0), spread = Lane{} + 1.0, taken_y{};
   for (std::size_t k = 0; k + 1 < shape.num_rods; ++k) {
     part.of(rods.path_factor(k).y) = y;
     taken_y += spread * part.of(rods.path_factor(k).inverse_pivot) * y;
     const Lane l = part.of(rods.path_factor(k).l);
     spread = -l * spread;
-    y = -part.of(rods.b[k + 1]) - l * y;
+    y = right_side(k + 1) - l * y;
   }
   part.of(rods.border->y) = y;
   part.of(rods.border->taken_y) = taken_y;
@@ -108,7 +114,7 @@ template <class Lanes>
 [[gnu::always_inline]] inline void substitute_piece_down(const Lanes& part, const Shape& shape, const Rods& rods) {
   using Lane = typename Lanes::Lane;
   const Border& border = *rods.border;
-  Lane spike = part.of(border.coupling) * part.of(border.x_before), lambda = part.of(border.x);
+  Lane spike = part.of(border.b_of_first), lambda = part.of(border.x);
   for (std::size_t k = 0; k + 1 < shape.num_rods; ++k) {
     part.of(rods.z[k]) = part.of(rods.path_factor(k).y) - spike;
     spike = -part.of(rods.path_factor(k).l) * spike;

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "schur/group_series.hpp"
-#include "schur/path_series.hpp"
 #include "schur/rod_rows.hpp"
+#include "schur/short_path_series.hpp"
 
 namespace tanor::detail {
 
@@ -34,8 +34,6 @@ std::vector<Index> find_fixed_rods(const RodRows& rods, const Numbering& numberi
 
 }  // namespace
 
-LaneSeries::~LaneSeries() = default;
-
 LaneSeries::LaneSeries(const System& system, const Constraints& constraints, const Numbering& numbering,
                        std::span<const double> inverse_mass, int threads)
     : left_rows_(numbering.num_rows(), 1), left_points_(numbering.num_moving) {
@@ -43,15 +41,12 @@ LaneSeries::LaneSeries(const System& system, const Constraints& constraints, con
   const RodRows rods(constraints, numbering.num_rows());
   std::vector<Index> islands = find_fixed_rods(rods, numbering);
   const std::vector<Index> suited = islands;
-  if (auto paths = std::make_unique<PathSeries>(rods, numbering, inverse_mass, &islands); !paths->is_empty())
-    paths_ = std::move(paths);
-  const auto add = [&](const auto& take, std::unique_ptr<GroupSeries>* series) {
-    LanePlan plan = take(rods, numbering, false, &islands);
-    if (!plan.groups.empty())
-      *series = std::make_unique<GroupSeries>(std::move(plan), rods, numbering, inverse_mass, threads);
+  const auto add = [&](auto series) {
+    if (series->num_parts() > 0) series_.push_back(std::move(series));
   };
-  add(take_equal_islands, &batches_);
-  add(take_trees, &trees_);
+  add(std::make_unique<ShortPathSeries>(rods, numbering, inverse_mass, &islands));
+  for (const auto take : {take_equal_islands, take_paths, take_trees})
+    add(std::make_unique<GroupSeries>(take(rods, numbering, false, &islands), rods, numbering, inverse_mass, threads));
   std::vector<Index> served;
   std::ranges::set_difference(suited, islands, std::back_inserter(served));
   serves_all_ = served.size() == numbering.num_islands();
@@ -73,25 +68,17 @@ LaneSeries::LaneSeries(const System& system, const Constraints& constraints, con
   }
 }
 
-bool LaneSeries::serves_some() const {
-  return paths_ != nullptr || batches_ != nullptr || trees_ != nullptr;
-}
-
-std::size_t LaneSeries::num_groups() const {
-  const auto of = [](const auto& series) { return series != nullptr ? series->num_groups() : 0; };
-  return of(paths_) + of(batches_) + of(trees_);
+std::size_t LaneSeries::num_parts() const {
+  std::size_t result = 0;
+  for (const auto& series : series_) result += series->num_parts();
+  return result;
 }
 
 double LaneSeries::expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda,
                           int passes, const NeededTerms& needed, std::span<std::uint8_t> last_term) {
   double longest = any_length;
-  const auto expand_those = [&](const auto& series) {
-    if (series != nullptr)
-      longest = std::min(longest, series->expand(parallel, coefficients, lambda, passes, needed, last_term));
-  };
-  expand_those(paths_);
-  expand_those(batches_);
-  expand_those(trees_);
+  for (const auto& series : series_)
+    longest = std::min(longest, series->expand(parallel, coefficients, lambda, passes, needed, last_term));
   return longest;
 }
 

@@ -8,30 +8,25 @@
 #include <tanor/system.hpp>
 
 #include "base/index_ranges.hpp"
-#include "base/parallel.hpp"
 #include "evaluate/constraints.hpp"
-#include "schur/needed_terms.hpp"
+#include "schur/island_series.hpp"
 #include "system/numbering.hpp"
 
 namespace tanor::detail {
 
-class PathSeries;
-class GroupSeries;
-
 /// The motion as a power series of the islands of rods that share SIMD lanes, if all forces are gravity, supports rest
-/// and lengths are fixed: paths (PathSeries), equal islands of other shapes and trees (GroupSeries). It does what
-/// MotionSeries and a solve an order do in general, but fused and with everything kept in lanes between the orders.
+/// and lengths are fixed: equal islands, paths, rings and trees. It does what MotionSeries and a solve an order do in
+/// general, but fused and with everything kept in lanes between the orders.
 class LaneSeries {
  public:
   /// Keeps a reference to `inverse_mass` [point].
   LaneSeries(const System& system, const Constraints& constraints, const Numbering& numbering,
              std::span<const double> inverse_mass, int threads);
-  ~LaneSeries();
 
-  bool serves_some() const;
+  bool serves_some() const { return !series_.empty(); }
   bool serves_all() const { return serves_all_; }
-  /// Returns how many groups of islands there are, each of which has as many terms as it needs.
-  std::size_t num_groups() const;
+  /// Returns in how many parts the islands are expanded, each of which has as many terms as it needs.
+  std::size_t num_parts() const;
   /// Returns the part of all rows that is left to others.
   double share_left() const { return share_left_; }
   /// Returns what is left to others: a flag for each row [d], and the moving points.
@@ -47,8 +42,7 @@ class LaneSeries {
                 const NeededTerms& needed, std::span<std::uint8_t> last_term);
 
  private:
-  std::unique_ptr<PathSeries> paths_;  // null if there are none
-  std::unique_ptr<GroupSeries> batches_, trees_;
+  std::vector<std::unique_ptr<IslandSeries>> series_;
   bool serves_all_ = false;
   double share_left_ = 1.0;
   std::vector<char> left_rows_;

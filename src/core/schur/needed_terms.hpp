@@ -24,9 +24,9 @@ struct NeededTerms {
   struct Errors {
     double position, velocity;
   };
-  /// Returns the absolute errors that a point may have; 1 if there is no point (-1).
+  /// Returns the absolute errors that a point may have; any if it is negative, which is another island's or nobody's.
   Errors atol_of(Index point) const {
-    if (point < 0) return {1.0, 1.0};
+    if (point < 0) return {HUGE_VAL, HUGE_VAL};
     if (step.atol > 0.0) return {step.atol, step.atol};
     const auto i = static_cast<std::size_t>(point);
     return {position_atol[i], velocity_atol[i]};
@@ -48,31 +48,23 @@ inline void end_series(const FoundTerms& found, int reached, std::size_t begin, 
   std::fill(last_term.begin() + begin, last_term.begin() + end, static_cast<std::uint8_t>(found.last));
 }
 
-/// The inverse squares of the errors that the points in lanes may have.
-template <std::size_t lanes>
-struct TermWeights {
-  Pack<lanes> position, velocity;
-};
-
 /// Decides how many terms islands in lanes need: order k is the last one if it and the one before it stay within the
 /// allowed errors in a step of the length that is needed. This is how the step follows from the last terms elsewhere.
-/// Each island decides by itself, whatever the others are, so that any division into lanes gives the same bits. If
-/// `is_cut` is true, the lanes are pieces of one island.
-template <std::size_t lanes, bool is_cut = false>
+/// Each island decides by itself, whatever the others are, so that any division into lanes gives the same bits.
 class TermCounter {
  public:
-  using Lane = Pack<lanes>;
-  using Vector = Pack3<lanes>;
-  using Weights = TermWeights<lanes>;
+  /// The inverse squares of the errors that the points in lanes may have.
+  struct Weights {
+    Pack<> position, velocity;
+  };
 
-  explicit TermCounter(const NeededTerms& needed) : step_(needed.step), is_counting_(!needed.are_all()) {}
-
-  bool is_counting() const { return is_counting_; }
+  /// Counts those of islands in so many lanes.
+  explicit TermCounter(const SeriesDemand& step, std::size_t num_islands) : step_(step), num_islands_(num_islands) {}
 
   /// Returns the weight of points at r, or with the velocities r. It is that of an error up to the square root of 2
   /// smaller than the allowed one, which needs no root: (atol + rtol |r|)^2 >= atol^2 + rtol^2 r.r.
-  [[gnu::always_inline]] Lane weigh(const Vector& r, const Lane& atol) const {
-    return 1.0 / (atol * atol + (step_.rtol * step_.rtol) * dot(r, r));
+  [[gnu::always_inline]] static Pack<> weigh(const Pack3<>& r, const Pack<>& atol, double rtol) {
+    return 1.0 / (atol * atol + (rtol * rtol) * dot(r, r));
   }
 
   /// Writes the absolute errors of a point in the place of its weights.
@@ -84,25 +76,30 @@ class TermCounter {
 
   /// The largest squares of an order's ratios in each lane.
   struct Largest {
-    Lane position{}, velocity{};
-    Lane sum{};  // is NaN if some number is, which comparisons pass over
+    Pack<> position{}, velocity{};
+    Pack<> sum{};  // is NaN if some number is, which comparisons pass over
 
-    [[gnu::always_inline]] void include(const Vector& r, const Weights& weights) {
-      const Lane square = dot(r, r), of_position = square * weights.position, of_velocity = square * weights.velocity;
+    [[gnu::always_inline]] void include(const Pack3<>& r, const Weights& weights) {
+      const Pack<> square = dot(r, r), of_position = square * weights.position, of_velocity = square * weights.velocity;
       sum += square;
       position = of_position > position ? of_position : position;
       velocity = of_velocity > velocity ? of_velocity : velocity;
     }
+    /// Includes those of one lane of others in a lane.
+    void include(std::size_t lane, const Largest& others, std::size_t other_lane) {
+      position[lane] = std::max(position[lane], others.position[other_lane]);
+      velocity[lane] = std::max(velocity[lane], others.velocity[other_lane]);
+      sum[lane] += others.sum[other_lane];
+    }
   };
 
   /// Notes order k. Returns true if no island needs more. Orders follow one another.
-  bool note(int k, const Largest& own) {
-    const Largest largest = is_cut ? of_all_lanes(own) : own;
+  bool note(int k, const Largest& largest) {
     power_ = power_ > 0.0 ? power_ * step_.h * step_.h : std::pow(step_.h, 2 * (k - 1));
     const auto is_small = (largest.position * (power_ * step_.h * step_.h) <= 1.0) &
                           (largest.velocity * (power_ * k * k) <= 1.0) & (largest.sum == largest.sum);
     bool are_enough = true;
-    for (std::size_t s = 0; s < lanes; ++s) {
+    for (std::size_t s = 0; s < num_islands_; ++s) {
       const bool ends = k >= least_order && is_small[s] != 0 && was_small_[s] != 0;
       if (ends && found_[s].last == 0)
         found_[s] = {k, std::min(longest_step(k, largest, s), longest_step(k - 1, before_, s))};
@@ -120,27 +117,18 @@ class TermCounter {
  private:
   static constexpr int least_order = 6;
 
-  static Largest of_all_lanes(const Largest& largest) {
-    double position = 0.0, velocity = 0.0, sum = 0.0;
-    for (std::size_t s = 0; s < lanes; ++s) {
-      position = std::max(position, largest.position[s]);
-      velocity = std::max(velocity, largest.velocity[s]);
-      sum += largest.sum[s];
-    }
-    return {Lane{} + position, Lane{} + velocity, Lane{} + sum};
-  }
   static double longest_step(int k, const Largest& largest, std::size_t lane) {
     return std::exp(log_of_longest_step(k, std::sqrt(largest.position[lane]), std::sqrt(largest.velocity[lane])));
   }
 
-  using Mask = decltype(Lane{} <= Lane{});
+  using Mask = decltype(Pack<>{} <= Pack<>{});
 
   SeriesDemand step_;
-  bool is_counting_;
-  double power_ = 0.0;                     // h^(2k-2) of the last order
-  Mask was_small_{};                       // of the last order
-  Largest before_;                         // that of the last order
-  std::array<FoundTerms, lanes> found_{};  // [lane]; `last` is 0 where more are needed
+  std::size_t num_islands_;
+  double power_ = 0.0;                         // h^(2k-2) of the last order
+  Mask was_small_{};                           // of the last order
+  Largest before_;                             // that of the last order
+  std::array<FoundTerms, num_lanes> found_{};  // [lane]; `last` is 0 where more are needed
 };
 
 }  // namespace tanor::detail

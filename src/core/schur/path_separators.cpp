@@ -55,6 +55,16 @@ double factorize_separators(std::span<Separator> separators, bool is_ring) {
   return largest;
 }
 
+void join_points(std::span<Separator> separators, bool is_ring) {
+  for (std::size_t q = is_ring ? 0 : 1; q < separators.size(); ++q) {
+    Separator &own = separators[q], &before = q > 0 ? separators[q - 1] : separators.back();
+    own.b_of_first = -dot(own.first, before.behind_r);
+    own.y -= own.spread * own.b_of_first;
+    own.taken_y -= own.taken * own.b_of_first;
+    before.y -= dot(before.u, own.before_r);
+  }
+}
+
 void solve_separators(std::span<Separator> separators, bool is_ring) {
   double y = 0.0, of_closing_row = 0.0;
   const std::size_t count = separators.size() - (is_ring ? 1 : 0);

@@ -26,6 +26,9 @@ struct Separator {
   double b = 0.0, y = 0.0;              ///< of a right side: its own, and what the piece leaves of it
   double x = 0.0;                       ///< the solution
   Vec3 first_dw, last_dw;               ///< dw of the first and the last point of the piece
+  Vec3 before_r, behind_r;              ///< what the piece adds to r of the points before and behind it
+  Vec3 first_r;                         ///< r of the first point
+  double b_of_first = 0.0;              ///< what the piece before adds to the right side of the first rod
 
   Vec3 force() const { return x * u; }
 };
@@ -33,6 +36,8 @@ struct Separator {
 /// Factorizes S of the separators of one path, after its pieces. In a ring, the last one closes it and is coupled with
 /// the first one. Returns the largest S_aa/pivot, infinite if a pivot is not positive.
 double factorize_separators(std::span<Separator> separators, bool is_ring);
+/// Lets each piece know r of the points between pieces, to which the pieces on both sides add.
+void join_points(std::span<Separator> separators, bool is_ring);
 /// Computes x from y, for S x = -b.
 void solve_separators(std::span<Separator> separators, bool is_ring);
 /// Returns the largest |K'dw + b|.

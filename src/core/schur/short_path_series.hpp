@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/pack.hpp"
+#include "schur/island_series.hpp"
+#include "schur/rod_rows.hpp"
+
+namespace tanor::detail {
+
+/// The motion of short paths of rods of fixed length as a power series, with the recurrences of GroupSeries, one path
+/// after the other. The lanes have the x, y, z of a rod and its multiplier: short paths leave lanes of groups empty,
+/// and are over before a group has begun.
+class ShortPathSeries final : public IslandSeries {
+ public:
+  /// Takes the islands that are paths of fewer than `plan::fewest_rods_of_cut_path` rods out of `islands`.
+  /// `inverse_mass` is [inner point].
+  ShortPathSeries(const RodRows& rods, const Numbering& numbering, std::span<const double> inverse_mass,
+                  std::vector<Index>* islands);
+
+  std::size_t num_parts() const override { return paths_.size(); }
+  double expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda, int passes,
+                const NeededTerms& needed, std::span<std::uint8_t> last_term) override;
+
+ private:
+  struct Rod {
+    Four u;                                   // a_0
+    double inverse_pivot, l, half_square, x;  // S = L D L': 1/D, and L of the next row; the unknown
+  };
+  struct Point {
+    Four r;                                         // of the current order
+    double inverse_mass, of_position, of_velocity;  // weights of terms, see TermCounter
+    Index number;                                   // inner
+  };
+  /// A path, and where its rods begin in the lists of all; its points begin at `first + number of the path`.
+  struct Path {
+    RodPath rows;
+    std::size_t first;
+  };
+  /// The arrays of a thread.
+  struct Room {
+    std::vector<Rod> rods;      // [rod]
+    std::vector<Point> points;  // [rod + 1]
+    Packs series;               // [rod][order] Four of a_k and mu_k
+    double longest;             // see FoundTerms
+  };
+  struct Expansion;
+
+  std::vector<Path> paths_;
+  std::vector<double> inverse_mass_;  // [path][point]
+  std::vector<Vec3> offsets_;         // [rod] part of a_0; empty if there are none
+  std::size_t most_rods_ = 0;
+  std::vector<Room> rooms_;  // [thread]
+};
+
+}  // namespace tanor::detail
