@@ -3,7 +3,7 @@
 ///
 ///     byte 0: which system; bit 7: the checksum stays wrong      bytes 1, 2: bytes cut off in front of it
 
-#include "report/recording_file.hpp"
+#include "report/recording.hpp"
 
 #include <fstream>
 #include <string>

@@ -1,4 +1,4 @@
-#include "report/error_time_table.hpp"
+#include "report/error_time.hpp"
 
 #include <cmath>
 

@@ -6,8 +6,6 @@
 
 #include <gtest/gtest.h>
 
-#include "report/growing_file.hpp"
-
 #include "report/reading.hpp"
 
 namespace tanor::report {

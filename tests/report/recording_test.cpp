@@ -7,7 +7,6 @@
 
 #include "report/output_file.hpp"
 #include "report/reading.hpp"
-#include "report/recording_file.hpp"
 #include "rough_scenes.hpp"
 
 namespace tanor::report {

@@ -3,13 +3,12 @@
 #include <gtest/gtest.h>
 
 #include "base/checksum.hpp"
-#include "report/array_writer.hpp"
 #include "report/checkpoint.hpp"
-#include "report/friction_parts.hpp"
 #include "report/json_text.hpp"
 #include "report/npy.hpp"
 #include "report/output_file.hpp"
 #include "report/reading.hpp"
+#include "report/shared_parts.hpp"
 #include "report/summary.hpp"
 #include "report/trajectory.hpp"
 

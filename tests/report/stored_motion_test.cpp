@@ -272,5 +272,31 @@ TEST(StoredMotionTest, FoldersWithoutFramesAreRefused) {
   EXPECT_THROW(StoredMotion(folder.path()), InputError);
 }
 
+/// A frame has the cell of a sample that is periodic in all directions, and a picture has room for all of it.
+TEST(MotionExtentTest, ACellIsSeenAsAWhole) {
+  System system;
+  system.positions = {0.2, 0.2, 0.2, 0.7, 0.7, 0.7};
+  system.masses = {1.0, 1.0};
+  const ShownParts shown = choose_parts(system, {});
+  EXPECT_TRUE(list_guides(system, shown, 0.0, 0.0).empty());
+  system.cell = Cell{.xx = 2.0, .yy = 1.0, .zz = 1.0, .xy = 0.5, .origin = {-1, 0, 0}};
+  StoredFrame frame;
+  frame.positions = system.positions;
+  frame.is_support = {false, false};
+  frame.guides = list_guides(system, shown, 0.0, 0.0);
+  ASSERT_EQ(frame.guides.size(), 1u);
+  const std::vector<Vector3> ends = find_edges(frame.guides[0]);
+  EXPECT_EQ(ends.size(), 24u);
+  EXPECT_EQ(ends.front(), (Vector3{-1, 0, 0}));
+  EXPECT_EQ(ends.back(), (Vector3{1.5, 1, 1}));
+  for (std::size_t k = 0; k < ends.size(); k += 2) EXPECT_NE(ends[k], ends[k + 1]);
+
+  const MotionExtent extent = measure_motion({frame});
+  EXPECT_EQ(extent.least, (Vector3{-1, 0, 0}));
+  EXPECT_EQ(extent.most, (Vector3{1.5, 1, 1}));
+  frame.guides[0].numbers = {-100, 0, 0, 200, 0, 0, 0, 200, 0, 0, 0, 200};
+  EXPECT_EQ(measure_motion({frame}).least[0], 0.2) << "a motion in a small part of it fills the picture";
+}
+
 }  // namespace
 }  // namespace tanor::report

@@ -10,7 +10,6 @@
 
 #include "cli/command_line.hpp"
 #include "cli/messages.hpp"
-#include "report/friction_parts.hpp"
 #include "report/shared_parts.hpp"
 #include "report/terminal.hpp"
 #include "report/words.hpp"
@@ -116,13 +115,10 @@ void print_certificate(const Certificate& certificate, bool is_verbose) {
 }
 
 Json describe(const RankReport& rank) {
-  Json redundant = Json::array();
-  for (const RowDependence& dependence : rank.dependences) redundant.push_back(dependence.what);
-  return {{"rank", rank.is_known ? Json(rank.rank) : Json()},
-          {"degrees_of_freedom", rank.degrees_of_freedom},
-          {"redundant", redundant},
-          {"smallest_singular_value", rank.smallest_singular_value > 0.0 ? Json(rank.smallest_singular_value) : Json()},
-          {"prestress_rigid_points", rank.prestress_rigid_points}};
+  Json json = report::describe_rank(rank);
+  json["smallest_singular_value"] = rank.smallest_singular_value > 0.0 ? Json(rank.smallest_singular_value) : Json();
+  json["prestress_rigid_points"] = rank.prestress_rigid_points;
+  return json;
 }
 
 Json describe(const Findings& found) {
@@ -159,7 +155,7 @@ void print_findings(const Findings& found, bool is_verbose) {
 
 }  // namespace
 
-ExitCode execute(const CheckOptions& options) {
+ExitCode execute_check(const Options& options) {
   scene::Scene scene = prepare(scene::load_scene(options.scene));
   const Findings found = naming_file(options.scene, [&] { return find(&scene); });
   options.json ? print_json(describe(found)) : print_findings(found, options.verbose);

@@ -5,7 +5,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include <tanor/build_info.hpp>
 #include <tanor/error.hpp>
@@ -14,6 +13,7 @@
 #include "base/suggestion.hpp"
 #include "cli/command_table.hpp"
 #include "cli/messages.hpp"
+#include "report/field_json.hpp"
 
 namespace tanor::cli {
 using namespace detail;
@@ -97,41 +97,39 @@ std::string list_methods() {
 
 }  // namespace
 
-ExitCode execute(const VersionOptions& options) {
-  const BuildInfo build = build_info();
+ExitCode execute_version(const Options& options) {
+  using B = BuildInfo;
+  const B build = build_info();
   if (!options.json) return print_lines(describe(build)), ExitCode::Done;
-  print_json({{"version", build.version},
-              {"has_suitesparse_qr", build.has_suitesparse_qr},
-              {"cholmod_has_gpl_modules", build.cholmod_has_gpl_modules},
-              {"instruction_set", build.instruction_set}});
+  print_json(
+      report::json_of_members<&B::version, &B::has_suitesparse_qr, &B::cholmod_has_gpl_modules, &B::instruction_set>(
+          build));
   return ExitCode::Done;
 }
 
-ExitCode execute(const MethodsOptions& options) {
+ExitCode execute_methods(const Options& options) {
+  using M = MethodTraits;
   constexpr std::size_t column = 48;  // column of the description of a method
   if (!options.json) return print_lines(list_methods(), column), ExitCode::Done;
-  nlohmann::ordered_json table = nlohmann::json::array();
-  for (const MethodTraits& each : methods()) {
-    table.push_back({{"name", each.name},
-                     {"order", each.order > 0 ? nlohmann::ordered_json(each.order) : nullptr},
-                     {"has_fixed_steps", each.has_fixed_steps},
-                     {"is_implicit", each.is_implicit},
-                     {"serves_friction", each.serves_friction},
-                     {"steps_in_coordinates", each.steps_in_coordinates},
-                     {"what", each.what}});
+  report::Json table = report::Json::array();
+  for (const M& each : methods()) {
+    report::Json& row =
+        table.emplace_back(report::json_of_members<&M::name, &M::order, &M::has_fixed_steps, &M::is_implicit,
+                                                   &M::serves_friction, &M::steps_in_coordinates, &M::what>(each));
+    if (each.order <= 0) row["order"] = nullptr;
   }
   print_json(table);
   return ExitCode::Done;
 }
 
 Request parse_command_line(int argc, const char* const* argv) {
-  const std::vector<Command> commands = make_commands();
+  Request request;
+  const std::vector<Command> commands = make_commands(&request.options);
   CLI::App app(std::string(program_summary), "tanor");
-  bool tells_version = false, lists_methods = false;
-  CommonOptions common;
+  bool tells_version = false, lists_methods = false, is_json = false;
   app.add_flag("--version", tells_version);
   app.add_flag("--methods", lists_methods);
-  app.add_flag("--json", common.json);
+  app.add_flag("--json", is_json);
   app.require_subcommand(0, 1)->allow_extras();
   for (const Command& each : commands) add_command(each, &app);
   const auto asked = [&] {
@@ -140,13 +138,11 @@ Request parse_command_line(int argc, const char* const* argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp&) {
-    HelpOptions help;
-    help.json = app.count("--json") > 0;
-    if (asked() != commands.end()) {
-      help.command = asked()->name;
-      help.json = app.get_subcommand(asked()->name)->count("--json") > 0;
-    }
-    return help;
+    Options help;
+    if (asked() != commands.end()) help.topic = asked()->name;
+    const CLI::App* const place = help.topic.empty() ? &app : app.get_subcommand(help.topic);
+    help.json = place->count("--json") > 0;
+    return {"help", help};
   } catch (const CLI::ArgumentMismatch& error) {
     const std::string told = error.what(), name = told.substr(0, told.find(':'));
     throw InputError("", name + " needs one value; see tanor " + asked()->name + " --help");
@@ -156,13 +152,15 @@ Request parse_command_line(int argc, const char* const* argv) {
   }
   require_known(app, commands);
   if (asked() != commands.end()) {
-    if (common.json || tells_version || lists_methods)
+    if (is_json || tells_version || lists_methods)
       throw InputError("", "options stand behind the command, as in tanor " + asked()->name + " --json");
     require_complete(*asked(), *app.get_subcommand(asked()->name));
-    return asked()->request();
+    request.command = asked()->name;
+    return request;
   }
-  if (tells_version) return VersionOptions{common};
-  if (lists_methods) return MethodsOptions{common};
+  request.options.json = is_json;
+  request.command = tells_version ? "--version" : "--methods";
+  if (tells_version || lists_methods) return request;
   throw InputError("", "a command is required, such as tanor run SCENE; see tanor --help");
 }
 

@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "cli/exit_code.hpp"
@@ -12,130 +11,67 @@
 
 namespace tanor::cli {
 
-/// Options that every command has.
-struct CommonOptions {
-  bool quiet = false;  ///< prints nothing but the result and what went wrong
-  bool json = false;   ///< prints the result as JSON
-};
-
-/// `tanor run`
-struct RunOptions : CommonOptions {
+/// Everything that a command line may say. A command reads what its arguments and options name.
+struct Options {
+  bool quiet = false;    ///< prints nothing but the result and what went wrong
+  bool json = false;     ///< prints the result as JSON
+  bool verbose = false;  ///< prints the identities of the certificate too, or in symbols
   std::filesystem::path scene;
-  std::optional<std::filesystem::path> out;  ///< folder; default: `<name>.out`
+  std::filesystem::path folder;              ///< of results that are shown
+  std::optional<std::filesystem::path> out;  ///< folder or file of the results; default: the command's own
   scene::Overrides overrides;                ///< a step and tolerances exclude each other
+
+  // Options of `run` follow.
   bool resume = false;
   bool overwrite = false;                  ///< replaces the same run if it lies there and is not at its end
   std::optional<double> checkpoint_every;  ///< s of the clock, at most, between two checkpoints; default 60
   bool report = false;                     ///< writes a page for a browser, report.html
-  bool verbose = false;                    ///< prints the identities of the certificate too
-};
 
-/// `tanor solve`
-struct SolveOptions : CommonOptions {
-  std::filesystem::path scene;
-  std::optional<std::filesystem::path> out;  ///< file; default: standard output
-};
-
-/// `tanor forces`
-struct ForcesOptions : CommonOptions {
-  std::filesystem::path scene;
-  std::filesystem::path motion;              ///< .csv or .npy, rows t, x1, y1, z1, x2, … or t, q1, q2, …
-  std::optional<std::filesystem::path> out;  ///< folder; default: `<name>.out`
-};
-
-/// `tanor info`
-struct InfoOptions : CommonOptions {
-  std::filesystem::path scene;
-};
-
-/// `tanor check`: consistency of the start, rank, redundant constraints, conditioning, identities.
-struct CheckOptions : CommonOptions {
-  std::filesystem::path scene;
-  bool verbose = false;  ///< prints the identities of the certificate in symbols
-};
-
-/// `tanor error-time`: compares each method at four step sizes or tolerances with a finer run of another method.
-struct ErrorTimeOptions : CommonOptions {
-  std::filesystem::path scene;
-  std::vector<std::string> methods;                ///< default: rattle, rk4, dopri5, dop853, taylor, auto
-  std::optional<std::filesystem::path> out;        ///< folder; default: `<name>.out`
+  // Options of `forces` and `error-time` follow.
+  std::filesystem::path motion;      ///< .csv or .npy, rows t, x1, y1, z1, x2, … or t, q1, q2, …
+  std::vector<std::string> methods;  ///< that are compared; default: rattle, rk4, dopri5, dop853, taylor, auto
   std::optional<std::filesystem::path> reference;  ///< state at t_end that replaces the reference run
-  scene::Overrides overrides;                      ///< the coarsest step, t_end, threads
-};
 
-/// `tanor equilibrium`
-struct EquilibriumCommand : CommonOptions {
-  std::filesystem::path scene;
-  std::optional<std::filesystem::path> out;  ///< folder; default: `<name>.equilibrium.out`
-  std::optional<std::size_t> modes;          ///< number of vibrations about the rest position; none if not asked for
-};
+  // Options of `equilibrium` and `modes` follow.
+  std::optional<std::size_t> num_modes;  ///< ModesOptions::all for all; default: none, or those of the scene
+  bool pictures = false;                 ///< writes a picture of each mode, for ParaView
 
-/// `tanor modes`: small vibrations about the scene's positions.
-struct ModesCommand : CommonOptions {
-  std::filesystem::path scene;
-  std::optional<std::size_t> count;          ///< replaces the scene's own; ModesOptions::all for all
-  std::optional<std::filesystem::path> out;  ///< folder; default: `<name>.modes.out`
-  bool pictures = false;                     ///< writes a picture of each mode, for ParaView
-};
-
-/// `tanor selftest`: solves problems with known answers and counts the correct digits.
-struct SelftestOptions : CommonOptions {};
-
-/// `tanor view`: the page of a run in a browser.
-struct ViewOptions : CommonOptions {
-  std::filesystem::path folder;
-  int port = 0;  ///< on 127.0.0.1; 0 for any that is free
-  bool no_open = false;
-};
-
-/// `tanor picture`: draws an instant of a run as PNG.
-struct PictureOptions : CommonOptions {
-  std::filesystem::path folder;
-  std::optional<double> time;                ///< s; default: the last frame
-  std::optional<std::filesystem::path> out;  ///< file; default: picture.png in the folder
+  // Options of `view` and `picture` follow.
+  struct Server {
+    int port = 0;  ///< on 127.0.0.1; 0 for any that is free
+    bool no_open = false;
+  } server;
+  std::optional<double> time;  ///< s; default: the last frame
   picture::Style style;
+
+  std::string topic;  ///< of `help` and `manual`: a command, or empty for all; of `completion`: a shell
 };
 
-/// `tanor help`, `tanor manual`, `tanor completion`: print what the table of commands says.
-struct HelpOptions : CommonOptions {
-  std::string command;  ///< empty for all
+/// A command such as "run", or "--version" or "--methods", and how it is to be done.
+struct Request {
+  std::string command;
+  Options options;
 };
-struct ManualOptions : CommonOptions {
-  std::string command;                       ///< empty for the program
-  std::optional<std::filesystem::path> out;  ///< folder for all pages; default: one page on standard output
-};
-struct CompletionOptions : CommonOptions {
-  std::string shell;
-};
-
-/// `tanor --version`, `tanor --methods`.
-struct VersionOptions : CommonOptions {};
-struct MethodsOptions : CommonOptions {};
-
-/// The request of a command line.
-using Request = std::variant<RunOptions, SolveOptions, ForcesOptions, InfoOptions, CheckOptions, ErrorTimeOptions,
-                             EquilibriumCommand, ModesCommand, SelftestOptions, ViewOptions, PictureOptions,
-                             HelpOptions, ManualOptions, CompletionOptions, VersionOptions, MethodsOptions>;
 
 /// Reads the command line. Throws InputError for wrong usage, with the option in its `where()` if there is one.
 Request parse_command_line(int argc, const char* const* argv);
 
 // There is one function for each command, in the file of its name.
-ExitCode execute(const RunOptions& options);
-ExitCode execute(const SolveOptions& options);
-ExitCode execute(const ForcesOptions& options);
-ExitCode execute(const InfoOptions& options);
-ExitCode execute(const CheckOptions& options);
-ExitCode execute(const ErrorTimeOptions& options);
-ExitCode execute(const EquilibriumCommand& command);
-ExitCode execute(const ModesCommand& command);
-ExitCode execute(const SelftestOptions& options);
-ExitCode execute(const ViewOptions& options);
-ExitCode execute(const PictureOptions& options);
-ExitCode execute(const HelpOptions& options);
-ExitCode execute(const ManualOptions& options);
-ExitCode execute(const CompletionOptions& options);
-ExitCode execute(const VersionOptions& options);
-ExitCode execute(const MethodsOptions& options);
+ExitCode execute_run(const Options& options);
+ExitCode execute_solve(const Options& options);
+ExitCode execute_forces(const Options& options);
+ExitCode execute_info(const Options& options);
+ExitCode execute_check(const Options& options);
+ExitCode execute_error_time(const Options& options);
+ExitCode execute_equilibrium(const Options& options);
+ExitCode execute_modes(const Options& options);
+ExitCode execute_selftest(const Options& options);
+ExitCode execute_view(const Options& options);
+ExitCode execute_picture(const Options& options);
+ExitCode execute_help(const Options& options);
+ExitCode execute_manual(const Options& options);
+ExitCode execute_completion(const Options& options);
+ExitCode execute_version(const Options& options);
+ExitCode execute_methods(const Options& options);
 
 }  // namespace tanor::cli

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <memory>
 #include <optional>
 #include <utility>
 
@@ -16,7 +15,6 @@
 #include <tanor/motion.hpp>
 
 #include "base/suggestion.hpp"
-#include "cli/picture_values.hpp"
 #include "cli/values.hpp"
 
 namespace tanor::cli {
@@ -124,26 +122,22 @@ Value instruction_set() {
                                                 }});
 }
 
-template <class Options>
-Argument scene_argument(const std::shared_ptr<Options>& options) {
+Argument scene_argument(Options* options) {
   return {"SCENE", text(Word::Scene, &options->scene), "scene file (JSON)"};
 }
 
 /// Adds the options that every command has.
-template <class Options>
-Command complete(const std::shared_ptr<Options>& options, Command command) {
+Command complete(Options* options, Command command) {
   command.options.push_back(
       {"--quiet", "", yes(&options->quiet), "no progress and no notes; warnings and errors stay"});
   command.options.push_back({"--json", "", yes(&options->json), "print the result as JSON"});
   command.options.push_back(
       {"--isa", "NAME", instruction_set(),
        "instruction set of the hot loops: avx512, avx2 or baseline, as TANOR_ISA; default the best"});
-  command.request = [options] { return *options; };
   return command;
 }
 
-Command describe_run() {
-  const auto options = std::make_shared<RunOptions>();
+Command describe_run(Options* options) {
   scene::Overrides* over = &options->overrides;
   return complete(
       options,
@@ -188,8 +182,7 @@ Command describe_run() {
                     {"tanor run net.json --resume", "go on after Ctrl-C or a power cut"}}});
 }
 
-Command describe_solve() {
-  const auto options = std::make_shared<SolveOptions>();
+Command describe_solve(Options* options) {
   return complete(
       options, {.name = "solve",
                 .summary = "accelerations, reactions and multipliers at t_start (0 s)",
@@ -200,8 +193,7 @@ Command describe_solve() {
                              {"tanor solve net.json --out start.json", "keep it"}}});
 }
 
-Command describe_forces() {
-  const auto options = std::make_shared<ForcesOptions>();
+Command describe_forces(Options* options) {
   return complete(
       options,
       {.name = "forces",
@@ -215,8 +207,7 @@ Command describe_forces() {
        .examples = {{"tanor forces crane.json --motion drive.csv", "what the drives of the crane must do"}}});
 }
 
-Command describe_info() {
-  const auto options = std::make_shared<InfoOptions>();
+Command describe_info(Options* options) {
   return complete(options, {.name = "info",
                             .summary = "what a scene holds, how it is solved, what a step will cost",
                             .text = "Reads and plans the scene. It solves nothing and writes nothing.",
@@ -225,8 +216,7 @@ Command describe_info() {
                                          {"tanor info net.json --json | jq .predicted", "the cost of each method"}}});
 }
 
-Command describe_check() {
-  const auto options = std::make_shared<CheckOptions>();
+Command describe_check(Options* options) {
   return complete(
       options,
       {.name = "check",
@@ -246,8 +236,7 @@ std::string list_compared_methods() {
   return fmt::format("{}", fmt::join(names, ","));
 }
 
-Command describe_error_time() {
-  const auto options = std::make_shared<ErrorTimeOptions>();
+Command describe_error_time(Options* options) {
   scene::Overrides* over = &options->overrides;
   return complete(
       options,
@@ -278,8 +267,7 @@ Value count_of_modes(std::optional<std::size_t>* target) {
           }};
 }
 
-Command describe_equilibrium() {
-  const auto options = std::make_shared<EquilibriumCommand>();
+Command describe_equilibrium(Options* options) {
   return complete(
       options,
       {.name = "equilibrium",
@@ -288,22 +276,21 @@ Command describe_equilibrium() {
                "constraints. Writes summary.json, report.html (tanor view opens it), equilibrium.xyz and "
                "equilibrium.json, the scene at rest, into the folder of results.",
        .arguments = {scene_argument(options)},
-       .options = {{"--modes", "N", count_of_modes(&options->modes), "the lowest modes about it too; all"},
+       .options = {{"--modes", "N", count_of_modes(&options->num_modes), "the lowest modes about it too; all"},
                    {"--out", "DIR", text(Word::Folder, &options->out),
                     "folder of the results; default <name>.equilibrium.out"}},
        .examples = {{"tanor equilibrium net.json", "where does it hang?"},
                     {"tanor run net.equilibrium.out/equilibrium.json --t-end 1", "does it stay there?"}}});
 }
 
-Command describe_modes() {
-  const auto options = std::make_shared<ModesCommand>();
+Command describe_modes(Options* options) {
   return complete(
       options, {.name = "modes",
                 .summary = "frequencies and shapes of small vibrations about an equilibrium",
                 .text = "Finds the lowest modes about the positions of the scene, which must be an equilibrium. Writes "
                         "summary.json, report.html and the shapes into the folder of results; tanor view opens it.",
                 .arguments = {scene_argument(options)},
-                .options = {{"--count", "N", count_of_modes(&options->count),
+                .options = {{"--count", "N", count_of_modes(&options->num_modes),
                              "modes, the lowest ones; all; default: that of the scene, or 10"},
                             {"--out", "DIR", text(Word::Folder, &options->out),
                              "folder of the results; default <name>.modes.out"},
@@ -312,8 +299,7 @@ Command describe_modes() {
                 .examples = {{"tanor modes hanging.json --count 20", "how does it swing?"}}});
 }
 
-Command describe_selftest() {
-  const auto options = std::make_shared<SelftestOptions>();
+Command describe_selftest(Options* options) {
   return complete(options,
                   {.name = "selftest",
                    .summary = "published and closed-form problems: digits won, in seconds",
@@ -321,8 +307,7 @@ Command describe_selftest() {
                    .examples = {{"tanor selftest", "does tanor work on this machine?"}}});
 }
 
-Command describe_view() {
-  const auto options = std::make_shared<ViewOptions>();
+Command describe_view(Options* options) {
   return complete(
       options,
       {.name = "view",
@@ -330,15 +315,14 @@ Command describe_view() {
        .text = "Serves the folder of a run that was started with --report, to this machine alone and read-only, and "
                "opens the browser. The page of a run that goes on follows it. Ctrl-C ends the server.",
        .arguments = {{"DIR", text(Word::Folder, &options->folder), "folder of the results, such as net.out"}},
-       .options = {{"--port", "PORT", whole(0, 65535, "0 (= any that is free) to 65535", &options->port),
+       .options = {{"--port", "PORT", whole(0, 65535, "0 (= any that is free) to 65535", &options->server.port),
                     "port on 127.0.0.1; default: any that is free"},
-                   {"--no-open", "", yes(&options->no_open), "start no browser"}},
+                   {"--no-open", "", yes(&options->server.no_open), "start no browser"}},
        .examples = {{"tanor view net.out", "look at a run"},
                     {"tanor view net.out --no-open --port 8080", "on a machine without a screen"}}});
 }
 
-Command describe_picture() {
-  const auto options = std::make_shared<PictureOptions>();
+Command describe_picture(Options* options) {
   picture::Style* style = &options->style;
   return complete(
       options,
@@ -367,54 +351,54 @@ Command describe_picture() {
                     {"tanor picture net.out --show rods,legend", "the last frame, rods alone"}}});
 }
 
-Command describe_help() {
-  const auto options = std::make_shared<HelpOptions>();
+Command describe_help(Options* options) {
   return {.name = "help",
           .summary = "this overview, or all about one command",
           .text = "The same as tanor --help and tanor COMMAND --help.",
-          .arguments = {{"COMMAND", text(Word::Command, &options->command), "a command; default: all of them", false}},
+          .arguments = {{"COMMAND", text(Word::Command, &options->topic), "a command; default: all of them", false}},
           .options = {{"--json", "", yes(&options->json), "print the table of commands as JSON"}},
-          .examples = {{"tanor help run", "all options of run"}},
-          .request = [options] { return *options; }};
+          .examples = {{"tanor help run", "all options of run"}}};
 }
 
-Command describe_completion() {
-  const auto options = std::make_shared<CompletionOptions>();
+Command describe_completion(Options* options) {
   return {.name = "completion",
           .summary = "a script with which bash or zsh completes commands, options and files",
           .text = "Debian packages of tanor install it. Elsewhere the shell's start file reads it.",
-          .arguments = {{"SHELL", offer({"bash", "zsh"}, text(Word::Text, &options->shell)), "bash or zsh"}},
+          .arguments = {{"SHELL", offer({"bash", "zsh"}, text(Word::Text, &options->topic)), "bash or zsh"}},
           .options = {{"--json", "", yes(&options->json), "print the script inside JSON"}},
           .examples = {{"source <(tanor completion bash)", "in ~/.bashrc"},
-                       {"source <(tanor completion zsh)", "in ~/.zshrc, after compinit"}},
-          .request = [options] { return *options; }};
+                       {"source <(tanor completion zsh)", "in ~/.zshrc, after compinit"}}};
 }
 
-Command describe_manual() {
-  const auto options = std::make_shared<ManualOptions>();
+Command describe_manual(Options* options) {
   return {.name = "manual",
           .summary = "the manual page of tanor or of a command, for man",
           .text = "Prints roff. Debian packages of tanor install the pages.",
-          .arguments = {{"COMMAND", text(Word::Command, &options->command), "a command; default: tanor itself", false}},
+          .arguments = {{"COMMAND", text(Word::Command, &options->topic), "a command; default: tanor itself", false}},
           .options = {{"--out", "DIR", text(Word::Folder, &options->out), "write all pages into a folder instead"},
                       {"--json", "", yes(&options->json), "print the page, or the files written, as JSON"}},
-          .examples = {{"tanor manual run | man -l -", "read one that is not installed"}},
-          .request = [options] { return *options; }};
+          .examples = {{"tanor manual run | man -l -", "read one that is not installed"}}};
 }
 
 }  // namespace
-std::vector<Command> make_commands() {
+std::vector<Command> make_commands(Options* options) {
   std::vector<Command> commands;
   for (const auto& describe : {describe_run, describe_view, describe_picture, describe_info, describe_check,
                                describe_solve, describe_forces, describe_error_time, describe_equilibrium,
                                describe_modes, describe_selftest, describe_help, describe_completion, describe_manual})
-    commands.push_back(describe());
+    commands.push_back(describe(options));
   return commands;
 }
 
-Command find_command(const std::string& name) {
+const std::vector<Command>& all_commands() {
+  static Options unread;
+  static const std::vector<Command> commands = make_commands(&unread);
+  return commands;
+}
+
+const Command& find_command(const std::string& name) {
   std::vector<std::string> names;
-  for (Command& each : make_commands()) {
+  for (const Command& each : all_commands()) {
     if (each.name == name) return each;
     names.push_back(each.name);
   }

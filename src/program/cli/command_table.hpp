@@ -50,15 +50,17 @@ struct Command {
   std::vector<Argument> arguments = {};
   std::vector<Option> options = {};
   std::vector<Example> examples = {};
-  std::function<Request()> request = {};  ///< returns what was read
 };
 
-/// Returns all commands in the order of the help, which is that in which a new user needs them. A command holds what it
-/// has read, so each call makes new ones.
-std::vector<Command> make_commands();
+/// Returns all commands in the order of the help, which is that in which a new user needs them. They keep in `options`
+/// what they read.
+std::vector<Command> make_commands(Options* options);
+
+/// Returns them for those who tell about them and read nothing.
+const std::vector<Command>& all_commands();
 
 /// Returns the command of a name. Throws InputError if there is none.
-Command find_command(const std::string& name);
+const Command& find_command(const std::string& name);
 
 /// Options of the program itself: --help, --version, --methods, --json.
 struct ProgramOption {

@@ -72,7 +72,7 @@ std::string complete_command_in_bash(const Command& command, const std::string& 
 }
 
 std::string write_bash() {
-  const std::vector<Command> commands = make_commands();
+  const std::vector<Command>& commands = all_commands();
   const std::string words = list_commands(commands);
   std::string cases;
   for (const Command& each : commands) cases += complete_command_in_bash(each, words);
@@ -135,7 +135,7 @@ std::string complete_command_in_zsh(const Command& command, const std::string& w
 }
 
 std::string write_zsh() {
-  const std::vector<Command> commands = make_commands();
+  const std::vector<Command>& commands = all_commands();
   const std::string words = list_commands(commands);
   std::string list, cases;
   for (const Command& each : commands) {
@@ -168,11 +168,11 @@ if [[ $zsh_eval_context[-1] == loadautofunc ]]; then _tanor "$@"; else compdef _
 
 }  // namespace
 
-ExitCode execute(const CompletionOptions& options) {
-  if (options.shell != "bash" && options.shell != "zsh")
-    throw InputError("SHELL", "must be bash or zsh, not '" + options.shell + "'");
-  const std::string script = options.shell == "bash" ? write_bash() : write_zsh();
-  options.json ? print_json({{"shell", options.shell}, {"script", script}}) : fmt::print("{}", script);
+ExitCode execute_completion(const Options& options) {
+  if (options.topic != "bash" && options.topic != "zsh")
+    throw InputError("SHELL", "must be bash or zsh, not '" + options.topic + "'");
+  const std::string script = options.topic == "bash" ? write_bash() : write_zsh();
+  options.json ? print_json({{"shell", options.topic}, {"script", script}}) : fmt::print("{}", script);
   return ExitCode::Done;
 }
 

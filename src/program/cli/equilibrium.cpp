@@ -71,24 +71,24 @@ std::vector<double> multipliers_of_closed(const EquilibriumResult& found) {
 
 }  // namespace
 
-ExitCode execute(const EquilibriumCommand& command) {
-  const scene::Scene scene = prepare(scene::load_scene(command.scene));
-  const EquilibriumOptions options = scene::equilibrium_options(scene);
-  const OutputFolder folder(choose_folder(command.out, scene, ".equilibrium.out"), "equilibrium");
+ExitCode execute_equilibrium(const Options& options) {
+  const scene::Scene scene = prepare(scene::load_scene(options.scene));
+  const EquilibriumOptions search = scene::equilibrium_options(scene);
+  const OutputFolder folder(choose_folder(options.out, scene, ".equilibrium.out"), "equilibrium");
   const fs::path& directory = folder.path();
   require_no_run(directory, "equilibrium");
   require_results_not_read(directory, scene.files);
   require_not_read(directory / report::scene_at_rest_name, scene.files);
-  EquilibriumResult found = naming_file(command.scene, [&] { return find_equilibrium(scene.system, options); });
+  EquilibriumResult found = naming_file(options.scene, [&] { return find_equilibrium(scene.system, search); });
   found.left_out = report::list_left_out(scene.left_out, found.left_out);
   const System held = without_open_constraints(scene.system, found.open);
   std::optional<Modes> vibrations;
   Outcome buckled;
   if (found.outcome.ok()) {
-    naming_file(command.scene, [&] {
-      if (command.modes) {
+    naming_file(options.scene, [&] {
+      if (options.num_modes) {
         ModesOptions wanted = scene::modes_options(scene);
-        wanted.count = *command.modes;
+        wanted.count = *options.num_modes;
         const std::vector<double> multipliers = multipliers_of_closed(found);
         // Otherwise modes() says whether they depend on a self-stress.
         const bool are_known = std::ranges::none_of(multipliers, [](double each) { return std::isnan(each); });
@@ -106,11 +106,11 @@ ExitCode execute(const EquilibriumCommand& command) {
   report::remove_file(directory / report::scene_at_rest_name);  // this search may find no state of rest
   report::write_equilibrium(directory, scene, found, vibrations);
   if (!found.positions.empty()) show(directory, scene, found, vibrations);
-  if (command.json) print_json_file(directory / "summary.json");
-  if (!found.outcome.ok()) return tell(command.scene, found.outcome.what);
-  if (!command.json) print_lines(fmt::format("{}; results in {}", describe(found), typed(directory)));
-  if (vibrations && !vibrations->outcome.ok()) return tell(command.scene, vibrations->outcome.what);
-  if (!buckled.ok()) return tell(command.scene, buckled.what);
+  if (options.json) print_json_file(directory / "summary.json");
+  if (!found.outcome.ok()) return tell(options.scene, found.outcome.what);
+  if (!options.json) print_lines(fmt::format("{}; results in {}", describe(found), typed(directory)));
+  if (vibrations && !vibrations->outcome.ok()) return tell(options.scene, vibrations->outcome.what);
+  if (!buckled.ok()) return tell(options.scene, buckled.what);
   return ExitCode::Done;
 }
 

@@ -5,10 +5,10 @@
 #include <optional>
 
 #include "cli/command_line.hpp"
-#include "cli/interrupt.hpp"
 #include "cli/messages.hpp"
 #include "cli/output_folder.hpp"
-#include "report/error_time_table.hpp"
+#include "cli/process.hpp"
+#include "report/error_time.hpp"
 #include "report/terminal.hpp"
 #include "scene/scene.hpp"
 
@@ -46,7 +46,7 @@ std::vector<Method> choose_methods(const std::vector<Method>& wanted, const scen
 
 }  // namespace
 
-ExitCode execute(const ErrorTimeOptions& options) {
+ExitCode execute_error_time(const Options& options) {
   const scene::Scene scene = prepare(scene::load_moving_scene(options.scene, options.overrides));
   const std::vector<Method> wanted = read_methods(options.methods);
   const auto say = [&](const std::string& line) {

@@ -127,7 +127,7 @@ std::string find_trouble(const report::ForcesOfMotion& forces, std::size_t worst
 
 }  // namespace
 
-ExitCode execute(const ForcesOptions& options) {
+ExitCode execute_forces(const Options& options) {
   scene::Scene scene = prepare(scene::load_scene(options.scene));
   const OutputFolder folder(choose_folder(options.out, scene), "forces");
   const fs::path& directory = folder.path();

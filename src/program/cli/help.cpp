@@ -46,7 +46,7 @@ Rows list_examples(std::span<const Example> examples) {
 
 std::string describe_program(const Terminal& terminal) {
   Rows commands, options, codes;
-  for (const Command& each : make_commands()) commands.emplace_back(each.name, each.summary);
+  for (const Command& each : all_commands()) commands.emplace_back(each.name, each.summary);
   for (const ProgramOption& each : program_options()) options.emplace_back(each.names, each.what);
   for (const ExitMeaning& each : exit_meanings()) codes.emplace_back(each.codes, each.what);
   const std::size_t width = terminal.width().value_or(100);
@@ -90,9 +90,9 @@ nlohmann::ordered_json as_json(const Command& command) {
 
 }  // namespace
 
-ExitCode execute(const HelpOptions& options) {
-  const std::vector<Command> commands =
-      options.command.empty() ? make_commands() : std::vector<Command>{find_command(options.command)};
+ExitCode execute_help(const Options& options) {
+  const std::span<const Command> commands =
+      options.topic.empty() ? std::span(all_commands()) : std::span(&find_command(options.topic), 1);
   if (options.json) {
     nlohmann::ordered_json table = nlohmann::json::array();
     for (const Command& each : commands) table.push_back(as_json(each));
@@ -100,7 +100,7 @@ ExitCode execute(const HelpOptions& options) {
     return ExitCode::Done;
   }
   const Terminal terminal = Terminal::of(stdout);
-  fmt::print("{}", options.command.empty() ? describe_program(terminal) : describe_command(commands[0], terminal));
+  fmt::print("{}", options.topic.empty() ? describe_program(terminal) : describe_command(commands[0], terminal));
   return ExitCode::Done;
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,7 +13,8 @@
 #include "cli/command_line.hpp"
 #include "cli/cost.hpp"
 #include "cli/messages.hpp"
-#include "report/friction_parts.hpp"
+#include "report/field_json.hpp"
+#include "report/shared_parts.hpp"
 #include "report/terminal.hpp"
 #include "report/words.hpp"
 #include "scene/scene.hpp"
@@ -24,7 +24,7 @@ using namespace detail;
 
 namespace {
 
-using Json = nlohmann::ordered_json;
+using report::Json;
 
 /// The predicted cost of a method.
 struct Prediction {
@@ -155,13 +155,10 @@ void print_costs(const Needs& needs) {
 
 Json as_json(const Needs& needs) {
   const PlanSummary& plan = needs.plan;
-  const auto text_or_null = [](const std::string& text) { return text.empty() ? Json() : Json(text); };
   Json predicted = Json::object();
   for (const auto& [method, cost] : needs.predictions) {
-    predicted[std::string(method)] = {{"solves", cost.solves},
-                                      {"factorizations", cost.factorizations},
-                                      {"seconds", cost.seconds},
-                                      {"bytes", cost.bytes}};
+    predicted[std::string(method)] =
+        report::json_of_members<&RunCost::solves, &RunCost::factorizations, &RunCost::seconds, &RunCost::bytes>(cost);
   }
   return {{"scene", needs.scene.name},
           {"source", needs.scene.source},
@@ -177,14 +174,14 @@ Json as_json(const Needs& needs) {
           {"parts", plan.parts},
           {"form", name_of(plan.form)},
           {"linear_solver", plan.linear_solver()},
-          {"linear_solver_reason", text_or_null(plan.linear_solver_reason)},
+          {"linear_solver_reason", report::json_or_null(plan.linear_solver_reason)},
           {"ordering", plan.ordering()},
           {"factorization", plan.factorization()},
           {"pattern_nonzeros", plan.pattern_nonzeros},
           {"factor_nonzeros", plan.factor_nonzeros},
           {"factor_flops", plan.factor_flops},
           {"method", name_of(needs.chosen.method)},
-          {"method_reason", text_or_null(needs.chosen.reason)},
+          {"method_reason", report::json_or_null(needs.chosen.reason)},
           {"t_end", needs.scene.has_end() ? Json(needs.scene.t_end) : Json()},
           {"predicted", predicted},
           {"left_out", report::list_left_out(needs.scene.left_out, plan.left_out)}};
@@ -192,7 +189,7 @@ Json as_json(const Needs& needs) {
 
 }  // namespace
 
-ExitCode execute(const InfoOptions& options) {
+ExitCode execute_info(const Options& options) {
   scene::Scene scene = prepare(scene::load_scene(options.scene));
   const std::string constraints = list_entries(scene.system.constraints);
   const std::string coordinates = list_entries(scene.system.coordinates);

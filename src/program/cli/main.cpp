@@ -1,12 +1,14 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <exception>
 #include <string>
+#include <string_view>
 #include <system_error>
-#include <variant>
 
 #include "cli/command_line.hpp"
 #include "cli/messages.hpp"
@@ -30,10 +32,32 @@ bool is_unread() {
   return std::ferror(stdout) != 0 && poll(&output, 1, 0) == 1 && (output.revents & POLLERR) != 0;
 }
 
+struct Execution {
+  std::string_view command;
+  ExitCode (*execute)(const Options&);
+};
+constexpr std::array<Execution, 16> commands{{{"run", execute_run},
+                                              {"view", execute_view},
+                                              {"picture", execute_picture},
+                                              {"info", execute_info},
+                                              {"check", execute_check},
+                                              {"solve", execute_solve},
+                                              {"forces", execute_forces},
+                                              {"error-time", execute_error_time},
+                                              {"equilibrium", execute_equilibrium},
+                                              {"modes", execute_modes},
+                                              {"selftest", execute_selftest},
+                                              {"help", execute_help},
+                                              {"completion", execute_completion},
+                                              {"manual", execute_manual},
+                                              {"--version", execute_version},
+                                              {"--methods", execute_methods}}};
+
 /// Executes what the command line asks for. Any trouble is one line on stderr.
 ExitCode run_command(int argc, const char* const* argv) {
   try {
-    return std::visit([](const auto& request) { return execute(request); }, parse_command_line(argc, argv));
+    const Request request = parse_command_line(argc, argv);
+    return std::ranges::find(commands, request.command, &Execution::command)->execute(request.options);
   } catch (...) {
     const Failure failure = describe_current_exception();
     if (failure.code == ExitCode::MachineFailure && is_unread()) return ExitCode::Unread;

@@ -87,7 +87,7 @@ std::string write_page_of_program() {
   page +=
       "A scene is a JSON file. The commands read one and tell what it holds, move it, or solve it at one instant.\n";
   page += ".SH COMMANDS\n";
-  const std::vector<Command> commands = make_commands();
+  const std::vector<Command>& commands = all_commands();
   for (const Command& each : commands) page += item(each.name, each.summary);
   page += ".SH OPTIONS\n";
   for (const ProgramOption& each : program_options()) page += item(each.names, each.what);
@@ -99,11 +99,11 @@ std::string write_page_of_program() {
 
 }  // namespace
 
-ExitCode execute(const ManualOptions& options) {
+ExitCode execute_manual(const Options& options) {
   if (!options.out) {
-    const bool is_whole = options.command.empty();
-    const std::string page = is_whole ? write_page_of_program() : write_page(find_command(options.command));
-    options.json ? print_json({{"name", is_whole ? "tanor" : "tanor-" + options.command}, {"page", page}})
+    const bool is_whole = options.topic.empty();
+    const std::string page = is_whole ? write_page_of_program() : write_page(find_command(options.topic));
+    options.json ? print_json({{"name", is_whole ? "tanor" : "tanor-" + options.topic}, {"page", page}})
                  : fmt::print("{}", page);
     return ExitCode::Done;
   }
@@ -115,7 +115,7 @@ ExitCode execute(const ManualOptions& options) {
     files.push_back(path.string());
   };
   write("tanor", write_page_of_program());
-  for (const Command& each : make_commands()) write("tanor-" + each.name, write_page(each));
+  for (const Command& each : all_commands()) write("tanor-" + each.name, write_page(each));
   if (options.json) print_json({{"files", files}});
   return ExitCode::Done;
 }

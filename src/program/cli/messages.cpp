@@ -14,7 +14,7 @@
 
 #include <tanor/warnings.hpp>
 
-#include "cli/machine.hpp"
+#include "cli/process.hpp"
 #include "report/page.hpp"
 #include "report/terminal.hpp"
 #include "report/words.hpp"

@@ -64,16 +64,16 @@ void show(const fs::path& directory, const scene::Scene& scene, const Modes& fou
 
 }  // namespace
 
-ExitCode execute(const ModesCommand& command) {
-  const scene::Scene scene = prepare(scene::load_scene(command.scene));
-  ModesOptions options = scene::modes_options(scene);
-  if (command.count) options.count = *command.count;
-  const OutputFolder folder(choose_folder(command.out, scene, ".modes.out"), "modes");
+ExitCode execute_modes(const Options& options) {
+  const scene::Scene scene = prepare(scene::load_scene(options.scene));
+  ModesOptions wanted = scene::modes_options(scene);
+  if (options.num_modes) wanted.count = *options.num_modes;
+  const OutputFolder folder(choose_folder(options.out, scene, ".modes.out"), "modes");
   const fs::path& directory = folder.path();
   require_no_run(directory, "modes");
   require_results_not_read(directory, scene.files);
-  const auto in_scene = [&](const auto& work) { return naming_file(command.scene, work); };
-  Modes found = in_scene([&] { return modes(scene.system, scene.system.positions, options); });
+  const auto in_scene = [&](const auto& work) { return naming_file(options.scene, work); };
+  Modes found = in_scene([&] { return modes(scene.system, scene.system.positions, wanted); });
   found.left_out = report::list_left_out(scene.left_out, found.left_out);
   report::ModesFacts facts;
   facts.scene = scene.name;
@@ -89,13 +89,13 @@ ExitCode execute(const ModesCommand& command) {
   remove_results(directory);
   report::write_modes(directory, facts, found);
   in_scene([&] { show(directory, scene, found); });
-  if (!found.outcome.ok()) return tell(command.scene, found.outcome.what);
-  if (command.pictures) report::write_mode_pictures(directory, scene.system, scene.system.positions, found);
-  if (command.json) print_json_file(directory / "summary.json");
-  if (!command.json) print_lines(fmt::format("{}; results in {}", describe(found), typed(directory)));
+  if (!found.outcome.ok()) return tell(options.scene, found.outcome.what);
+  if (options.pictures) report::write_mode_pictures(directory, scene.system, scene.system.positions, found);
+  if (options.json) print_json_file(directory / "summary.json");
+  if (!options.json) print_lines(fmt::format("{}; results in {}", describe(found), typed(directory)));
   if (!facts.buckling) return ExitCode::Done;
-  if (!facts.buckling->outcome.ok()) return tell(command.scene, facts.buckling->outcome.what);
-  if (command.json) return ExitCode::Done;
+  if (!facts.buckling->outcome.ok()) return tell(options.scene, facts.buckling->outcome.what);
+  if (options.json) return ExitCode::Done;
   if (std::isinf(facts.buckling->load_factor))
     fmt::print("buckles at no multiple of the load\n");
   else

@@ -14,7 +14,7 @@
 #include "report/modes.hpp"
 #include "report/output_file.hpp"
 #include "report/page.hpp"
-#include "report/recording_file.hpp"
+#include "report/recording.hpp"
 #include "report/stored_motion.hpp"
 #include "report/summary.hpp"
 #include "report/trajectory.hpp"

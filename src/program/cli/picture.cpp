@@ -33,7 +33,7 @@ picture::Drawn draw(const picture::Picture& picture) {
 }
 
 /// Returns the time that is asked for, or the last one if none is.
-double choose_time(const PictureOptions& options, const report::StoredMotion& motion) {
+double choose_time(const Options& options, const report::StoredMotion& motion) {
   const double begin = motion.begin(), end = motion.end(), time = options.time.value_or(end);
   // A time may have been printed with few digits.
   const double rounding = 1e-9 * (end - begin);
@@ -47,7 +47,7 @@ double choose_time(const PictureOptions& options, const report::StoredMotion& mo
 
 }  // namespace
 
-ExitCode execute(const PictureOptions& options) {
+ExitCode execute_picture(const Options& options) {
   if (options.out && options.out->extension() != ".png")
     throw InputError("--out", fmt::format("found {}, wanted a name that ends in .png", options.out->string()));
   const report::StoredMotion motion(options.folder);

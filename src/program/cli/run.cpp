@@ -12,12 +12,11 @@
 #include "cli/command_line.hpp"
 #include "cli/cost.hpp"
 #include "cli/folder_lock.hpp"
-#include "cli/interrupt.hpp"
 #include "cli/messages.hpp"
 #include "cli/output_folder.hpp"
 #include "cli/output_times.hpp"
+#include "cli/process.hpp"
 #include "cli/run_folder.hpp"
-#include "report/friction_parts.hpp"
 #include "report/html_page.hpp"
 #include "report/progress.hpp"
 #include "report/shared_parts.hpp"
@@ -49,7 +48,7 @@ void require_no_interrupted(const RunPlan& plan, double t_start) {
 }
 
 /// Plans a run. A folder that exists is locked before its checkpoint is read.
-RunPlan plan_run(const RunOptions& options, const scene::Scene& scene, RunPlan::Clock::time_point begin) {
+RunPlan plan_run(const Options& options, const scene::Scene& scene, RunPlan::Clock::time_point begin) {
   RunPlan plan;
   plan.begin = begin;
   plan.directory = choose_folder(options.out, scene);
@@ -196,7 +195,7 @@ std::string finish(const Ending& ending, Simulation& simulation, RunFolder* fold
 }
 
 /// Prints redundant equations, which are no fault but should be known.
-void tell_redundancy(const RunOptions& options, Simulation& simulation) {
+void tell_redundancy(const Options& options, Simulation& simulation) {
   if (const std::string redundancy = report::describe_redundancy(simulation.rank()); !redundancy.empty())
     print_message(options.scene.string() + ": " + redundancy);
 }
@@ -218,7 +217,7 @@ std::string describe_end(const Ending& ending, const Simulation& simulation, dou
 
 }  // namespace
 
-ExitCode execute(const RunOptions& options) {
+ExitCode execute_run(const Options& options) {
   const auto begin = RunPlan::Clock::now();
   scene::Scene scene = prepare(scene::load_moving_scene(options.scene, options.overrides));
   scene.t_end = end_at_output(scene.t_end, scene.output_every);

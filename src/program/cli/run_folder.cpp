@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <utility>
 
-#include "cli/machine.hpp"
 #include "cli/output_folder.hpp"
+#include "cli/process.hpp"
 #include "report/html_page.hpp"
 #include "report/output_file.hpp"
 #include "report/page.hpp"
-#include "report/recording_file.hpp"
-#include "report/rough_clock.hpp"
+#include "report/progress.hpp"
+#include "report/recording.hpp"
 
 namespace tanor::cli {
 

@@ -24,7 +24,7 @@ report::DigitsRow solve(const KnownProblem& problem) {
 
 }  // namespace
 
-ExitCode execute(const SelftestOptions& options) {
+ExitCode execute_selftest(const Options& options) {
   std::vector<report::DigitsRow> rows;
   for (const auto& list : {list_known_motions, list_known_mechanisms, list_known_friction, list_known_forces}) {
     for (const KnownProblem& problem : list()) rows.push_back(solve(problem));

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-void write(const SolveOptions& options, const report::Solution& solution) {
+void write(const Options& options, const report::Solution& solution) {
   if (options.out) report::write_solution(*options.out, solution);
   if (!options.out || options.json) report::print_solution(solution);
 }
@@ -32,7 +32,7 @@ report::Solution describe_problem(const scene::Scene& scene, const Dynamics& dyn
 
 }  // namespace
 
-ExitCode execute(const SolveOptions& options) {
+ExitCode execute_solve(const Options& options) {
   scene::Scene scene = prepare(scene::load_scene(options.scene));
   if (options.out) {
     require_free(fs::absolute(*options.out).parent_path());

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "cli/command_table.hpp"
+#include "picture/style.hpp"
 
 namespace tanor::cli {
 
@@ -23,5 +24,13 @@ Value list(std::vector<std::string>* target);
 
 /// Reads a word, or several between commas, of those that shells offer.
 Value offer(std::vector<std::string> offers, Value value, Word word = Word::Choice);
+
+/// Reads "1600x1000".
+Value size_of_picture(picture::Style* style);
+/// Reads "auto", an axis, or two angles.
+Value view_of_picture(picture::Style* style);
+Value projection_of_picture(picture::Style* style);
+/// Reads what is shown, as names between commas. What is not named is not shown.
+Value parts_of_picture(picture::Style* style);
 
 }  // namespace tanor::cli

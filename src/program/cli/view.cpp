@@ -92,7 +92,7 @@ bool open_browser(const std::string& url) {
   return is_started;
 }
 
-void print_address(const ViewOptions& options, const fs::path& folder, int port) {
+void print_address(const Options& options, const fs::path& folder, int port) {
   const std::string url = fmt::format("http://127.0.0.1:{}/", port);
   if (options.json) {
     print_json({{"url", url}, {"port", port}, {"folder", folder.string()}});
@@ -100,20 +100,20 @@ void print_address(const ViewOptions& options, const fs::path& folder, int port)
     fmt::print("{} shows {}; Ctrl-C ends it\n", url, typed(folder));
   }
   std::fflush(stdout);
-  if (options.no_open || (has_display() && open_browser(url)) || options.quiet) return;
+  if (options.server.no_open || (has_display() && open_browser(url)) || options.quiet) return;
   print_message(
       fmt::format("open it in a browser; from another machine, first ssh -L {}:127.0.0.1:{} HOST", port, port));
 }
 
 }  // namespace
 
-ExitCode execute(const ViewOptions& options) {
+ExitCode execute_view(const Options& options) {
   const fs::path folder = require_page(options.folder);
   view::ServeFunction* const serve = load_server();
   std::string trouble;
   serve({.folder = folder,
          .first = report::html_page_name,
-         .port = options.port,
+         .port = options.server.port,
          .begins = [&](int port) { print_address(options, folder, port); },
          .is_running = [&] { return is_running(folder); }},
         &trouble);

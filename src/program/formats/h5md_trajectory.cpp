@@ -16,7 +16,7 @@
 #include <tanor/error.hpp>
 #include <tanor/version.hpp>
 
-#include "report/frame_module.hpp"
+#include "report/frame_file.hpp"
 #include "report/output_file.hpp"
 
 namespace tanor::report {

@@ -15,7 +15,7 @@
 
 #include <tanor/error.hpp>
 
-#include "report/frame_module.hpp"
+#include "report/frame_file.hpp"
 #include "report/npy.hpp"
 #include "report/output_file.hpp"
 

@@ -4,7 +4,7 @@
 
 #include "picture/style.hpp"
 #include "report/motion_extent.hpp"
-#include "report/stored_frame.hpp"
+#include "report/vtp_reader.hpp"
 
 namespace tanor::picture {
 

@@ -138,6 +138,10 @@ void add_guide(const report::Guide& guide, const GuideSpace& space, Shapes* shap
     add_helix(n, space, shapes);
   } else if (guide.kind == "formula") {
     add_formula(n, space, shapes);
+  } else if (guide.kind == "cell") {
+    const std::vector<Vector3> ends = report::find_edges(guide);
+    for (std::size_t k = 0; k < ends.size(); k += 2)
+      add_curve({make_vec3(ends[k]), make_vec3(ends[k + 1])}, space, shapes);
   } else if (guide.kind == "tie") {
     add_tie(guide, space, shapes);
   }

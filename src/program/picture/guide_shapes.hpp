@@ -17,8 +17,8 @@ struct GuideSpace {
   double bead;                        ///< radius, relative to the size
 };
 
-/// Adds the picture of a plane, sphere, ellipsoid, line, circle, helix, surface of a formula or tie; other kinds have
-/// none.
+/// Adds the picture of a plane, sphere, ellipsoid, line, circle, helix, surface of a formula, tie or cell; other kinds
+/// have none.
 void add_guide(const report::Guide& guide, const GuideSpace& space, Shapes* shapes);
 
 /// Adds the path of a support that moves.

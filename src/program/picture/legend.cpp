@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "picture/colours.hpp"
+#include "picture/canvas.hpp"
 
 namespace tanor::picture {
 

@@ -11,7 +11,7 @@
 #include <tanor/enum_names.hpp>
 
 #include "base/checksum.hpp"
-#include "report/sealed_file.hpp"
+#include "report/output_file.hpp"
 #include "report/words.hpp"
 #include "scene/text_file.hpp"
 

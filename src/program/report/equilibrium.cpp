@@ -14,10 +14,8 @@
 #include <tanor/statics_names.hpp>
 #include <tanor/version.hpp>
 
-#include "report/array_writer.hpp"
-#include "report/guide_forces.hpp"
+#include "report/field_json.hpp"
 #include "report/guides.hpp"
-#include "report/json_text.hpp"
 #include "report/modes.hpp"
 #include "report/output_file.hpp"
 #include "report/shown_parts.hpp"
@@ -31,10 +29,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-Json known(double number) {
-  return std::isfinite(number) ? Json(number) : Json();
-}
-
 Json describe(const EquilibriumResult& found) {
   const StabilityReport& stability = found.stability;
   const bool is_known = stability.status != Stability::None;
@@ -45,18 +39,18 @@ Json describe(const EquilibriumResult& found) {
           {"iterations", found.search.iterations},
           {"factorizations", found.search.factorizations},
           {"method_used", name_of(found.search.method_used)},
-          {"residual_force", known(found.residual_force)},
-          {"largest_force", known(found.largest_force)},
-          {"violation", known(found.violation)},
-          {"energy", known(found.energy)},
+          {"residual_force", json_of(found.residual_force)},
+          {"largest_force", json_of(found.largest_force)},
+          {"violation", json_of(found.violation)},
+          {"energy", json_of(found.energy)},
           {"unstable_directions", knows_energy ? Json(stability.unstable_directions) : Json()},
           {"zero_modes", knows_energy ? Json(stability.zero_modes) : Json()},
           {"rigid_zero_modes", knows_energy ? Json(stability.rigid_zero_modes) : Json()},
-          {"lowest_omega2", known(stability.lowest_omega2)},
+          {"lowest_omega2", json_of(stability.lowest_omega2)},
           {"multipliers_unique", std::ranges::all_of(found.multipliers_unique, std::identity{})},
           {"self_stress_states", found.self_stress_states},
           {"dependences", found.dependences},
-          {"buckling_load_factor", known(found.buckling_load_factor)},
+          {"buckling_load_factor", json_of(found.buckling_load_factor)},
           {"residuals", found.search.residuals}};
 }
 
@@ -189,19 +183,6 @@ std::vector<double> distances(const System& system, const std::vector<std::array
   return result;
 }
 
-/// Returns the name of the group's parameter in scene files.
-template <class Group>
-const char* parameter_name() {
-  const char* name = nullptr;
-  for_each_field<Group>([&](const auto& field) {
-    if constexpr (std::is_same_v<std::remove_cvref_t<decltype(field.value)>,
-                                 std::remove_cvref_t<decltype(KindOf<Group>::parameter)>>) {
-      if (field.value == KindOf<Group>::parameter) name = field.name;
-    }
-  });
-  return name;
-}
-
 /// Writes the numbers that the old positions gave, so that they stay as they were. Prescribed motions are taken at t =
 /// 0, as the search does.
 void write_initial_numbers(const System& system, Json* json) {
@@ -211,7 +192,7 @@ void write_initial_numbers(const System& system, Json* json) {
       std::vector<double> numbers;
       for (std::size_t k = 0; k < (group.*KindOf<Group>::members).size(); ++k)
         numbers.push_back(measure_initial(system, group, 0.0, k));
-      (*entry)[parameter_name<Group>()] = numbers;
+      (*entry)[std::string(detail::name_of_member<KindOf<Group>::parameter>())] = numbers;
     }
   };
   for (std::size_t k = 0; k < system.constraints.size(); ++k)

@@ -1,17 +1,23 @@
 #include "report/error_time.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <chrono>
 #include <cmath>
+#include <fstream>
 #include <map>
 #include <numeric>
 #include <vector>
 
 #include "report/checkpoint.hpp"
+#include "report/loglog_plot.hpp"
+#include "report/output_file.hpp"
 #include "report/shown_parts.hpp"
+#include "report/words.hpp"
 
 namespace tanor::report {
 
@@ -290,6 +296,188 @@ ErrorTimeTable measure_error_time(const scene::Scene& scene, std::span<const Met
   }
   if (table.rows.empty()) throw InputError("--methods", table.left_out.empty() ? "none is named" : table.left_out[0]);
   return table;
+}
+
+namespace {
+
+constexpr double certain_above = 3.0;  // errors of the reference
+
+/// Describes an error. If it is within three errors of the reference, only a bound is certain.
+std::string describe_error(const ErrorTimeRow& row) {
+  const bool is_certain = row.error >= certain_above * row.reference_error;
+  return is_certain ? in_words(row.error, "{:.2e}") : "<= " + in_words(row.error + row.reference_error, "{:.2e}");
+}
+
+/// Lists which run is the reference of which method, and what was left out.
+std::vector<std::string> list_remarks(const ErrorTimeTable& table) {
+  std::vector<std::string> remarks;
+  for (const auto& [method, setting, error] : table.references) {
+    remarks.push_back(fmt::format("{} is compared with {}", name_of(method), setting));
+    if (error) remarks.back() += fmt::format(", whose own error is <= {} m", in_words(*error, "{:.1e}"));
+  }
+  for (const std::string& method : table.left_out) remarks.push_back("left out: " + method);
+  return remarks;
+}
+
+/// Returns the fields of a row of CSV (RFC 4180).
+std::vector<std::string> split_row(std::string_view row) {
+  std::vector<std::string> fields(1);
+  bool is_quoted = false;
+  for (std::size_t k = 0; k < row.size(); ++k) {
+    if (row[k] == '"' && is_quoted && k + 1 < row.size() && row[k + 1] == '"')
+      fields.back() += row[k++];
+    else if (row[k] == '"')
+      is_quoted = !is_quoted;
+    else if (row[k] == ',' && !is_quoted)
+      fields.emplace_back();
+    else
+      fields.back() += row[k];
+  }
+  return fields;
+}
+
+/// Returns the number of a field, or null if there is none.
+Json read_field(const std::string& text) {
+  double number = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error == std::errc() && end == text.data() + text.size() && !text.empty() ? Json(number) : Json();
+}
+
+/// Returns a number as a field, which is empty if the number is not finite.
+std::string field(double number) {
+  return std::isfinite(number) ? fmt::to_string(number) : "";
+}
+
+/// Returns the members of a row in files.
+Json list_members(const ErrorTimeRow& row) {
+  return {{"method", name_of(row.method)},
+          {"step_s", row.step},
+          {"rtol", row.tolerance},
+          {"steps", row.steps},
+          {"factorizations", row.factorizations},
+          {"wall_s", row.wall_s},
+          {"error_m", row.trouble.empty() ? Json(row.error) : Json()},
+          {"reference_error_m", row.reference_error},
+          {"order", row.order},
+          {"violation", row.violation},
+          {"energy_drift", row.energy_drift}};
+}
+
+std::string make_csv(const ErrorTimeTable& table) {
+  const Json names = list_members({});
+  std::string text;
+  for (const auto& [key, value] : names.items()) text += key + ",";
+  text += "trouble,scene,scene_checksum\n";
+  for (const ErrorTimeRow& row : table.rows) {
+    for (const Json& value : list_members(row))
+      text += (value.is_string() ? value.get<std::string>() : value.is_null() ? "" : field(value.get<double>())) + ",";
+    text += fmt::format("{},{},{}\n", quote_csv(row.trouble), quote_csv(table.scene), table.scene_checksum);
+  }
+  return text;
+}
+
+/// Returns what readers see of a row, in the order of `titles`; a run that did not arrive has its trouble at the end.
+std::vector<std::string> list_words(const ErrorTimeRow& row) {
+  std::vector<std::string> words{std::string(name_of(row.method)), describe_setting(row), fmt::to_string(row.steps),
+                                 fmt::to_string(row.factorizations), fmt::format("{:.3g}", row.wall_s)};
+  if (!row.trouble.empty()) {
+    words.push_back(row.trouble);
+  } else {
+    const std::string order = row.order != 0.0 ? in_words(row.order, "{:.2f}") : "";
+    words.insert(words.end(),
+                 {describe_error(row), order, in_words(row.violation, "{:.1e}"), in_words(row.energy_drift, "{:.1e}")});
+  }
+  return words;
+}
+
+std::string make_markdown(const ErrorTimeTable& table) {
+  std::string text =
+      fmt::format("# {}: error against run time\n\nPoints: {}; t = {:g} s; threads: {}.\n\n", table.scene, table.source,
+                  table.t_end, table.threads > 0 ? fmt::to_string(table.threads) : "all");
+  text +=
+      "| method | setting | steps | factorizations | wall, s | error, m | order | violation | energy drift |\n"
+      "|---|---|--:|--:|--:|--:|--:|--:|--:|\n";
+  for (const ErrorTimeRow& row : table.rows)
+    text += fmt::format("| {} |{}\n", fmt::join(list_words(row), " | "), row.trouble.empty() ? "" : " | | |");
+  text += "\n";
+  for (const std::string& remark : list_remarks(table)) text += "- " + remark + "\n";
+  return text;
+}
+
+/// Plots a line for each method, in the order of its settings.
+LogLogPlot make_plot(const ErrorTimeTable& table) {
+  LogLogPlot plot{table.scene + ": error against run time", "wall time, s", "largest error at the end, m", {}};
+  for (const ErrorTimeRow& row : table.rows) {
+    const std::string name(name_of(row.method));
+    if (plot.series.empty() || plot.series.back().name != name) plot.series.push_back({name, {}});
+    if (row.trouble.empty() && row.error > 0.0) plot.series.back().points.push_back({row.wall_s, row.error});
+  }
+  return plot;
+}
+
+}  // namespace
+
+std::string format_error_time(const ErrorTimeTable& table) {
+  std::array<std::size_t, 9> widths{8, 15, 8, 9, 10, 13, 7, 11, 14};
+  for (const ErrorTimeRow& row : table.rows) widths[0] = std::max(widths[0], name_of(row.method).size());
+  const auto set = [&](const std::vector<std::string>& words) {
+    std::string line = fmt::format("  {:{}}", words[0], widths[0]);
+    for (std::size_t k = 1; k < words.size(); ++k)
+      line += words.size() == widths.size() || k < 5 ? fmt::format("{:>{}}", words[k], widths[k]) : "  " + words[k];
+    return line + "\n";
+  };
+  std::string text = fmt::format("error against run time, t = {:g} s\n", table.t_end);
+  text += set({"method", "setting", "steps", "factors", "wall, s", "error, m", "order", "violation", "energy drift"});
+  for (const ErrorTimeRow& row : table.rows) text += set(list_words(row));
+  for (const std::string& remark : list_remarks(table)) text += "  " + remark + "\n";
+  return text;
+}
+
+Json describe_error_time(const ErrorTimeTable& table) {
+  Json rows = Json::array();
+  for (const ErrorTimeRow& row : table.rows) {
+    Json& members = rows.emplace_back(list_members(row));
+    for (const char* key : {"step_s", "rtol", "order"})
+      if (members[key] == 0.0) members[key] = nullptr;
+    members["trouble"] = json_or_null(row.trouble);
+  }
+  return {{"scene", table.scene}, {"t_end", table.t_end}, {"rows", rows}, {"remarks", list_remarks(table)}};
+}
+
+Json read_error_time(const std::filesystem::path& directory, const std::string& scene_checksum) {
+  std::ifstream file(directory / "error_time.csv");
+  std::string line;
+  if (!std::getline(file, line)) return Json::array();
+  const std::vector<std::string> head = split_row(line);
+  Json rows = Json::array();
+  while (std::getline(file, line)) {
+    const std::vector<std::string> fields = split_row(line);
+    if (fields.size() != head.size()) return Json::array();
+    const auto field = [&](std::string_view name) -> std::string {
+      const auto column = std::ranges::find(head, name);
+      return column == head.end() ? "" : fields[static_cast<std::size_t>(column - head.begin())];
+    };
+    const std::string scene = field("scene"), checksum = field("scene_checksum");
+    if (checksum.empty()) return Json::array();
+    rows.push_back(
+        {{"method", checksum == scene_checksum ? field("method") : fmt::format("{} ({})", field("method"), scene)},
+         {"wall_s", read_field(field("wall_s"))},
+         {"error_m", read_field(field("error_m"))}});
+  }
+  return rows;
+}
+
+std::string write_error_time(const std::filesystem::path& directory, const ErrorTimeTable& table) {
+  make_folder(directory);
+  const auto write = [&](const char* name, const std::string& text) {
+    replace_file(directory / name, [&](OutputFile* file) { file->write(std::string_view(text)); });
+  };
+  write("error_time.csv", make_csv(table));
+  write("error_time.md", make_markdown(table));
+  write("error_time.svg", make_loglog_plot(make_plot(table)));
+  if (convert_to_png(directory / "error_time.svg", directory / "error_time.png")) return "";
+  remove_file(directory / "error_time.png");  // of another run
+  return "no error_time.png: rsvg-convert (Debian: librsvg2-bin) is not here or failed";
 }
 
 }  // namespace tanor::report

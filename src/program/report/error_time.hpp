@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <span>
@@ -8,6 +9,7 @@
 
 #include <tanor/motion.hpp>
 
+#include "report/json_text.hpp"
 #include "scene/reference_state.hpp"
 #include "scene/scene.hpp"
 
@@ -62,5 +64,19 @@ ErrorTimeTable measure_error_time(const scene::Scene& scene, std::span<const Met
 
 /// Returns "rtol 1e-05" or "step 0.005".
 std::string describe_setting(const ErrorTimeRow& row);
+
+/// Returns the table as text for a terminal.
+std::string format_error_time(const ErrorTimeTable& table);
+
+/// Returns the same as JSON, with the column names of `error_time.csv`.
+Json describe_error_time(const ErrorTimeTable& table);
+
+/// Returns the rows of `directory/error_time.csv` for the page of a run: method, wall_s, error_m. Returns none if there
+/// is no such file, or none that tells its scene. Methods of another scene are followed by the name of that scene.
+Json read_error_time(const std::filesystem::path& directory, const std::string& scene_checksum);
+
+/// Writes `error_time.csv`, `error_time.md` (Markdown), `error_time.svg` (both axes logarithmic) and `error_time.png`
+/// into a folder. Returns why there is no PNG, or an empty text if there is one.
+std::string write_error_time(const std::filesystem::path& directory, const ErrorTimeTable& table);
 
 }  // namespace tanor::report

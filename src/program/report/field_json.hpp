@@ -3,8 +3,11 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <type_traits>
 #include <vector>
 
+#include <tanor/enum_names.hpp>
 #include <tanor/report_fields.hpp>
 
 #include "base/member_names.hpp"
@@ -13,10 +16,20 @@
 /// JSON of reports from their tables of fields (`FieldsOf`), or of some members under their own names.
 namespace tanor::report {
 
-inline Json json_of(double number) {
-  return std::isfinite(number) ? Json(number) : Json();
+/// Returns a number, or null if it is not finite; or a yes or no.
+template <class Number>
+Json json_of(Number number) requires std::is_arithmetic_v<Number> {
+  if constexpr (std::is_floating_point_v<Number>) return std::isfinite(number) ? Json(number) : Json();
+  return number;
 }
-inline Json json_of(const std::string& text) {
+/// Returns the word of a value, or null for one that stands for nothing.
+template <class Enum>
+Json json_of(Enum value) requires std::is_enum_v<Enum> {
+  if constexpr (std::is_same_v<Enum, FrictionMethod>) return value == Enum::Auto ? Json() : Json(name_of(value));
+  if constexpr (std::is_same_v<Enum, Uniqueness>) return value == Enum::NotAsked ? Json() : Json(name_of(value));
+  return name_of(value);
+}
+inline Json json_of(std::string_view text) {
   return json_or_null(text);
 }
 template <class Value>
@@ -45,6 +58,13 @@ template <auto... members, class Report>
 Json json_of_members(const Report& report) {
   Json object;
   ((object[std::string(detail::name_of_member<members>())] = json_of(report.*members)), ...);
+  return object;
+}
+
+/// Returns an object whose members under these keys are null if `is_known` is false.
+template <class... Keys>
+Json known_if(bool is_known, Json object, Keys... keys) {
+  if (!is_known) ((object[keys] = nullptr), ...);
   return object;
 }
 

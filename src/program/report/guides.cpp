@@ -248,8 +248,13 @@ std::vector<Guide> list_guides_without_picture(const System& system) {
 }
 
 std::vector<Guide> list_guides(const System& system, const ShownParts& shown, double t_start, double t) {
-  std::vector<Guide> guides = place_guides(system, t_start, t);
-  for (const auto& list : {list_ties(shown), list_guides_without_picture(system)})
+  std::vector<Guide> guides = place_guides(system, t_start, t), cells;
+  if (const std::optional<Cell>& cell = system.cell; cell && cell->is_periodic_everywhere()) {
+    const Vector3& o = cell->origin;
+    cells.push_back(
+        {"cell", "", {o[0], o[1], o[2], cell->xx, 0, 0, cell->xy, cell->yy, 0, cell->xz, cell->yz, cell->zz}});
+  }
+  for (const auto& list : {list_ties(shown), cells, list_guides_without_picture(system)})
     guides.insert(guides.end(), list.begin(), list.end());
   return guides;
 }

@@ -18,7 +18,8 @@ struct Guide {
   /// plane n, offset | sphere c, R | line o, d | circle c, n, R | ellipsoid c, radii, axis, second axis |
   /// helix o, axis, radius, pitch, phase | formula t, index of the step that is xi, then each step of an Expression:
   /// operation, a, b, constant (of a variable: 0 to 3 for x, y, z, t) | tie number of its sheaves, these, then the rows
-  /// of its points among those of the frame. A single number means that the guide has no picture.
+  /// of its points among those of the frame | cell origin, its three edges. A single number means that the guide has no
+  /// picture.
   std::vector<double> numbers;
 };
 
@@ -50,10 +51,26 @@ inline std::vector<Vector3> find_course(const Guide& tie, std::span<const double
   return course;
 }
 
+/// Returns the ends of the twelve edges of a cell, the first and the last of which are the ends of a diagonal.
+inline std::vector<Vector3> find_edges(const Guide& cell) {
+  const auto corner = [&n = cell.numbers](unsigned bits) {
+    Vector3 place{n[0], n[1], n[2]};
+    for (std::size_t k = 0; k < 9; ++k)
+      if ((bits >> k / 3 & 1u) != 0) place[k % 3] += n[3 + k];
+    return place;
+  };
+  std::vector<Vector3> ends;
+  for (unsigned bits = 0; bits < 8; ++bits)
+    for (const unsigned bit : {1u, 2u, 4u})
+      if ((bits & bit) == 0) ends.insert(ends.end(), {corner(bits), corner(bits | bit)});
+  return ends;
+}
+
 /// Returns the groups whose guides have no picture: angles, linear equations, and formulas that are no expressions.
 std::vector<Guide> list_guides_without_picture(const System& system);
 
-/// Returns what a frame stores: the guides at time t, the ties, and the groups without a picture.
+/// Returns what a frame stores: the guides at time t, the ties, the cell of a sample that is periodic in all
+/// directions, and the groups without a picture.
 std::vector<Guide> list_guides(const System& system, const ShownParts& shown, double t_start, double t);
 
 /// Returns "saddle (formula)".

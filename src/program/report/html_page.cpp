@@ -12,9 +12,8 @@
 
 #include "base/text.hpp"
 #include "report/colours.hpp"
-#include "report/error_time_table.hpp"
+#include "report/error_time.hpp"
 #include "report/field_json.hpp"
-#include "report/friction_parts.hpp"
 #include "report/packed_bytes.hpp"
 #include "report/page.hpp"
 #include "report/shared_parts.hpp"

@@ -1,12 +1,15 @@
 #pragma once
 
 #include <fmt/format.h>
-
 #include <nlohmann/json.hpp>
+
+#include <cstddef>
+#include <filesystem>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "report/output_file.hpp"
 
@@ -32,6 +35,10 @@ class JsonObjectFile {
  public:
   explicit JsonObjectFile(OutputFile* file);
   void add(std::string_view key, const Json& value);
+  /// Adds the members of an object.
+  void add_members(const Json& object) {
+    for (const auto& [key, value] : object.items()) add(key, value);
+  }
   void add_numbers(std::string_view key, std::span<const double> numbers);
   /// Adds a table with rows of `columns` numbers.
   void add_rows(std::string_view key, std::span<const double> numbers, std::size_t columns);
@@ -58,6 +65,37 @@ class JsonObjectFile {
   fmt::memory_buffer text_;  ///< text that is not in the file yet
   std::string closing_;      ///< brackets that will close the open objects and lists
   bool is_empty_ = true;     ///< state of the innermost open object or list
+};
+
+/// An array of a result in the user's order, or nothing if it was not computed.
+using Numbers = std::optional<std::span<const double>>;
+
+/// Above this many points arrays go to .npy files and the JSON holds their names.
+constexpr std::size_t largest_inline = 10'000;
+
+/// Writes arrays as members of a JSON file: either their numbers, or the name of the file `<prefix><key>.npy` that is
+/// written for them. An array that was not computed is null.
+class ArrayWriter {
+ public:
+  /// Writes all arrays inline.
+  explicit ArrayWriter(JsonObjectFile* json) : json_(json) {}
+  /// Writes arrays inline up to `largest_inline` points. `prefix` is the folder and the beginning of the files' names.
+  ArrayWriter(JsonObjectFile* json, std::filesystem::path prefix, std::size_t num_points);
+
+  /// Returns a writer that puts more words in front of the files' names.
+  ArrayWriter with_prefix(std::string_view words) const;
+
+  void write_points(std::string_view key, const Numbers& numbers) const;  ///< n x 3
+  void write_list(std::string_view key, const Numbers& numbers) const;    ///< d
+  /// Writes rows of any width. With one column they are rows of one number inline and a plain vector in a file.
+  void write_rows(std::string_view key, const Numbers& numbers, std::size_t columns) const;
+  void write_booleans(std::string_view key, const std::optional<std::vector<bool>>& values) const;
+
+ private:
+  std::filesystem::path name_file(std::string_view key) const;
+
+  JsonObjectFile* json_;
+  std::optional<std::filesystem::path> prefix_;
 };
 
 }  // namespace tanor::report

@@ -1,9 +1,14 @@
 #include "report/loglog_plot.hpp"
 
 #include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
+
+#include "report/words.hpp"
 
 namespace tanor::report {
 
@@ -41,14 +46,6 @@ struct Axis {
   double stride() const { return std::max(1.0, std::ceil((high - low) / 16.0)); }
 };
 
-std::string escape(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    result += c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '&' ? "&amp;" : std::string(1, c);
-  }
-  return result;
-}
-
 }  // namespace
 
 std::string make_loglog_plot(const LogLogPlot& plot) {
@@ -62,7 +59,7 @@ std::string make_loglog_plot(const LogLogPlot& plot) {
       "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" height=\"{1}\" "
       "font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"{0}\" height=\"{1}\" fill=\"white\"/>\n"
       "<text x=\"{2}\" y=\"24\" font-size=\"15\">{3}</text>\n",
-      width, height, left, escape(plot.title));
+      width, height, left, escape_xml(plot.title));
   // Draw grid lines with labels, at each decade if there are few.
   for (double e = x_axis.low; e <= x_axis.high; e += x_axis.stride()) {
     const double x = x_of(e);
@@ -79,9 +76,9 @@ std::string make_loglog_plot(const LogLogPlot& plot) {
         y, left, width - right, left - 8.0, y + 4.0, e);
   }
   svg += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n", left + inner_width / 2,
-                     height - 16.0, escape(plot.x_label));
+                     height - 16.0, escape_xml(plot.x_label));
   svg += fmt::format("<text transform=\"translate(18 {}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
-                     top + inner_height / 2, escape(plot.y_label));
+                     top + inner_height / 2, escape_xml(plot.y_label));
   for (std::size_t k = 0; k < plot.series.size(); ++k) {
     const PlotSeries& series = plot.series[k];
     const char* const color = colors[k % colors.size()];
@@ -96,9 +93,19 @@ std::string make_loglog_plot(const LogLogPlot& plot) {
     const double y = top + 18.0 + 18.0 * static_cast<double>(k);
     svg += fmt::format(
         "<rect x=\"{}\" y=\"{}\" width=\"12\" height=\"12\" fill=\"{}\"/><text x=\"{}\" y=\"{}\">{}</text>\n",
-        width - right - 130.0, y - 10.0, color, width - right - 112.0, y, escape(series.name));
+        width - right - 130.0, y - 10.0, color, width - right - 112.0, y, escape_xml(series.name));
   }
   return svg + "</svg>\n";
+}
+
+bool convert_to_png(const std::filesystem::path& svg, const std::filesystem::path& png) {
+  std::array<std::string, 5> words{"rsvg-convert", "--zoom=2", "--output", png.string(), svg.string()};
+  std::array<char*, 6> arguments{};
+  for (std::size_t i = 0; i < words.size(); ++i) arguments[i] = words[i].data();
+  pid_t process = 0;
+  if (posix_spawnp(&process, arguments[0], nullptr, nullptr, arguments.data(), environ) != 0) return false;
+  int status = 0;
+  return waitpid(process, &status, 0) == process && WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
 }  // namespace tanor::report

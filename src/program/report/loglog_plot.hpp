@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -19,5 +20,9 @@ struct LogLogPlot {
 
 /// Returns a picture with logarithmic axes as SVG text.
 std::string make_loglog_plot(const LogLogPlot& plot);
+
+/// Converts an SVG file into a PNG file by rsvg-convert (Debian: librsvg2-bin). Returns false if that is not installed
+/// or fails.
+bool convert_to_png(const std::filesystem::path& svg, const std::filesystem::path& png);
 
 }  // namespace tanor::report

@@ -71,23 +71,25 @@ class Outline {
   std::vector<double> heights_;
 };
 
-/// Adds the sheaves of ropes, and round guides as a whole, unless the motion covers only a small part of them.
+/// Adds the sheaves of ropes, and round guides and cells as a whole, unless the motion covers only a small part of
+/// them.
 void take_guides(const StoredFrame& frame, double size, MotionExtent* extent, Outline* outline) {
+  const auto take_place = [&](const Vector3& place, double radius = 0.0) {
+    take(place, radius, extent);
+    outline->take(place, radius);
+  };
   for (const Guide& guide : frame.guides) {
     const auto& [kind, name, n] = guide;
-    if (kind == "tie") {
-      for (const Vector3& place : find_course(guide, frame.positions)) {
-        take(place, 0.0, extent);
-        outline->take(place);
-      }
-    }
+    if (kind == "tie")
+      for (const Vector3& place : find_course(guide, frame.positions)) take_place(place);
+    const std::vector<Vector3> ends = kind == "cell" ? find_edges(guide) : std::vector<Vector3>();
+    if (!ends.empty() && distance(ends.front(), ends.back()) <= 4.0 * size)
+      for (const Vector3& end : ends) take_place(end);
     const double radius = kind == "sphere"      ? n[3]
                           : kind == "circle"    ? n[6]
                           : kind == "ellipsoid" ? std::max({n[3], n[4], n[5]})
                                                 : 0.0;
-    if (!(radius > 0.0) || radius > 2.0 * size) continue;
-    take({n[0], n[1], n[2]}, radius, extent);
-    outline->take({n[0], n[1], n[2]}, radius);
+    if (radius > 0.0 && radius <= 2.0 * size) take_place({n[0], n[1], n[2]}, radius);
   }
 }
 

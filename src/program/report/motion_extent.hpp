@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "report/stored_frame.hpp"
+#include "report/vtp_reader.hpp"
 
 namespace tanor::report {
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <limits>
 
-#include "report/array_writer.hpp"
 #include "report/json_text.hpp"
 
 namespace tanor::report {
@@ -14,16 +13,17 @@ namespace {
 
 Json describe_sample(double t, const MotionForces& sample) {
   const bool is_found = sample.outcome.ok();
-  return {{"t", t},
-          {"position_violation", sample.position.largest},
-          {"position_violation_at", json_or_null(sample.position.where)},
-          {"velocity_violation", sample.velocity.largest},
-          {"velocity_violation_at", json_or_null(sample.velocity.where)},
-          {"acceleration_violation", sample.acceleration.largest},
-          {"acceleration_violation_at", json_or_null(sample.acceleration.where)},
-          {"largest_control_force", is_found ? Json(sample.largest_control) : Json()},
-          {"largest_control_force_at", is_found ? Json("point " + std::to_string(sample.controlled_point)) : Json()},
-          {"outcome", is_found ? "ok" : sample.outcome.what}};
+  Json json{{"t", t}};
+  for (const auto& [what, violation] : {std::pair{"position", &sample.position},
+                                        {"velocity", &sample.velocity},
+                                        {"acceleration", &sample.acceleration}}) {
+    json[fmt::format("{}_violation", what)] = violation->largest;
+    json[fmt::format("{}_violation_at", what)] = json_or_null(violation->where);
+  }
+  json["largest_control_force"] = is_found ? Json(sample.largest_control) : Json();
+  json["largest_control_force_at"] = is_found ? Json("point " + std::to_string(sample.controlled_point)) : Json();
+  json["outcome"] = is_found ? "ok" : sample.outcome.what;
+  return json;
 }
 
 /// Returns one row for each sample. A sample without the array has a row of NaN, which JSON shows as null.

@@ -8,11 +8,15 @@
 #include <system_error>
 #include <utility>
 
+#include "base/checksum.hpp"
+
 namespace tanor::report {
 
 namespace fs = std::filesystem;
 
 namespace {
+
+constexpr std::string_view last_words = "checksum ";
 
 std::FILE* open_or_throw(const fs::path& path, const char* mode) {
   std::FILE* file = std::fopen(path.c_str(), mode);
@@ -22,6 +26,11 @@ std::FILE* open_or_throw(const fs::path& path, const char* mode) {
 
 void throw_on(const std::error_code& error, const fs::path& path) {
   if (error) throw WriteError(path.string(), error.message());
+}
+
+/// Returns the last line of a sealed file.
+std::string last_line(const detail::Checksum& sum) {
+  return std::string(last_words) + sum.text() + "\n";
 }
 
 /// Returns the name of a file's replacement until it is complete.
@@ -48,7 +57,8 @@ WriteError::WriteError(const std::string& path, const std::string& reason)
 
 OutputFile::OutputFile(std::string name, Handle file) : name_(std::move(name)), file_(std::move(file)) {}
 
-OutputFile::OutputFile(const fs::path& path) : OutputFile(path.string(), {open_or_throw(path, "wb"), &std::fclose}) {}
+OutputFile::OutputFile(const fs::path& path, const char* mode)
+    : OutputFile(path.string(), {open_or_throw(path, mode), &std::fclose}) {}
 
 OutputFile OutputFile::standard_output() {
   // Standard output must not be closed here. Flushing tells whether it took everything.
@@ -72,13 +82,21 @@ std::uint64_t OutputFile::tell() const {
   return static_cast<std::uint64_t>(ftello(file_.get()));
 }
 
+void OutputFile::cut() {
+  if (ftruncate(fileno(file_.get()), static_cast<off_t>(tell())) != 0) throw WriteError(name_);
+}
+
+void OutputFile::stop_buffering() {
+  std::setvbuf(file_.get(), nullptr, _IONBF, 0);
+}
+
 void OutputFile::flush() {
   if (std::fflush(file_.get()) != 0) throw WriteError(name_);
 }
 
 void OutputFile::synchronize() {
   flush();
-  if (fsync(fileno(file_.get())) != 0 && errno != EINVAL) throw WriteError(name_);  // EINVAL: nothing to wait for
+  if (fdatasync(fileno(file_.get())) != 0 && errno != EINVAL) throw WriteError(name_);  // EINVAL: nothing to wait for
 }
 
 void OutputFile::close() {
@@ -109,6 +127,62 @@ void replace_file(const fs::path& path, Wait wait, const std::function<void(Outp
     file->synchronize();
   });
   synchronize_folder(path.has_parent_path() ? path.parent_path() : ".");
+}
+
+void write_sealed(const fs::path& path, Wait wait, std::string_view first_line,
+                  std::initializer_list<std::string_view> content) {
+  detail::Checksum sum;
+  replace_file(path, wait, [&](OutputFile* file) {
+    const auto write = [&](std::string_view piece) {
+      sum.add(piece);
+      file->write(piece);
+    };
+    write(first_line);
+    for (const std::string_view piece : content) write(piece);
+    file->write(last_line(sum));
+  });
+}
+
+Seal open_sealed(std::string_view text, std::string_view first_line, std::string_view* content) {
+  if (!text.starts_with(first_line)) return Seal::OtherFormat;
+  const std::size_t end = text.rfind(last_words);
+  if (end == std::string_view::npos || end < first_line.size()) return Seal::Damaged;
+  detail::Checksum sum;
+  sum.add(text.substr(0, end));
+  if (text.substr(end) != last_line(sum)) return Seal::Damaged;
+  *content = text.substr(first_line.size(), end - first_line.size());
+  return Seal::Sound;
+}
+
+GrowingFile::GrowingFile(const fs::path& path, std::string_view head, std::string_view tail)
+    : file_(path), tail_(tail) {
+  file_.stop_buffering();
+  append(head);
+}
+
+GrowingFile::GrowingFile(const fs::path& path, std::uint64_t body_size, std::string_view tail)
+    : file_(path, "r+be"), tail_(tail) {
+  file_.stop_buffering();
+  cut(body_size);
+}
+
+void GrowingFile::append(std::string_view part) {
+  try {
+    file_.seek(body_size_);
+    // Both are written in one piece, so that nobody sees the part without the tail.
+    file_.write(tail_.empty() ? part : std::string_view(std::string(part) + tail_));
+  } catch (const WriteError&) {
+    cut(body_size_);  // this needs no more room than the file had before
+    throw;
+  }
+  body_size_ += part.size();
+}
+
+void GrowingFile::cut(std::uint64_t body_size) {
+  body_size_ = body_size;
+  file_.seek(body_size);
+  file_.write(tail_);
+  file_.cut();
 }
 
 void make_folder(const fs::path& path) {

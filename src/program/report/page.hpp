@@ -1,7 +1,11 @@
 #pragma once
 
+#include <span>
 #include <string>
 
+#include <tanor/motion.hpp>
+
+#include "report/json_text.hpp"
 #include "report/summary.hpp"
 
 namespace tanor::report {
@@ -11,5 +15,17 @@ inline constexpr std::size_t page_column = 16;  ///< column at which the text of
 
 /// Describes a run on one page of text: what it was, what it did, where the time went, and how accurate it is.
 std::string format_page(const RunFacts& facts, Simulation& simulation);
+
+/// Returns the lines of the page about observables: the last number of each, the extremes, when and where.
+std::string format_observables(std::span<const Observed> observables, const Units& units);
+
+/// Returns lines about the first events that were met, with what they took out.
+std::string format_passages(std::span<const Passage> passages, const Units& units);
+/// Returns one of them in words: "links[3], which held 0.2 J; point 4 is without constraints".
+std::string describe_passage(const Passage& passage, const Units& units);
+
+/// Returns `observables` of summary.json: all fields of each. Members and values are left out if they are many; the
+/// tables over time have them.
+Json describe_observables(std::span<const Observed> observables);
 
 }  // namespace tanor::report

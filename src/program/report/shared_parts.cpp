@@ -3,8 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
+#include <tanor/enum_names.hpp>
+
+#include "base/text.hpp"
 #include "report/field_json.hpp"
+#include "report/words.hpp"
 
 namespace tanor::report {
 
@@ -32,15 +37,15 @@ Json describe_certificate(const std::optional<Certificate>& certificate) {
   return json;
 }
 
-void add_rank(const std::optional<RankReport>& rank, JsonObjectFile* json) {
-  json->add("rank", rank && rank->is_known ? Json(rank->rank) : Json());
-  json->add("degrees_of_freedom", rank ? Json(rank->degrees_of_freedom) : Json());
+Json describe_rank(const std::optional<RankReport>& rank) {
   Json redundant;
   if (rank) {
     redundant = Json::array();
     for (const RowDependence& dependence : rank->dependences) redundant.push_back(dependence.what);
   }
-  json->add("redundant", redundant);
+  return {{"rank", rank && rank->is_known ? Json(rank->rank) : Json()},
+          {"degrees_of_freedom", rank ? Json(rank->degrees_of_freedom) : Json()},
+          {"redundant", redundant}};
 }
 
 std::string describe_redundancy(const RankReport& rank) {
@@ -53,6 +58,90 @@ std::string describe_redundancy(const RankReport& rank) {
     text += (k > 0 ? "; " : "") + rank.dependences[k].what;
   }
   return text + (count > most_lines ? "; …" : "");
+}
+
+using namespace detail;
+
+namespace {
+
+/// Returns "coulomb, exact", "coulomb, regularised, full reaction" or "viscous".
+std::string name_law(const Friction& friction) {
+  std::string law(kind_name(friction));
+  std::visit(
+      [&]<class Law>(const Law& given) {
+        if constexpr (requires { KindOf<Law>::variant(given); }) law += ", " + KindOf<Law>::variant(given);
+      },
+      friction);
+  return law;
+}
+
+std::string name_contacts(std::size_t count) {
+  return count_in_words(count, "contact");
+}
+
+std::string describe_uniqueness(Uniqueness uniqueness, const std::string& reason) {
+  return std::string(name_of(uniqueness)) + (reason.empty() ? "" : " (" + reason + ")");
+}
+
+}  // namespace
+
+std::size_t count_contacts(const System& system) {
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < system.friction.size(); ++k) count += num_contacts(system, k);
+  return count;
+}
+
+Json describe_friction_report(const std::optional<FrictionReport>& report) {
+  using F = FrictionReport;
+  const F found = report.value_or(F());
+  Json json =
+      json_of_members<&F::contacts, &F::sticking, &F::sticking_is_indeterminate, &F::iterations, &F::contraction,
+                      &F::residual, &F::error_bound, &F::uniqueness, &F::uniqueness_reason, &F::method_used>(found);
+  json = known_if(report.has_value(), std::move(json), "contacts", "sticking");
+  json = known_if(found.contacts > 0, std::move(json), "sticking_is_indeterminate");
+  return known_if(found.method_used != FrictionMethod::Auto, std::move(json), "iterations", "contraction", "residual");
+}
+
+Json describe_friction_summary(std::size_t contacts, const FrictionSummary& summary) {
+  using F = FrictionSummary;
+  Json json{{"contacts", contacts}};
+  json.update(json_of_members<&F::solves, &F::iterations_mean, &F::iterations_max, &F::contraction_max,
+                              &F::residual_max, &F::error_bound, &F::uniqueness, &F::uniqueness_reason, &F::several,
+                              &F::first_several, &F::method_used>(summary));
+  return known_if(summary.solves > 0, std::move(json), "iterations_mean", "iterations_max", "contraction_max",
+                  "residual_max");
+}
+
+std::string describe_friction(const System& system) {
+  std::string list;
+  for (std::size_t k = 0; k < system.friction.size(); ++k) {
+    list += fmt::format("{}{} ({}, {})", k > 0 ? ", " : "", friction_name(system, k), name_law(system.friction[k]),
+                        name_contacts(num_contacts(system, k)));
+  }
+  return list.empty() ? "none" : list;
+}
+
+std::string describe_friction(const FrictionReport& report) {
+  std::string text = fmt::format("{}, {} stick", name_contacts(report.contacts), report.sticking);
+  if (report.method_used != FrictionMethod::Auto)
+    text += fmt::format(", {} iterations ({})", report.iterations, name_of(report.method_used));
+  return text + fmt::format(", uniqueness {}", describe_uniqueness(report.uniqueness, report.uniqueness_reason));
+}
+
+std::string describe_friction(const FrictionSummary& summary) {
+  if (summary.solves == 0) return "no iterations";
+  return fmt::format("{:.3g} iterations an instant, {} at most ({}), contraction {}, uniqueness {}",
+                     summary.iterations_mean, summary.iterations_max, name_of(summary.method_used),
+                     in_words(summary.contraction_max, "{:.2g}"),
+                     describe_uniqueness(summary.uniqueness, summary.uniqueness_reason));
+}
+
+std::string describe_several(const FrictionSummary& summary) {
+  if (summary.several == 0) return "";
+  return fmt::format(
+      "friction: several accelerations obeyed the law at {} instants, at t = {} s first; the motion goes on with those "
+      "nearest to the step before",
+      summary.several, text(summary.first_several));
 }
 
 }  // namespace tanor::report

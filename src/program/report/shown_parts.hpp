@@ -82,4 +82,11 @@ double measure_diagonal(std::span<const double> positions);
 /// Returns the gravity of a system, m/s^2; 0 if it has none.
 Vector3 find_gravity(const System& system);
 
+/// Returns the forces of guides and supports on the shown points, 3m, N: K lambda without the pull of the rods, and at
+/// a support the force that holds it. `positions` and `tensions` (N) are those of the shown points and rods;
+/// `reactions` and `support_forces` are those of all points (3n).
+std::vector<double> find_guide_forces(const ShownParts& shown, std::span<const double> positions,
+                                      std::span<const double> tensions, std::span<const double> reactions,
+                                      std::span<const double> support_forces);
+
 }  // namespace tanor::report

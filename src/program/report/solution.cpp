@@ -1,7 +1,7 @@
 #include "report/solution.hpp"
 
-#include "report/friction_parts.hpp"
 #include "report/json_text.hpp"
+#include "report/shared_parts.hpp"
 
 namespace tanor::report {
 
@@ -44,7 +44,7 @@ void write_members(const ArrayWriter& arrays, const Solution& solution, JsonObje
   arrays.write_list("multipliers", solution.multipliers);
   arrays.write_booleans("multipliers_unique",
                         solution.rank ? std::optional(solution.rank->multipliers_unique) : std::nullopt);
-  add_rank(solution.rank, json);
+  json->add_members(describe_rank(solution.rank));
   arrays.write_points("reactions", solution.reactions);
   write_causes(arrays, solution.reactions_by_cause, json);
   arrays.write_points("friction", solution.friction);

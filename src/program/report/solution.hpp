@@ -8,7 +8,7 @@
 
 #include <tanor/dynamics.hpp>
 
-#include "report/array_writer.hpp"
+#include "report/json_text.hpp"
 #include "report/shared_parts.hpp"
 
 namespace tanor::report {

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "report/motion_extent.hpp"
-#include "report/stored_frame.hpp"
 #include "report/vtp_reader.hpp"
 
 namespace tanor::report {

@@ -5,11 +5,9 @@
 #include <tanor/enum_names.hpp>
 #include <tanor/version.hpp>
 
-#include "report/array_writer.hpp"
 #include "report/field_json.hpp"
-#include "report/friction_parts.hpp"
 #include "report/json_text.hpp"
-#include "report/observed_words.hpp"
+#include "report/page.hpp"
 #include "report/shared_parts.hpp"
 #include "report/words.hpp"
 
@@ -24,7 +22,7 @@ void add_sizes(const RunEnd& end, JsonObjectFile* json) {
   json->add("points", plan.points);
   json->add("supports", plan.supports);
   json->add("equations", plan.equations);
-  add_rank(end.rank, json);
+  json->add_members(describe_rank(end.rank));
   json->add("islands", plan.islands);
 }
 

@@ -11,7 +11,8 @@
 #include <vector>
 
 #include "report/compression.hpp"
-#include "report/growing_file.hpp"
+#include "report/output_file.hpp"
+#include "report/words.hpp"
 
 namespace tanor::report {
 
@@ -109,11 +110,9 @@ std::string name_with_unit(const std::string& name, const std::string& unit) {
   return unit.empty() ? name : name + " [" + unit + "]";
 }
 
+/// Returns a text as a field of CSV, in quotes only where it needs them.
 std::string cell(const std::string& text) {
-  if (text.find_first_of(",\"\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + "\"";
+  return text.find_first_of(",\"\n") == std::string::npos ? text : quote_csv(text);
 }
 
 std::string make_observables_head(std::span<const Observed> observables, const Units& units) {

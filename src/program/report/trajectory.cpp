@@ -7,10 +7,10 @@
 #include <system_error>
 
 #include "report/compression.hpp"
-#include "report/frame_module.hpp"
-#include "report/guide_forces.hpp"
+#include "report/frame_file.hpp"
 #include "report/module.hpp"
 #include "report/output_file.hpp"
+#include "report/shown_parts.hpp"
 #include "report/text_formats.hpp"
 #include "report/vtp_frame.hpp"
 

@@ -14,6 +14,7 @@
 
 #include "report/compression.hpp"
 #include "report/output_file.hpp"
+#include "report/words.hpp"
 
 namespace tanor::report {
 
@@ -31,7 +32,7 @@ class Document {
   void add_text(std::string_view name, std::span<const double> numbers) {
     xml_ +=
         fmt::format("<DataArray type=\"Float64\" Name=\"{}\" NumberOfTuples=\"{}\" format=\"ascii\">{}</DataArray>\n",
-                    escape(name), numbers.size(), fmt::join(numbers, " "));
+                    escape_xml(name), numbers.size(), fmt::join(numbers, " "));
   }
   /// Adds one array that consists of two pieces.
   void add(std::string_view name, int components, std::span<const double> first, std::span<const double> second = {}) {
@@ -75,13 +76,6 @@ class Document {
       offset_ += sizeof(std::uint64_t) + size_of(pieces);
       arrays_.push_back(pieces);
     }
-  }
-
-  static std::string escape(std::string_view text) {
-    std::string result;
-    for (const char c : text)
-      result += c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '&' ? "&amp;" : c == '"' ? "&quot;" : std::string(1, c);
-    return result;
   }
 
   std::string xml_ = "<?xml version=\"1.0\"?>\n";

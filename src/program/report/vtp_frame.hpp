@@ -3,7 +3,7 @@
 #include <filesystem>
 
 #include "report/frame_file.hpp"
-#include "report/growing_file.hpp"
+#include "report/output_file.hpp"
 #include "report/shown_parts.hpp"
 
 namespace tanor::report {

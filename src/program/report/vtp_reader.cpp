@@ -137,8 +137,8 @@ class VtpFile {
     const std::size_t end = name.find(' ', guide.size());
     if (end == std::string::npos) fail();
     const std::string kind = name.substr(guide.size(), end - guide.size());
-    static const std::map<std::string, std::size_t> sizes{{"plane", 4},  {"sphere", 4},     {"line", 6},
-                                                          {"circle", 7}, {"ellipsoid", 12}, {"helix", 9}};
+    static const std::map<std::string, std::size_t> sizes{{"plane", 4},      {"sphere", 4}, {"line", 6}, {"circle", 7},
+                                                          {"ellipsoid", 12}, {"helix", 9},  {"cell", 12}};
     const auto size = sizes.find(kind);
     if (size != sizes.end() && numbers.size() != size->second) fail();
     head_.guides.push_back({kind, name.substr(end + 1), std::move(numbers)});

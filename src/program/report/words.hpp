@@ -34,4 +34,19 @@ inline std::vector<std::string> list_left_out(std::vector<std::string> of_scene,
   return of_scene;
 }
 
+/// Returns a text in quotes, as a field of CSV (RFC 4180), on one line.
+inline std::string quote_csv(const std::string& text) {
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c == '\n' ? ' ' : c);
+  return quoted + "\"";
+}
+
+/// Returns a text in which nothing is markup of XML.
+inline std::string escape_xml(std::string_view text) {
+  std::string result;
+  for (const char c : text)
+    result += c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '&' ? "&amp;" : c == '"' ? "&quot;" : std::string(1, c);
+  return result;
+}
+
 }  // namespace tanor::report

@@ -14,7 +14,7 @@
 #include "base/disjoint_sets.hpp"
 #include "mpi/program/together.hpp"
 #include "report/checkpoint.hpp"
-#include "report/friction_parts.hpp"
+#include "report/shared_parts.hpp"
 #include "report/words.hpp"
 #include "system/members.hpp"
 

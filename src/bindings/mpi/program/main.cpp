@@ -15,7 +15,6 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
-#include <variant>
 
 #include "cli/command_line.hpp"
 #include "cli/folder_lock.hpp"
@@ -52,7 +51,7 @@ void choose_threads(scene::Scene* scene) {
 /// One run, on this rank.
 class Run {
  public:
-  Run(MpiRanks& ranks, const cli::RunOptions& options)
+  Run(MpiRanks& ranks, const cli::Options& options)
       : ranks_(ranks),
         options_(options),
         division_(read_and_divide()),
@@ -222,7 +221,7 @@ class Run {
   }
 
   MpiRanks& ranks_;
-  const cli::RunOptions& options_;
+  const cli::Options& options_;
   Clock::time_point begin_ = Clock::now();
   Division division_;
   const scene::Scene& scene_;
@@ -252,37 +251,36 @@ ExitCode tell(const MpiRanks& ranks, const cli::Failure& failure) {
   return failure.code;
 }
 
-/// Executes on the ranks what a command line asks for.
-struct Executor {
-  MpiRanks& ranks;
+/// Prints the help of tanor, and what is different here.
+ExitCode execute_help(const cli::Options& options) {
+  const ExitCode code = cli::execute_help(options);
+  if (!options.json) {
+    cli::print_heading("On several ranks");
+    cli::print_lines(
+        "  mpirun -n 4 tanor-mpi run melt.json\n"
+        "    every rank reads the scene and moves its part\n"
+        "  mpirun -n 4 tanor-mpi run 'melt-{rank}.json'\n"
+        "    each rank reads and moves a scene of its own, melt-0.json to melt-3.json\n"
+        "  The other commands are those of tanor; docs/parallel.md tells what differs.\n");
+  }
+  return code;
+}
 
-  ExitCode operator()(const cli::RunOptions& options) const { return Run(ranks, options).execute(); }
-  ExitCode operator()(const cli::HelpOptions& options) const {
-    const ExitCode code = cli::execute(options);
-    if (!options.json) {
-      cli::print_heading("On several ranks");
-      cli::print_lines(
-          "  mpirun -n 4 tanor-mpi run melt.json\n"
-          "    every rank reads the scene and moves its part\n"
-          "  mpirun -n 4 tanor-mpi run 'melt-{rank}.json'\n"
-          "    each rank reads and moves a scene of its own, melt-0.json to melt-3.json\n"
-          "  The other commands are those of tanor; docs/parallel.md tells what differs.\n");
-    }
-    return code;
-  }
-  ExitCode operator()(const cli::VersionOptions& options) const { return cli::execute(options); }
-  ExitCode operator()(const cli::MethodsOptions& options) const { return cli::execute(options); }
-  template <class Other>
-  ExitCode operator()(const Other&) const {
-    throw InputError("", "tanor-mpi knows `run` alone; the other commands are those of tanor");
-  }
-};
+/// Executes on the ranks what a command line asks for.
+ExitCode execute(MpiRanks& ranks, const cli::Request& request) {
+  const auto& [command, options] = request;
+  if (command == "run") return Run(ranks, options).execute();
+  if (command == "help") return execute_help(options);
+  if (command == "--version") return cli::execute_version(options);
+  if (command == "--methods") return cli::execute_methods(options);
+  throw InputError("", "tanor-mpi knows `run` alone; the other commands are those of tanor");
+}
 
 ExitCode run_command(MpiRanks& ranks, int argc, const char* const* argv) {
   try {
     const cli::Request request = cli::parse_command_line(argc, argv);
     if (ranks.rank() != 0 && std::freopen("/dev/null", "w", stdout) == nullptr) return ExitCode::MachineFailure;
-    return std::visit(Executor{ranks}, request);
+    return execute(ranks, request);
   } catch (const SomeRankFailed& some) {
     return tell(ranks, some.failure);
   } catch (...) {
