@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "friction/law_forms.hpp"
+#include "friction/laws.hpp"
 
 namespace tanor {
 using namespace detail;

@@ -33,10 +33,6 @@ const char* const too_many = "modes of more than ten contacts are too many to tr
 
 }  // namespace
 
-ContactChoices::ContactChoices(ContactState& state, FrictionSolver& friction, ConstrainedSystem& system,
-                               LoadSharing& sharing)
-    : state_(state), friction_(friction), system_(system), sharing_(sharing), reduction_(state, friction, system) {}
-
 // ---- one island ----
 
 /// Solves with static friction until a contact gives way, then with kinetic friction there, until no other one gives
@@ -191,7 +187,7 @@ Outcome ContactChoices::explain(double t, const ContactChoice& choice) const {
 
 Outcome ContactChoices::count(const ModeSwitch& at, const std::vector<char>& wanted, std::size_t most_contacts,
                               ContactVerdict* verdict, std::vector<ContactChoice>* choices) {
-  friction_.set_place(place(at));
+  friction_.set_place(state_.place(at.t, at.r, at.v));
   *choices = reduction_.list(at, wanted, most_contacts);
   if (choices->empty()) return {};
   const std::vector<std::size_t> stuck = free_members(*choices);
@@ -215,19 +211,19 @@ std::vector<std::size_t> ContactChoices::free_members(const std::vector<ContactC
       state_.tangents.set_stick(c, false);
     }
   }
-  sharing_.forget();
+  state_.forget_shares();
   return stuck;
 }
 
 void ContactChoices::hold_again(const std::vector<std::size_t>& contacts) {
   for (const std::size_t c : contacts) state_.tangents.set_stick(c, true);
-  sharing_.forget();
+  state_.forget_shares();
 }
 
 /// Reduces the islands while no member sticks, and chooses the motion of each.
 Outcome ContactChoices::solve_without_members(const ModeSwitch& at, ContactVerdict* verdict,
                                               std::vector<ContactChoice>* choices) {
-  if (Outcome outcome = system_.linearise(at.t, at.r); !outcome.ok()) return outcome;
+  if (Outcome outcome = state_.system.linearise(at.t, at.r); !outcome.ok()) return outcome;
   reduction_.reduce(at, choices);
   std::vector<char> released(state_.size(), 0);
   for (const std::size_t c : at.releases) released[c] = 1;
@@ -291,8 +287,8 @@ Outcome ContactChoices::take(const ModeSwitch& at, bool all, std::vector<Contact
     has_taken = true;
   }
   if (!has_taken) return {};
-  sharing_.forget();
-  return system_.linearise(at.t, at.r);
+  state_.forget_shares();
+  return state_.system.linearise(at.t, at.r);
 }
 
 void ContactChoices::take_one(const ModeSwitch& at, ContactChoice* choice) {
@@ -318,7 +314,7 @@ Outcome ContactChoices::verify_uncounted(const ModeSwitch& at, const std::vector
                                          ContactVerdict* verdict) {
   constexpr std::size_t most_reduced = 256;  // each of their components costs one solve
   if (std::none_of(wanted.begin(), wanted.end(), [](char is) { return is != 0; })) return {};
-  friction_.set_place(place(at));
+  friction_.set_place(state_.place(at.t, at.r, at.v));
   std::vector<ContactChoice> choices = reduction_.list(at, wanted, std::numeric_limits<std::size_t>::max());
   std::erase_if(choices, [&](const ContactChoice& choice) {
     const bool are_too_many = choice.size() > most_reduced;
@@ -327,7 +323,7 @@ Outcome ContactChoices::verify_uncounted(const ModeSwitch& at, const std::vector
   });
   if (choices.empty()) return {};
   const std::vector<std::size_t> stuck = free_members(choices);
-  const Outcome outcome = system_.linearise(at.t, at.r);
+  const Outcome outcome = state_.system.linearise(at.t, at.r);
   if (outcome.ok()) reduction_.reduce(at, &choices);
   for (ContactChoice& choice : choices) {
     for (std::size_t c = 0; c < choice.size(); ++c)
@@ -336,7 +332,7 @@ Outcome ContactChoices::verify_uncounted(const ModeSwitch& at, const std::vector
     verdict->note(is_proven ? Uniqueness::Proven : Uniqueness::Unproven, is_proven ? "" : too_many);
   }
   hold_again(stuck);
-  return system_.linearise(at.t, at.r);
+  return state_.system.linearise(at.t, at.r);
 }
 
 bool ContactChoices::set_limits(const std::vector<ContactChoice>& choices) {

@@ -3,7 +3,6 @@
 #include <vector>
 
 #include "friction/contact_reduction.hpp"
-#include "friction/load_sharing.hpp"
 
 namespace tanor::detail {
 
@@ -11,8 +10,9 @@ namespace tanor::detail {
 /// whose motions are counted (docs/friction.md).
 class ContactChoices {
  public:
-  /// All arguments must outlive this object.
-  ContactChoices(ContactState& state, FrictionSolver& friction, ConstrainedSystem& system, LoadSharing& sharing);
+  /// Both arguments must outlive this object.
+  ContactChoices(ContactState& state, FrictionSolver& friction)
+      : state_(state), friction_(friction), reduction_(state, friction) {}
 
   /// Counts the motions of the islands that are `wanted` [island] and have at most `most_contacts` contacts. Sets the
   /// modes of those with a solution. `choices` receives these islands with what each has chosen. At a start several
@@ -45,12 +45,9 @@ class ContactChoices {
   bool is_left_to_search(const ModeSwitch& at, const ContactChoice& choice) const;
   void take_one(const ModeSwitch& at, ContactChoice* choice);
   Outcome explain(double t, const ContactChoice& choice) const;
-  ContactPlace place(const ModeSwitch& at) const { return {at.t, at.r, at.v, system_.blocks().data()}; }
 
   ContactState& state_;
   FrictionSolver& friction_;
-  ConstrainedSystem& system_;
-  LoadSharing& sharing_;
   ContactReduction reduction_;
 };
 

@@ -15,17 +15,6 @@ constexpr std::size_t unlimited = std::numeric_limits<std::size_t>::max();
 
 }  // namespace
 
-ContactModes::ContactModes(ContactState& state, LoadSharing& sharing, FrictionSolver& friction,
-                           ConstrainedSystem& system)
-    : work_(state.work),
-      model_(state.model),
-      friction_(friction),
-      system_(system),
-      state_(state),
-      sharing_(sharing),
-      choices_(state, friction, system, sharing),
-      pivoting_(state, system, sharing, choices_) {}
-
 // ---- events ----
 
 /// The value of a contact that sticks is its distance to the limit; the value of one that slides is its velocity along
@@ -73,7 +62,7 @@ Outcome ContactModes::begin(double t, const double* r, double* v, const Request&
   at.has_changed.assign(friction_.islands().size(), 1);
   for (std::size_t c = 0; c < state_.size(); ++c) tangents.set_stick(c, false);
   state_.places.forget();
-  if (Outcome outcome = system_.linearise(t, r); !outcome.ok()) return outcome;
+  if (Outcome outcome = state_.system.linearise(t, r); !outcome.ok()) return outcome;
   state_.set_sliding_speeds();
   for (std::size_t c = 0; c < state_.size(); ++c) {
     at.at_rest[c] = state_.may_stick(c) && state_.is_at_rest(c, v);
@@ -84,7 +73,7 @@ Outcome ContactModes::begin(double t, const double* r, double* v, const Request&
   state_.verdict.uniqueness = Uniqueness::NotAsked;
   state_.softness.clear();
   state_.overloads.clear();
-  std::fill(system_.lambda().begin(), system_.lambda().end(), 0.0);
+  std::fill(state_.system.lambda().begin(), state_.system.lambda().end(), 0.0);
   return choose(std::move(at));
 }
 
@@ -119,7 +108,7 @@ Outcome ContactModes::switch_equations(double t, const double* r, double* v, std
 Outcome ContactModes::choose(ModeSwitch at) {
   work_of_rest_ = {};
   const bool shared_loads = state_.shares_loads;
-  sharing_.forget();
+  state_.forget_shares();
   at.before.assign(at.v, at.v + 3 * model_.num_points());
   at.passes.assign(state_.size(), 0);
   for (bool has_more = at.num_at_rest() > 0; has_more; has_more = bring_along(&at)) {
@@ -161,7 +150,7 @@ bool ContactModes::let_slide(const double* v, double times, ModeSwitch* at) {
     state_.let_slide(c);
     some_slide = true;
   }
-  if (some_slide) sharing_.forget();
+  if (some_slide) state_.forget_shares();
   return some_slide;
 }
 
@@ -178,7 +167,7 @@ bool ContactModes::let_pass(const double* v, double times, ModeSwitch* at) {
     state_.tangents.set_stick(c, false);
     some_pass = true;
   }
-  if (some_pass) sharing_.forget();
+  if (some_pass) state_.forget_shares();
   return some_pass;
 }
 
@@ -192,7 +181,7 @@ bool ContactModes::keep_from_rest(ModeSwitch* at) {
     state_.let_slide(c);
     some_slide = true;
   }
-  if (some_slide) sharing_.forget();
+  if (some_slide) state_.forget_shares();
   return some_slide;
 }
 
@@ -226,9 +215,9 @@ Outcome ContactModes::put_to_rest(ModeSwitch* at) {
   const Power earlier = work_of_rest_;
   const double own = speed_of_rest(*at, at->v);
   for (const bool is_again : {false, true}) {
-    if (Outcome outcome = system_.linearise(at->t, at->r); !outcome.ok()) return outcome;
+    if (Outcome outcome = state_.system.linearise(at->t, at->r); !outcome.ok()) return outcome;
     std::fill(impulses.begin(), impulses.end(), 0.0);
-    const ProjectionReport still = system_.project_velocities(at->t, at->r, at->v, impulses.data());
+    const ProjectionReport still = state_.system.project_velocities(at->t, at->r, at->v, impulses.data());
     if (!still.outcome.ok()) return still.outcome;
     work_of_rest_ = earlier;
     work_of_rest_.add(1.0, work_of_impulses(at->r, impulses));
@@ -257,7 +246,7 @@ bool ContactModes::bring_along(ModeSwitch* at) {
     state_.tangents.set_stick(c, true);
     are_some = true;
   }
-  if (are_some) sharing_.forget();
+  if (are_some) state_.forget_shares();
   return are_some;
 }
 
@@ -322,7 +311,7 @@ Outcome ContactModes::search(const ModeSwitch& at, bool shared_loads, std::vecto
     for (const ContactChoice& choice : choices) (*are_counted)[choice.island] = 1;
     for (const std::size_t c : at.releases) {
       const bool is_counted = (*are_counted)[friction_.islands().of_contact[c]] != 0;
-      if (!is_counted && !shared_loads) state_.release(c, system_.lambda().data());
+      if (!is_counted && !shared_loads) state_.release(c, state_.system.lambda().data());
     }
     found = pivoting_.find_complementary_modes(at, choices, friction_.islands(), *are_counted);
   }
@@ -362,7 +351,7 @@ Outcome ContactModes::finish(const ModeSwitch& at, const std::vector<char>& are_
   state_.places.hold(at.t, at.r);
   Request at_end = at.request;
   at_end.gradients = Gradients::Keep;
-  Outcome found = system_.accelerations({at.t, at.r, at.v}, at_end, are_counted, at.to);
+  Outcome found = state_.system.accelerations({at.t, at.r, at.v}, at_end, are_counted, at.to);
   if (found.ok()) found = check_rest(at);
   if (state_.verdict.uniqueness == Uniqueness::Several) {
     state_.verdict.uniqueness = Uniqueness::Unproven;
@@ -387,9 +376,9 @@ Outcome ContactModes::keep_moving(const ModeSwitch& at) {
     std::copy(at.before.begin(), at.before.end(), at.v);
     work_of_rest_ = {};
   }
-  if (Outcome outcome = system_.linearise(at.t, at.r); !outcome.ok()) return outcome;
+  if (Outcome outcome = state_.system.linearise(at.t, at.r); !outcome.ok()) return outcome;
   std::vector<double> impulses(model_.num_rows(), 0.0);
-  const ProjectionReport moving = system_.project_velocities(at.t, at.r, at.v, impulses.data());
+  const ProjectionReport moving = state_.system.project_velocities(at.t, at.r, at.v, impulses.data());
   work_of_rest_.add(1.0, work_of_impulses(at.r, impulses));
   return moving.outcome;
 }
@@ -398,7 +387,7 @@ Outcome ContactModes::keep_moving(const ModeSwitch& at) {
 /// than their limit.
 Outcome ContactModes::check_rest(const ModeSwitch& at) const {
   constexpr double largest_miss = 1e-6;
-  const double* const lambda = system_.lambda().data();
+  const double* const lambda = state_.system.lambda().data();
   std::vector<double> rows(model_.num_rows());  // T'w + phi
   work_.constraints.evaluate_contacts(model_.parallel, at.r, at.v, at.to.a, Tangents::Which::All, rows.data());
   for (std::size_t c = 0; c < state_.size(); ++c) {
@@ -406,7 +395,7 @@ Outcome ContactModes::check_rest(const ModeSwitch& at) const {
     double a = 0.0;
     for (int k = 0; k < state_.tangents[c].num_tangents(); ++k)
       a = larger(a, std::abs(rows[static_cast<std::size_t>(state_.tangents[c].first_row + k)]));
-    const double scale = system_.acceleration_scales()[state_.neighbourhood(c)];
+    const double scale = state_.system.acceleration_scales()[state_.neighbourhood(c)];
     const double limit = (1.0 + ContactState::overload) * state_.laws.static_limit(c, lambda);
     const double held = state_.held(c, lambda);
     const bool is_still = a <= largest_miss * scale;
@@ -426,7 +415,7 @@ Outcome ContactModes::check_rest(const ModeSwitch& at) const {
 void ContactModes::accept(double t, const double* r, const double* v) {
   if (num_events() > 0) {
     state_.places.accept(t);
-    if (state_.shares_loads || system_.redundancy().is_found()) state_.places.give_way(r);
+    if (state_.shares_loads || state_.system.redundancy().is_found()) state_.places.give_way(r);
   }
   state_.set_sliding_speeds();
   state_.laws.keep_slip_directions(v);
@@ -436,8 +425,8 @@ void ContactModes::exchange_memory(Memory& memory) {
   bool shares_loads = state_.shares_loads;
   memory.exchange(shares_loads, state_.verdict.uniqueness);
   if (memory.reads()) {
-    sharing_.forget();
-    if (shares_loads) (void)sharing_.begin();
+    state_.forget_shares();
+    if (shares_loads) (void)state_.begin_sharing();
   }
   state_.places.exchange_memory(memory);
   friction_.exchange_memory(memory);

@@ -15,8 +15,14 @@ namespace tanor::detail {
 /// holds on the acceleration level: lambda_t in -mu_s |N| Sgn(a_t).
 class ContactModes final : public EventFunctions {
  public:
-  /// All arguments must outlive this object.
-  ContactModes(ContactState& state, LoadSharing& sharing, FrictionSolver& friction, ConstrainedSystem& system);
+  /// Both arguments must outlive this object.
+  ContactModes(ContactState& state, FrictionSolver& friction)
+      : work_(state.work),
+        model_(state.model),
+        friction_(friction),
+        state_(state),
+        choices_(state, friction),
+        pivoting_(state, choices_) {}
 
   // ---- the modes ----
 
@@ -61,9 +67,7 @@ class ContactModes final : public EventFunctions {
   Workspace& work_;
   const Model& model_;
   FrictionSolver& friction_;
-  ConstrainedSystem& system_;
   ContactState& state_;
-  LoadSharing& sharing_;
   ContactChoices choices_;
   ModePivoting pivoting_;
   Power work_of_rest_;  // J, at the last switch

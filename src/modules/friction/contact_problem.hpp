@@ -77,6 +77,14 @@ ContactSolutions find_all(const ContactProblem& problem, std::size_t* work_left,
 /// its residual.
 Eigen::VectorXd find_one(const ContactProblem& problem, const Eigen::VectorXd& guess);
 
+/// Returns the motion for fixed limits h [contacts] >= 0: contacts that move have x = h, those at rest solve
+///
+///   least x'A x/2 + a0'x  with  |x_c| <= h_c                     (Gauss and maximum dissipation, convex)
+///
+/// The method is a primal-dual interior point method, which needs no guess and is accurate to about 1e-12 of the
+/// largest limit.
+Eigen::VectorXd solve_convex_law(const ContactProblem& problem, const Eigen::VectorXd& limits);
+
 /// Chooses the share of a load that contacts at rest may share in many ways: the analytic centre of what obeys the law,
 /// where the product of h_c^2 - |x_c|^2 is largest; h_c may depend on the share itself. If no share obeys the law,
 /// limits are raised until one does. Changes x to that share; contacts other than `shares_it` [contact] keep their

@@ -24,7 +24,7 @@ std::vector<ContactChoice> ContactReduction::list(const ModeSwitch& at, const st
       choice.problem.contacts.push_back(
           {static_cast<Eigen::Index>(before.size()), dimension, moves, moves ? laws.coefficient(c) : 0.0});
       choice.members.push_back(c);
-      const Vec3 tau = friction_.force(c, system_.lambda().data());
+      const Vec3 tau = friction_.force(c, state_.system.lambda().data());
       for (Eigen::Index k = 0; k < dimension; ++k) {
         const Vec3 e =
             moves ? laws.part_direction(laws.first_part(c)) : tangents.directions(c)[static_cast<std::size_t>(k)];
@@ -50,8 +50,8 @@ void ContactReduction::reduce(const ModeSwitch& at, std::vector<ContactChoice>* 
 
 /// Computes lambda = -S^-1 b and dw = M^-1 K lambda.
 void ContactReduction::solve(const std::vector<double>& b, std::vector<double>* lambda, std::vector<double>* dw) {
-  system_.response().solve_refined(b.data(), lambda->data(), dw->data());
-  system_.response().minimize_multiplier_norm(lambda->data());
+  state_.system.response().solve_refined(b.data(), lambda->data(), dw->data());
+  state_.system.response().minimize_multiplier_norm(lambda->data());
 }
 
 /// Computes w = w0 and b = phi + K'w0 with forces alone. Returns their largest number.
@@ -71,13 +71,13 @@ ContactReduction::Answer ContactReduction::solve_without_coulomb(const ModeSwitc
   Answer answer{std::vector<double>(num_rows), std::vector<double>(size)};
   std::vector<double> b(num_rows), dw(size);
   const double scale = evaluate_without_coulomb(at, &answer.w, &b);
-  const std::vector<double>& scales = system_.measure_accelerations(answer.w.data(), b.data(), scale);
+  const std::vector<double>& scales = state_.system.measure_accelerations(answer.w.data(), b.data(), scale);
   for (ContactChoice& choice : *choices) {
     choice.acceleration_scale = 0.0;
     for (const std::size_t contact : choice.members)
       choice.acceleration_scale = std::max(choice.acceleration_scale, scales[state_.neighbourhood(contact)]);
   }
-  friction_.set_given(place(at), system_.lambda().data());
+  friction_.set_given(state_.place(at.t, at.r, at.v), state_.system.lambda().data());
   friction_.add(1.0, answer.w.data(), b.data());
   solve(b, &answer.lambda, &dw);
   for (std::size_t i = 0; i < size; ++i) answer.w[i] += dw[i];
@@ -187,7 +187,7 @@ void ContactReduction::clear_rounding(ContactChoice* choice) const {
 void ContactReduction::guess_multipliers(const ModeSwitch& at, const std::vector<ContactChoice>& choices) {
   std::vector<double> w(3 * state_.model.num_points()), b(state_.model.num_rows());
   (void)evaluate_without_coulomb(at, &w, &b);
-  friction_.set_given(place(at), system_.lambda().data());
+  friction_.set_given(state_.place(at.t, at.r, at.v), state_.system.lambda().data());
   friction_.add(1.0, w.data(), b.data());
   for (const ContactChoice& choice : choices) {
     for (std::size_t c = 0; choice.has_solution() && c < choice.size(); ++c) {
@@ -198,7 +198,7 @@ void ContactReduction::guess_multipliers(const ModeSwitch& at, const std::vector
       }
     }
   }
-  solve(b, &system_.lambda(), &w);
+  solve(b, &state_.system.lambda(), &w);
 }
 
 }  // namespace tanor::detail

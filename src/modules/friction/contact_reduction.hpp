@@ -2,7 +2,6 @@
 
 #include <vector>
 
-#include "dynamics/constrained_system.hpp"
 #include "friction/contact_choice.hpp"
 #include "friction/contact_state.hpp"
 #include "friction/friction_solver.hpp"
@@ -13,9 +12,8 @@ namespace tanor::detail {
 /// with all other unknowns eliminated (docs/friction.md).
 class ContactReduction {
  public:
-  /// All arguments must outlive this object.
-  ContactReduction(const ContactState& state, FrictionSolver& friction, ConstrainedSystem& system)
-      : state_(state), friction_(friction), system_(system) {}
+  /// Both arguments must outlive this object.
+  ContactReduction(const ContactState& state, FrictionSolver& friction) : state_(state), friction_(friction) {}
 
   /// Lists the islands among those `wanted` [island] that have Coulomb contacts, and at most `most_contacts` of them,
   /// each with its contacts and their last friction. The friction solver must be set to this configuration.
@@ -38,7 +36,6 @@ class ContactReduction {
   void set_column(std::size_t j, std::vector<ContactChoice>* choices, Answer* answer);
   void clear_rounding(ContactChoice* choice) const;
   void solve(const std::vector<double>& b, std::vector<double>* lambda, std::vector<double>* dw);
-  ContactPlace place(const ModeSwitch& at) const { return {at.t, at.r, at.v, system_.blocks().data()}; }
   template <class Column>
   void write_forces(const ContactChoice& choice, const double* lambda, Column&& column) const;
   template <class Column>
@@ -46,7 +43,6 @@ class ContactReduction {
 
   const ContactState& state_;
   FrictionSolver& friction_;
-  ConstrainedSystem& system_;
 };
 
 }  // namespace tanor::detail

@@ -18,10 +18,14 @@ enum Mode : int {
   num_modes = 7
 };  // 4 and 5 are the two senses of sliding at the limit
 
+/// Rounding grows by the inverse of the compliance of rows that share a load; refinement reduces errors by this factor.
+constexpr double compliance = 1e-4;
+
 }  // namespace
 
-ContactState::ContactState(Workspace& a_work)
+ContactState::ContactState(Workspace& a_work, ConstrainedSystem& a_system)
     : work(a_work),
+      system(a_system),
       model(a_work.model()),
       tangents(a_work.constraints.tangents()),
       laws(model.system, model.numbering, tangents, model.incidences),
@@ -108,17 +112,64 @@ void ContactState::restore_slip_directions(const double* r, const double* v) {
   restored_.clear();
 }
 
+// ---- shares of a load ----
+
+void ContactState::forget_shares() {
+  shares_loads = false;
+  system.gram().set_compliance(0.0);
+}
+
+bool ContactState::begin_sharing() {
+  if (shares_loads || tangents.num_sticking() == 0) return false;
+  shares_loads = true;
+  const Numbering& numbering = model.numbering;
+  std::vector<double> weights(model.num_rows() - numbering.num_user_rows, 1.0);
+  for (std::size_t c = 0; c < size() && !softness.empty(); ++c) {
+    const Tangents::Place& place = tangents[c];
+    for (int k = 0; place.first_row >= 0 && k < place.num_tangents(); ++k) {
+      const auto row = static_cast<std::size_t>(numbering.user_row[static_cast<std::size_t>(place.first_row + k)]);
+      weights[row - numbering.num_user_rows] = std::exp2(-static_cast<double>(softness[c]) / softness_steps);
+    }
+  }
+  system.gram().set_compliance(compliance, std::move(weights));
+  return true;
+}
+
+bool ContactState::has_references() const {
+  for (std::size_t c = 0; num_switches > 0 && c < size(); ++c) {
+    if (tangents.sticks(c) && norm(laws.reference(c)) > 0.0) return true;
+  }
+  return false;
+}
+
+void ContactState::share_again(const std::vector<double>& loads) {
+  constexpr double least_load = 0.05;
+  constexpr int steps = softness_steps, hardest = 12 * steps;
+  softness.resize(loads.size(), 0);
+  int softest = hardest;
+  for (std::size_t c = 0; c < loads.size(); ++c) {
+    if (loads[c] < 0.0) continue;
+    const double load = std::max(least_load, std::min(loads[c], 1.0 / least_load));
+    softness[c] -= static_cast<int>(std::lround(2.0 * steps * std::log2(load)));
+    softest = std::min(softest, softness[c]);
+  }
+  for (std::size_t c = 0; c < loads.size(); ++c) {
+    if (loads[c] >= 0.0) softness[c] = std::clamp(softness[c] - softest, 0, hardest);
+    if (!tangents.sticks(c)) softness[c] = 0;
+  }
+  forget_shares();
+}
+
 // ---- verdicts ----
 
-void ContactState::add_verdict(const std::vector<double>& blocks, const Redundancy& redundancy,
-                               FrictionReport* report) const {
+void ContactState::add_verdict(FrictionReport* report) const {
   const auto add = [&](Uniqueness uniqueness, const std::string& reason) {
     if (uniqueness < report->uniqueness || (uniqueness == report->uniqueness && !report->uniqueness_reason.empty()))
       return;
     report->uniqueness = uniqueness;
     report->uniqueness_reason = reason;
   };
-  if (const std::string contact = find_undetermined_reaction(blocks, redundancy); !contact.empty()) {
+  if (const std::string contact = find_undetermined_reaction(); !contact.empty()) {
     add(Uniqueness::Unproven, "constraints that depend on each other share the reaction of " + contact +
                                   " by convention, and the motion depends on the share");
   }
@@ -127,12 +178,12 @@ void ContactState::add_verdict(const std::vector<double>& blocks, const Redundan
   if (report->uniqueness != Uniqueness::Proven) report->error_bound = std::numeric_limits<double>::quiet_NaN();
 }
 
-std::string ContactState::find_undetermined_reaction(const std::vector<double>& blocks,
-                                                     const Redundancy& redundancy) const {
+std::string ContactState::find_undetermined_reaction() const {
+  const Redundancy& redundancy = system.redundancy();
   if (!redundancy.is_found()) return {};
   std::vector<double> lengths(model.num_rows(), 0.0);  // of the gradients in the norm of M^-1
   for (const Incidence& i : model.incidences) {
-    const Vec3 g = load(blocks.data(), i.block);
+    const Vec3 g = load(system.blocks().data(), i.block);
     lengths[static_cast<std::size_t>(i.row)] += model.inverse_mass[static_cast<std::size_t>(i.point)] * dot(g, g);
   }
   for (double& length : lengths) length = length > 0.0 ? std::sqrt(length) : 1.0;

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
+#include "dynamics/contacts.hpp"
 #include "dynamics/workspace.hpp"
 #include "friction/held_places.hpp"
 #include "friction/laws.hpp"
-#include "schur/redundancy.hpp"
 
 namespace tanor::detail {
 
@@ -27,8 +27,8 @@ struct ContactVerdict {
 /// which direction the others slide. A contact that sticks has in addition a place and a softness by which it shares a
 /// load, and may be held a little above its limit.
 struct ContactState {
-  /// `work` must outlive it.
-  explicit ContactState(Workspace& work);
+  /// Both arguments must outlive it.
+  ContactState(Workspace& work, ConstrainedSystem& system);
 
   /// Steps of softness for each factor of two.
   static constexpr int softness_steps = 1 << 20;
@@ -37,6 +37,7 @@ struct ContactState {
   static constexpr double to_spare = 1e-8, overload = 4e-8;
 
   Workspace& work;
+  ConstrainedSystem& system;
   const Model& model;
   Tangents& tangents;
   FrictionLaws laws;
@@ -44,10 +45,11 @@ struct ContactState {
   std::size_t num_switches = 0;  ///< contacts that may stick
   std::vector<int> softness;     ///< [contact] 0: softest; empty if all are alike
   std::vector<char> overloads;   ///< [contact] held until `overload` above its limit; empty if none is
-  bool shares_loads = false;     ///< the contacts that stick depend on constraints or on each other; see LoadSharing
+  bool shares_loads = false;  ///< the contacts that stick depend on constraints or on each other; see `begin_sharing`
   ContactVerdict verdict;
 
   std::size_t size() const { return tangents.size(); }
+  ContactPlace place(double t, const double* r, const double* v) const { return {t, r, v, system.blocks().data()}; }
   bool may_stick(std::size_t contact) const { return tangents[contact].first_row >= 0; }
   std::size_t neighbourhood(std::size_t contact) const {
     return work.scales.of_point(static_cast<std::size_t>(tangents[contact].point));
@@ -73,6 +75,21 @@ struct ContactState {
   /// Lets the contact slide from now on, in the direction of its motion.
   void let_slide(std::size_t contact);
 
+  /// Contacts that stick may hold more than can move. Then no law divides the load among them, and the least friction
+  /// that holds is taken. A small compliance of their rows in the factor of S finds it, and refinement removes the
+  /// compliance again, since refined solutions lie in the range of S. Returns true if S must be factorized again, and
+  /// false if nothing sticks or rows are compliant already.
+  bool begin_sharing();
+  /// Makes no row compliant. Call this when the set of sticking contacts or their shares have changed, so that
+  /// redundancy is decided again.
+  void forget_shares();
+  /// Returns true if some sticking contacts have references, so that they hold more than can move.
+  bool has_references() const;
+  /// Makes contacts the more compliant the nearer they are to their limits (Lawson's algorithm for the share in which
+  /// the most loaded contact has most to spare). `loads` [contact] are held over limit of those that stick, otherwise
+  /// negative.
+  void share_again(const std::vector<double>& loads);
+
   /// Returns one number for each contact, which tells its whole state but reference and place. Returns an empty vector
   /// where no contact may stick.
   std::vector<int> discrete_state() const;
@@ -81,12 +98,11 @@ struct ContactState {
   void restore_discrete_state(std::span<const int> state);
   void restore_slip_directions(const double* r, const double* v);
 
-  /// Adds to the report of one instant what is known about all modes and about reactions, with K as `blocks` and the
-  /// rows that depend on others.
-  void add_verdict(const std::vector<double>& blocks, const Redundancy& redundancy, FrictionReport* report) const;
+  /// Adds to the report of one instant what is known about all modes and about reactions.
+  void add_verdict(FrictionReport* report) const;
   /// Names a contact whose reaction depends on how dependent constraints share their load, or returns an empty string.
   /// Its motion is determined by convention only.
-  std::string find_undetermined_reaction(const std::vector<double>& blocks, const Redundancy& redundancy) const;
+  std::string find_undetermined_reaction() const;
 
  private:
   std::vector<int> restored_;  // modes whose slip directions are not restored yet

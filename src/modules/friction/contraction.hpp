@@ -11,9 +11,11 @@ class ContractionBound {
  public:
   /// Returns the largest row sum of (I - R)^-1, R_cj = mu_c |W_cj|, if rho(R) < 1, else NaN.
   double amplification(const ContactProblem& problem);
+  /// Returns the same for any R >= 0 [m, m].
+  double amplification(const Eigen::MatrixXd& R);
 
  private:
-  Eigen::MatrixXd R_, A_;  // [m][m], and I - R with its factors
+  Eigen::MatrixXd R_, A_;  // [m][m]; A = I - R, then its factors
   Eigen::VectorXd x_;      // [m]
 };
 

@@ -1,11 +1,10 @@
-#include "friction/convex_law.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
 
 #include "base/dense.hpp"
+#include "friction/contact_problem.hpp"
 
 /// \file Solves for contacts at rest with fixed limits by an interior point method (Nocedal and Wright, Numerical
 /// Optimization, sections 19.2 and 19.3). With x_c = h_c u_c and multipliers z_c = h_c |a_c|:

@@ -168,40 +168,41 @@ void FixedPoint::History::advance(Parts* image, Parts* x) {
   subtract_scaled(image_.data(), count_, gamma.data(), df.data(), size_, x->data());
 }
 
-FixedPoint::FixedPoint(const FrictionLaws& laws, Response& response, std::size_t num_rows)
-    : laws_(laws), response_(response), x_(laws.num_parts()), image_(laws.num_parts()), dlambda_(num_rows) {}
+FixedPoint::FixedPoint(const FrictionLaws& laws, const FrictionScales& scales, Response& response, std::size_t num_rows)
+    : laws_(laws),
+      scales_(scales),
+      response_(response),
+      x_(laws.num_parts()),
+      image_(x_),
+      plain_(x_),
+      dlambda_(num_rows) {}
 FixedPoint::~FixedPoint() = default;
 
 /// Evaluates F(x), the laws at the multipliers that follow from x.
 void FixedPoint::evaluate(const Parallel& parallel, const Parts& x, double* lambda, Parts* image) {
-  if (inverse_unit_.empty()) {
-    response_.find_multipliers(x.data(), lambda);
-    laws_.evaluate(parallel, lambda, image->data());
-    return;
-  }
-  for (std::size_t p = 0; p < x.size(); ++p) plain_[p] = x[p] / inverse_unit_[p];
-  response_.find_multipliers(plain_.data(), lambda);
+  response_.find_multipliers(in_newtons(x.data()), lambda);
   laws_.evaluate(parallel, lambda, image->data());
-  for (std::size_t p = 0; p < x.size(); ++p) (*image)[p] *= inverse_unit_[p];
+  for (std::size_t p = 0; p < inverse_unit_.size(); ++p) (*image)[p] *= inverse_unit_[p];
 }
 
-void FixedPoint::set_groups(const std::vector<Index>& group_of_part, const std::vector<double>& least) {
-  group_of_part_ = group_of_part;
-  least_ = least;
-  plain_.resize(group_of_part_.size());
+const double* FixedPoint::in_newtons(const double* x) {
+  if (inverse_unit_.empty()) return x;
+  for (std::size_t p = 0; p < plain_.size(); ++p) plain_[p] = x[p] / inverse_unit_[p];
+  return plain_.data();
 }
 
 /// Changes the units from N to the friction of each group, so that one number measures all groups.
 void FixedPoint::choose_units(Parts* x, Parts* image) {
-  if (group_of_part_.empty()) return;
-  units_ = least_;
+  if (!scales_.are_several()) return;
+  const std::vector<Index>& group_of_part = scales_.group_of_part();
+  units_ = scales_.least();
   for (std::size_t p = 0; p < x->size(); ++p) {
-    double& unit = units_[static_cast<std::size_t>(group_of_part_[p])];
+    double& unit = units_[static_cast<std::size_t>(group_of_part[p])];
     unit = std::max({unit, std::abs((*x)[p]), std::abs((*image)[p])});
   }
   inverse_unit_.resize(x->size());
   for (std::size_t p = 0; p < x->size(); ++p) {
-    const double unit = units_[static_cast<std::size_t>(group_of_part_[p])];
+    const double unit = units_[static_cast<std::size_t>(group_of_part[p])];
     inverse_unit_[p] = unit > 0.0 && std::isfinite(unit) ? 1.0 / unit : 1.0;
     (*x)[p] *= inverse_unit_[p];
     (*image)[p] *= inverse_unit_[p];
@@ -269,11 +270,7 @@ struct FixedPoint::Krylov {
 
 /// Computes F'(x) dx at the multipliers lambda.
 void FixedPoint::apply_derivative(const Parallel& parallel, const double* lambda, const double* dx, Parts* image) {
-  if (!inverse_unit_.empty()) {
-    for (std::size_t p = 0; p < plain_.size(); ++p) plain_[p] = dx[p] / inverse_unit_[p];
-    dx = plain_.data();
-  }
-  response_.find_change(dx, dlambda_.data());
+  response_.find_change(in_newtons(dx), dlambda_.data());
   laws_.apply_derivative(parallel, lambda, dlambda_.data(), image->data());
   for (std::size_t p = 0; p < inverse_unit_.size(); ++p) (*image)[p] *= inverse_unit_[p];
 }

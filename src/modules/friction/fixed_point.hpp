@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/parallel.hpp"
+#include "friction/friction_scales.hpp"
 #include "friction/laws.hpp"
 #include "friction/response.hpp"
 
@@ -14,10 +15,9 @@ namespace tanor::detail {
 /// The workspace is kept.
 class FixedPoint {
  public:
-  FixedPoint(const FrictionLaws& laws, Response& response, std::size_t num_rows);
-  /// Divides the parts [part] into groups that do not influence each other. Each group is solved to the tolerance of
-  /// its own friction, or of the force `least` [group], N, if that is larger, since rounding makes forces as well.
-  void set_groups(const std::vector<Index>& group_of_part, const std::vector<double>& least);
+  /// Each group of `scales` is solved to the tolerance of its own friction, or of the least force that counts in it, if
+  /// that is larger, since rounding makes forces as well. All arguments but the last must outlive this object.
+  FixedPoint(const FrictionLaws& laws, const FrictionScales& scales, Response& response, std::size_t num_rows);
   ~FixedPoint();
 
   struct Result {
@@ -47,16 +47,17 @@ class FixedPoint {
   void apply_derivative(const Parallel& parallel, const double* lambda, const double* dx, Parts* image);
   double find_newton_step(const Parallel& parallel, const double* lambda);
   void choose_units(Parts* x, Parts* image);
+  const double* in_newtons(const double* x);
 
   const FrictionLaws& laws_;
+  const FrictionScales& scales_;
   Response& response_;
   std::unique_ptr<History> history_;  // of Anderson's method, made on first use
   std::unique_ptr<Krylov> krylov_;    // of Newton's method, made on first use
   Parts x_, image_;                   // in the units of `inverse_unit_`
   Parts inverse_unit_, plain_;        // 1/unit of each part, empty for N; scratch in N
-  std::vector<Index> group_of_part_;
-  std::vector<double> least_, units_;  // [group] N
-  std::vector<double> dlambda_;        // [rows]
+  std::vector<double> units_;         // [group] N
+  std::vector<double> dlambda_;       // [rows]
 };
 
 }  // namespace tanor::detail

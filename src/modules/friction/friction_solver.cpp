@@ -32,7 +32,7 @@ FrictionSolver::FrictionSolver(Workspace& work, FrictionLaws& laws, FrictionMeth
       islands_(work),
       coupling_(work, laws_),
       scales_(work, laws_),
-      fixed_point_(laws_, *this, model_.num_rows()),
+      fixed_point_(laws_, scales_, *this, model_.num_rows()),
       sliding_(work, laws_, islands_, *this),
       right_side_(model_.num_rows()),
       b_touched_(coupling_.num_touched_rows()),
@@ -40,11 +40,6 @@ FrictionSolver::FrictionSolver(Workspace& work, FrictionLaws& laws, FrictionMeth
       lambda_(model_.num_rows()),
       now_{std::vector<double>(laws_.num_parts(), 0.0), std::vector<double>(3 * tangents_.size(), 0.0)},
       before_(now_) {}
-
-void FrictionSolver::set_accelerations(const std::vector<double>& accelerations) {
-  scales_.set_accelerations(accelerations);
-  if (scales_.are_several()) fixed_point_.set_groups(scales_.group_of_part(), scales_.least());
-}
 
 // ---- the response of S ----
 

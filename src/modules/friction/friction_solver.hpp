@@ -31,7 +31,7 @@ class FrictionSolver final : private Response {
   const ContactCoupling& coupling() const { return coupling_; }
 
   /// Sets the accelerations [neighbourhood], m/s^2, that measure friction where it vanishes.
-  void set_accelerations(const std::vector<double>& accelerations);
+  void set_accelerations(const std::vector<double>& accelerations) { scales_.set_accelerations(accelerations); }
   /// Sets the state, with K there, and computes the directions of sliding.
   void set_place(const ContactPlace& place);
   /// Finds tau at `place` for b = phi + K'w0 [rows], with the guess `lambda` [rows].

@@ -9,7 +9,7 @@ Outcome GuideContacts::find(const ContactPlace& place, const UniquenessCheck& ch
                             double* b) {
   state_.restore_slip_directions(place.r, place.v);
   state_.set_sliding_speeds();
-  friction_.set_accelerations(system_.acceleration_scales());
+  friction_.set_accelerations(state_.system.acceleration_scales());
   Outcome outcome = friction_.find(place, b, check, lambda);
   if (outcome.ok()) friction_.add(1.0, w0, b);
   return outcome;
@@ -27,7 +27,7 @@ bool GuideContacts::improve(const double* lambda, double* w0, double* b) {
 
 /// Wrongly chosen modes leave friction that misses its law, which no iteration brings to it.
 Outcome GuideContacts::verify(double t, FrictionReport* report) const {
-  state_.add_verdict(system_.blocks(), system_.redundancy(), report);
+  state_.add_verdict(report);
   constexpr double largest_miss = 1e-4;
   if (report->uniqueness != Uniqueness::Proven || report->residual <= largest_miss) return {};
   return fail_friction(Status::NotConverged, t,
@@ -37,7 +37,7 @@ Outcome GuideContacts::verify(double t, FrictionReport* report) const {
 Outcome GuideContacts::begin(double t, const double* r, double* v, const Request& request,
                              const AccelerationOutput& to) {
   if (state_.laws.depend_on_reactions()) return modes_.begin(t, r, v, request, to);
-  return system_.accelerations({t, r, v}, request.evaluated_anew(), {}, to);
+  return state_.system.accelerations({t, r, v}, request.evaluated_anew(), {}, to);
 }
 
 std::unique_ptr<Contacts> make_contacts(Workspace& work, FrictionMethod method, ConstrainedSystem& system) {

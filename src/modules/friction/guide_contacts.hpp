@@ -13,11 +13,9 @@ class GuideContacts final : public Contacts {
  public:
   GuideContacts(Workspace& work, FrictionMethod method, ConstrainedSystem& system)
       : work_(work),
-        system_(system),
-        state_(work),
-        sharing_(state_, system),
+        state_(work, system),
         friction_(work, state_.laws, method, system.response()),
-        modes_(state_, sharing_, friction_, system) {}
+        modes_(state_, friction_) {}
 
   Outcome find(const ContactPlace& place, const UniquenessCheck& check, const double* lambda, double* w0,
                double* b) override;
@@ -34,22 +32,20 @@ class GuideContacts final : public Contacts {
   void write_at(const double* lambda, double* tau) const override { friction_.write_at(lambda, tau); }
   double power(const double* lambda, const double* v) const override { return friction_.power(lambda, v); }
   double held_power(const double* lambda, const double* v) const override { return friction_.held_power(lambda, v); }
-  std::string find_undetermined_reaction() const override {
-    return state_.find_undetermined_reaction(system_.blocks(), system_.redundancy());
-  }
+  std::string find_undetermined_reaction() const override { return state_.find_undetermined_reaction(); }
 
   bool depends_on_multipliers() const override { return friction_.depends_on_multipliers(); }
   double change_to(const double* lambda, double s, double* y) override { return friction_.change_to(lambda, s, y); }
   void add_change(double s, double* y) const override { friction_.add_change(s, y); }
 
   bool shares_loads() const override { return state_.shares_loads; }
-  bool have_references() const override { return sharing_.has_references(); }
-  bool begin_sharing() override { return sharing_.begin(); }
+  bool have_references() const override { return state_.has_references(); }
+  bool begin_sharing() override { return state_.begin_sharing(); }
   void carry_places(double t) override {
     if (state_.num_switches > 0) state_.places.carry(t);
   }
   double largest_violation(const double* rows) const override {
-    return state_.places.largest_violation(rows, system_.redundancy());
+    return state_.places.largest_violation(rows, state_.system.redundancy());
   }
 
   Outcome begin(double t, const double* r, double* v, const Request& request, const AccelerationOutput& to) override;
@@ -61,9 +57,7 @@ class GuideContacts final : public Contacts {
   friend struct Tampering;  // the tests corrupt the search through it, and every corruption must be caught
 
   Workspace& work_;
-  ConstrainedSystem& system_;
   ContactState state_;
-  LoadSharing sharing_;
   FrictionSolver friction_;
   ContactModes modes_;
 };

@@ -5,6 +5,7 @@
 #include "friction/mode_search.hpp"
 
 #include "base/dense.hpp"
+#include "friction/contraction.hpp"
 
 /// \file Solves the law in one node of a ModeSearch as equations: finds a root, tests whether there is at most one, and
 /// verifies a root.
@@ -22,14 +23,9 @@ double cross(const Vector2d& a, const Vector2d& b) {
   return a(0) * b(1) - a(1) * b(0);
 }
 
-/// Returns true if differences from a matrix J of at most D, entry by entry, leave it regular. The spectral radius of
-/// |J^-1| D is below 1 exactly if y = |J^-1| D y + 1 has a positive solution.
+/// Returns true if differences from a matrix J of at most D, entry by entry, leave it regular, rho(|J^-1| D) < 1.
 bool stays_regular(const MatrixXd& J, const MatrixXd& D) {
-  const MatrixXd M = dense::Lu(J).inverse().cwiseAbs() * D;
-  if (!M.allFinite()) return false;
-  const VectorXd ones = VectorXd::Ones(M.rows());
-  const VectorXd y = dense::solve(MatrixXd::Identity(M.rows(), M.cols()) - M, ones);
-  return y.allFinite() && y.minCoeff() >= 1.0 - 1e-9 && (y - M * y - ones).lpNorm<Eigen::Infinity>() < 1e-3;
+  return !std::isnan(ContractionBound().amplification(MatrixXd(dense::Lu(J).inverse().cwiseAbs() * D)));
 }
 
 }  // namespace

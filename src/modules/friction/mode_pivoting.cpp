@@ -58,7 +58,7 @@ Outcome ModePivoting::find_complementary_modes(const ModeSwitch& at, const std::
   const AccelerationOutput on_the_way_to{at.to.a, nullptr, at.to.report};
   const std::size_t num_at_rest = at.num_at_rest();
   for (; search.pass < most_passes; ++search.pass) {
-    Outcome outcome = system_.accelerations({at.t, at.r, at.v}, on_the_way, are_counted, on_the_way_to);
+    Outcome outcome = state_.system.accelerations({at.t, at.r, at.v}, on_the_way, are_counted, on_the_way_to);
     if (!outcome.ok() || num_at_rest == 0) return outcome;
     if (outcome = look(&search); !outcome.ok()) return outcome;
     if (share_otherwise(&search)) continue;
@@ -85,14 +85,14 @@ Outcome ModePivoting::look(Search* search) const {
   Workspace& work = state_.work;
   const Model& model = state_.model;
   Tangents& tangents = state_.tangents;
-  const double* const lambda = system_.lambda().data();
+  const double* const lambda = state_.system.lambda().data();
   std::vector<double> rows(model.num_rows());  // T'w + phi
   work.constraints.evaluate_contacts(model.parallel, at.r, at.v, at.to.a, Tangents::Which::All, rows.data());
   search->has_changed = search->has_reached_limit = false;
   search->too_much.clear();
   for (std::size_t c = 0; c < state_.size(); ++c) {
     if (search->is_open[c] == 0) continue;
-    const double scale = system_.acceleration_scales()[state_.neighbourhood(c)];
+    const double scale = state_.system.acceleration_scales()[state_.neighbourhood(c)];
     if (tangents.sticks(c)) {
       const double limit = state_.limit(c, lambda), held = state_.held(c, lambda);
       const double rounding = 1e-13 * scale * state_.mass(c);
@@ -121,7 +121,7 @@ Outcome ModePivoting::look(Search* search) const {
 /// Updates the limit and the slip direction of a contact that begins to slide with the acceleration a.
 void ModePivoting::look_at_sliding(std::size_t c, const Vec3& a, Search* search) const {
   FrictionLaws& laws = state_.laws;
-  const double rounding = rounding_of_accelerations * system_.acceleration_scales()[state_.neighbourhood(c)];
+  const double rounding = rounding_of_accelerations * state_.system.acceleration_scales()[state_.neighbourhood(c)];
   const double along = dot(a, laws.direction(c)), size = norm(a);
   // Other sticking contacts may hold this one in place. Then it bears its static limit, before it bears less in
   // sliding.
@@ -141,7 +141,7 @@ void ModePivoting::look_at_sliding(std::size_t c, const Vec3& a, Search* search)
 bool ModePivoting::share_otherwise(Search* search) {
   constexpr int most_shares = 20;
   constexpr double enough_to_spare = 0.9;
-  const double* const lambda = system_.lambda().data();
+  const double* const lambda = state_.system.lambda().data();
   double worst_load = -1.0;
   for (std::size_t c = 0; state_.shares_loads && c < state_.size(); ++c) {
     const bool counts = search->may_share[c] != 0 && state_.tangents.sticks(c);
@@ -155,7 +155,7 @@ bool ModePivoting::share_otherwise(Search* search) {
       worst_load < 0.99 * search->last_load) {
     ++search->num_shares;
     search->last_load = worst_load;
-    sharing_.share_again(search->loads);
+    state_.share_again(search->loads);
     return true;
   }
   search->last_load = 0.0;
@@ -191,7 +191,7 @@ void ModePivoting::release_worst(Search* search) {
 /// Also releases contacts whose event was located within rounding below their limit, or that exceed it by rounding.
 /// Otherwise their event would be met again at once.
 void ModePivoting::release_met(Search* search) {
-  const double* const lambda = system_.lambda().data();
+  const double* const lambda = state_.system.lambda().data();
   for (std::size_t c = 0; !search->has_changed && !search->at.releases.empty() && c < state_.size(); ++c) {
     if (search->may_share[c] == 0 || !state_.tangents.sticks(c) || search->released[c] != 0) continue;
     const double limit =

@@ -12,9 +12,8 @@ namespace tanor::detail {
 /// law, with many contacts at once in the first passes, then one by one.
 class ModePivoting {
  public:
-  /// All arguments must outlive this object.
-  ModePivoting(ContactState& state, ConstrainedSystem& system, LoadSharing& sharing, ContactChoices& choices)
-      : state_(state), system_(system), sharing_(sharing), choices_(choices) {}
+  /// Both arguments must outlive this object.
+  ModePivoting(ContactState& state, ContactChoices& choices) : state_(state), choices_(choices) {}
 
   /// Searches the islands that have changed for modes whose forces and accelerations are complementary: sticking
   /// contacts hold no more than their limit, and sliding contacts do not move backwards. `choices` are the islands that
@@ -32,11 +31,9 @@ class ModePivoting {
   void give_way_together(Search* search);
   void release_worst(Search* search);
   void release_met(Search* search);
-  void release(std::size_t contact) { state_.release(contact, system_.lambda().data()); }
+  void release(std::size_t contact) { state_.release(contact, state_.system.lambda().data()); }
 
   ContactState& state_;
-  ConstrainedSystem& system_;
-  LoadSharing& sharing_;
   ContactChoices& choices_;
 };
 
