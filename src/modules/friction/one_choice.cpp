@@ -3,7 +3,6 @@
 
 #include "base/dense.hpp"
 #include "friction/contact_problem.hpp"
-#include "friction/convex_law.hpp"
 
 /// \file Finds some motion of a ContactProblem with many contacts.
 namespace tanor::detail {
@@ -17,8 +16,7 @@ using Eigen::VectorXd;
 /// 1/A_cc, and x - h for one that moves (Alart and Curnier 1991).
 class Equations {
  public:
-  /// Uses the fixed `limits` h [contacts]; if they are null, h = mu |N(x)|.
-  Equations(const ContactProblem& problem, const VectorXd* limits) : problem_(problem), limits_(limits) {
+  explicit Equations(const ContactProblem& problem) : problem_(problem) {
     const double largest = problem.A.diagonal().lpNorm<Eigen::Infinity>();
     for (const auto& contact : problem.contacts) {
       const double own = problem.A.diagonal().segment(contact.first, contact.dimension).maxCoeff();
@@ -28,13 +26,9 @@ class Equations {
 
   /// Returns the defect at x, and writes its derivative unless null.
   VectorXd evaluate(const VectorXd& x, MatrixXd* J) const;
-  double limit(std::size_t c, const VectorXd& x) const {
-    return limits_ != nullptr ? (*limits_)(static_cast<Eigen::Index>(c)) : problem_.limit(c, x);
-  }
 
  private:
   const ContactProblem& problem_;
-  const VectorXd* limits_;
   std::vector<double> rho_;
 };
 
@@ -47,9 +41,9 @@ VectorXd Equations::evaluate(const VectorXd& x, MatrixXd* J) const {
   for (std::size_t c = 0; c < problem_.contacts.size(); ++c) {
     const auto [first, dimension, moves, mu] = problem_.contacts[c];
     const auto at = 3 * static_cast<Eigen::Index>(c);
-    const double h = limit(c, x), size = problem_.normal_force(c, x).norm();
+    const double h = problem_.limit(c, x), size = problem_.normal_force(c, x).norm();
     Eigen::RowVectorXd dh = Eigen::RowVectorXd::Zero(x.size());
-    if (J != nullptr && limits_ == nullptr && size > 0.0)
+    if (J != nullptr && size > 0.0)
       dh = mu / size * problem_.normal_force(c, x).transpose() * problem_.W.middleRows<3>(at);
     if (moves) {
       F(first) = x(first) - h;
@@ -109,22 +103,11 @@ bool solve_by_newton(const Equations& equations, VectorXd* x) {
   return size <= 1e-10 * x->norm();
 }
 
-/// Solves the convex problem for fixed limits, which always has a solution.
-void solve_convex(const ContactProblem& problem, const VectorXd& limits, VectorXd* x) {
-  const Equations equations(problem, &limits);
-  VectorXd trial = *x;
-  if (!solve_by_newton(equations, &trial)) {
-    *x = trial = solve_convex_law(problem, limits);
-    if (!solve_by_newton(equations, &trial)) return;
-  }
-  *x = trial;
-}
-
 }  // namespace
 
 VectorXd find_one(const ContactProblem& problem, const VectorXd& guess) {
   const auto obeys = [&](const VectorXd& x) { return problem.residual(x) <= obeys_below; };
-  const Equations equations(problem, nullptr);
+  const Equations equations(problem);
   const auto refine = [&](const VectorXd& from) {
     VectorXd x = from;
     return solve_by_newton(equations, &x) && obeys(x) ? x : VectorXd();
@@ -136,7 +119,7 @@ VectorXd find_one(const ContactProblem& problem, const VectorXd& guess) {
   for (int round = 0; round < most_rounds; ++round) {
     for (std::size_t c = 0; c < problem.contacts.size(); ++c)
       limits(static_cast<Eigen::Index>(c)) = problem.limit(c, x);
-    solve_convex(problem, limits, &x);
+    x = solve_convex_law(problem, limits);
     if (obeys(x)) return x;
     if (VectorXd found = refine(x); found.size() > 0) return found;
   }
