@@ -223,53 +223,15 @@ void ModeSearch::prefer_small_shares(LinearProgram program, VectorXd* u) {
   if (program.maximize(VectorXd::Unit(size, size - 1), &smaller) == LinearProgram::Status::Optimal) *u = smaller;
 }
 
-/// Moves a share of a load that obeys the law near the least share, with something left to spare. As |nu| >= n.nu, with
-/// equality at x, a share within these limits obeys the law.
-VectorXd ModeSearch::come_near(const Node& node, VectorXd x) {
+/// Moves a share of a load that obeys the law towards the least share, as far as it obeys it.
+VectorXd ModeSearch::come_near(const Node& node, VectorXd x) const {
   const Eigen::Index n = E_.cols() - static_cast<Eigen::Index>(free_.size());
-  if (n == 0) return x;
-  const MatrixXd F = E_.rightCols(n);
-  constexpr double spared = 1e-3;
-  constexpr int directions = 16, most_passes = 10;
-  for (int pass = 0; pass < most_passes; ++pass) {
-    const VectorXd z = F.transpose() * x, least = x - F * z;
-    double size = 0.0, slack = std::numeric_limits<double>::infinity();
-    for (const std::size_t c : stick_) {
-      const double limit = contacts_[c].mu * reaction(c, x).norm();
-      size = std::max({size, contacts_[c].mu * reaction(c, least).norm(),
-                       least.segment(contacts_[c].first, contacts_[c].dimension).norm()});
-      slack = std::min(slack, limit - x.segment(contacts_[c].first, contacts_[c].dimension).norm());
-    }
-    // Minimizes the sum of |z| among shares whose signs are as here.
-    LinearProgram program(n);
-    VectorXd objective(n);
-    for (Eigen::Index i = 0; i < n; ++i) {
-      objective(i) = z(i) > 0.0 ? -1.0 : 1.0;
-      program.add(objective(i) * RowVectorXd::Unit(n, i), 0.0);
-    }
-    for (const std::size_t c : stick_) {
-      const Contact& contact = contacts_[c];
-      const Vector2d nu = reaction(c, x);
-      const RowVectorXd above = contact.mu * nu.normalized().transpose() * contact.V;
-      const double spare = std::min(0.5 * slack, spared * size),
-                   bound = contact.mu * nu.norm() + above.dot(least - x) - spare;
-      // The polygon inside the disk has a corner at x.
-      const bool is_line = contact.dimension == 1;
-      const int sides = is_line ? 2 : directions;
-      const double first = is_line ? 0.0 : std::atan2(x(contact.first + 1), x(contact.first)) + pi / sides;
-      for (int i = 0; i < sides; ++i) {
-        const Vector2d d = unit_at(first + 2.0 * pi * i / sides) / (is_line ? 1.0 : std::cos(pi / sides));
-        RowVectorXd row = d(0) * RowVectorXd::Unit(x.size(), contact.first);
-        if (contact.dimension == 2) row += d(1) * RowVectorXd::Unit(x.size(), contact.first + 1);
-        program.add((row - above) * F, bound - row.dot(least));
-      }
-    }
-    VectorXd near_z;
-    work += static_cast<std::size_t>(n * n);
-    if (program.maximize(objective, &near_z) != LinearProgram::Status::Optimal) break;
-    const VectorXd near = least + F * near_z;
-    if (!(near_z.norm() < 0.9 * z.norm()) || verify(node, near) != Verdict::Obeys) break;
-    x = near;
+  const auto F = E_.rightCols(n);
+  const VectorXd change = F * (F.transpose() * x);
+  constexpr int most_halvings = 20;
+  for (double kept = 0.0; n > 0 && kept<1.0; kept = kept> 0.0 ? 2.0 * kept : std::exp2(-most_halvings)) {
+    const VectorXd near = x - (1.0 - kept) * change;
+    if (verify(node, near) == Verdict::Obeys) return near;
   }
   return x;
 }

@@ -64,7 +64,7 @@ class ModeSearch {
   void search();
   void visit(const Node& node);
   void prefer_small_shares(LinearProgram program, Eigen::VectorXd* u);
-  Eigen::VectorXd come_near(const Node& node, Eigen::VectorXd x);
+  Eigen::VectorXd come_near(const Node& node, Eigen::VectorXd x) const;
 
   // Linear bounds, in mode_bounds.cpp.
   LinearProgram make_program(const Node& node) const;
