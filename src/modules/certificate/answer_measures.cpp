@@ -13,26 +13,6 @@ AnswerMeasures::AnswerMeasures(Forms& forms, const Answer& answer)
       num_rows_(model_.num_rows()),
       inverse_sine_(measure_angles()) {}
 
-AnswerMeasures::Worst AnswerMeasures::worst_point(const Vector& difference, double scale) const {
-  Worst worst;
-  for (std::size_t i = 0; i < model_.num_moving(); ++i) worst.see(norm(load(difference.data(), i)) / scale, i);
-  return worst;
-}
-
-AnswerMeasures::Worst AnswerMeasures::worst_point(const Vector& difference, const Vector& scale) const {
-  Worst worst;
-  for (std::size_t i = 0; i < model_.num_moving(); ++i)
-    worst.see(norm(load(difference.data(), i)) / at_point(scale, i), i);
-  return worst;
-}
-
-AnswerMeasures::Worst AnswerMeasures::worst_point_by_M(const Vector& difference, double scale) const {
-  Worst worst;
-  for (std::size_t i = 0; i < model_.num_moving(); ++i)
-    worst.see(std::sqrt(model_.mass[i]) * norm(load(difference.data(), i)) / scale, i);
-  return worst;
-}
-
 AnswerMeasures::Vector AnswerMeasures::to_user(const Vector& inner) const {
   Vector user(n_);
   model_.numbering.scatter_points(inner, user);

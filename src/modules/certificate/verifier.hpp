@@ -68,7 +68,8 @@ class Verifier : private AnswerMeasures {
   void compare_multipliers(const Vector& lambda);
   void verify_euclidean(const Definitions& definitions);
   void verify_direct_problem(double allowed);
-  void verify_both_euclidean(const Vector& u, const Vector& u_N);
+  Vector tangent_part(const Vector& u);
+  void verify_both_euclidean(const Vector& u, const Vector& u_T);
 
   // ---- coordinates, alone and beside constraints, in verify_coordinates.cpp ----
   Vector project_by_coordinates(const Vector& u);

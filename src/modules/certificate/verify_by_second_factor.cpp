@@ -16,19 +16,12 @@ void Verifier::verify_by_second_factor() {
     second_.reset();
     return;
   }
-  Vector w(n_, 0.0), lambda(num_rows_, 0.0), phi = inner_rows(phi_), rows(num_rows_);
+  Vector w(n_, 0.0), lambda(num_rows_, 0.0), phi = inner_rows(phi_);
   std::copy_n(w0_.begin(), moving_, w.begin());
-  Vector change(n_, 0.0);
-  repeat(1 + most_passes(rcond_of_S_), [&] {
-    // rho = K'w + phi, with the prescribed motion of supports in phi; lambda -= S^-1 rho, w -= M^-1 K S^-1 rho
-    work_.constraints.apply_transposed(model_.parallel, K_.data(), w.data(), phi.data(), rows.data());
-    second_->solve_negative(rows.data());
-    for (std::size_t a = 0; a < num_rows_; ++a) lambda[a] += rows[a];
-    model_.gather.write_scaled(model_.parallel, K_.data(), rows.data(), model_.inverse_mass.data(), model_.num_moving(),
-                               change.data());
-    for (std::size_t i = 0; i < moving_; ++i) w[i] += change[i];
-    return norm_of(change);
-  });
+  // rho = K'w + phi, with the prescribed motion of supports in phi; lambda -= S^-1 rho, w -= M^-1 K S^-1 rho
+  project(
+      K_, model_.inverse_mass, phi.data(), 1 + most_passes(rcond_of_S_),
+      [&](double* rows) { second_->solve_negative(rows); }, &w, &lambda);
   for (std::size_t i = 0; i < moving_; ++i) w[i] -= answer_.w[i];
   // Both solutions have the same rounded positions; each is refined in w.
   add_point(&result_.second_factorization,
@@ -71,9 +64,18 @@ void Verifier::compare_multipliers(const Vector& lambda) {
 
 // ---- the Euclidean split ----
 
+/// Returns u_T = u - K Gamma^-1 K'u.
+Verifier::Vector Verifier::tangent_part(const Vector& u) {
+  Vector result = u;
+  project(
+      K_, euclidean_->weights(), nullptr, most_passes(euclidean_->reciprocal_condition()),
+      [&](double* rows) { euclidean_->solve_negative(rows); }, &result);
+  return result;
+}
+
 /// Verifies u = u_T + u_N (15), (16).
 void Verifier::verify_euclidean(const Definitions& definitions) {
-  euclidean_.emplace(work_, K_, *forms_.normal, second_factorization_, second_ ? &*second_ : nullptr, rcond_of_S_);
+  euclidean_.emplace(model_, K_, *forms_.normal, second_factorization_, second_ ? &*second_ : nullptr, rcond_of_S_);
   if (!euclidean_->trouble().empty()) {
     result_.left_out.push_back("projector onto the tangent space, motion from the given forces: " +
                                euclidean_->trouble());
@@ -81,17 +83,15 @@ void Verifier::verify_euclidean(const Definitions& definitions) {
   }
   const double condition = euclidean_->reciprocal_condition();
   const double allowed = conditioned(condition) + rounding_of_places();
-  const Vector u = random_.points(), u_N = euclidean_->project_onto_normal(u);
+  const Vector u = random_.points(), u_T = tangent_part(u);
   const double size = model_.largest_norm(u.data());
   if (has_both_) {
-    verify_both_euclidean(u, u_N);
+    verify_both_euclidean(u, u_T);
   } else {
     // K'u_T = 0 makes K Gamma^-1 K' idempotent, u_T'u_N = 0 makes it orthogonal.
-    Vector u_T = u;
     double dot_product = 0.0, square = 0.0;
     for (std::size_t i = 0; i < moving_; ++i) {
-      u_T[i] -= u_N[i];
-      dot_product += u_T[i] * u_N[i];
+      dot_product += u_T[i] * (u[i] - u_T[i]);
       square += u[i] * u[i];
     }
     add_row(&result_.tangent_identity, {"K'(I - K Gamma^-1 K')u = 0 (15)", "projector onto the tangent space"},
@@ -103,7 +103,7 @@ void Verifier::verify_euclidean(const Definitions& definitions) {
 }
 
 /// Verifies A G^-1 A'u + K Gamma^-1 K'u = u (15).
-void Verifier::verify_both_euclidean(const Vector& u, const Vector& u_N) {
+void Verifier::verify_both_euclidean(const Vector& u, const Vector& u_T) {
   Vector unit(model_.inverse_mass);
   for (double& weight : unit) weight = weight > 0.0 ? 1.0 : 0.0;
   GramSolver g(work_.coordinates.list_products(unit),
@@ -119,7 +119,7 @@ void Verifier::verify_both_euclidean(const Vector& u, const Vector& u_N) {
   work_.coordinates.apply_transposed(model_.parallel, A.data(), u.data(), x.data());
   g.solve_negative(model_.parallel, x.data(), x.data());
   work_.coordinates.apply(model_.parallel, A.data(), x.data(), sum.data());  // -A G^-1 A'u
-  for (std::size_t i = 0; i < moving_; ++i) sum[i] += u[i] - u_N[i];
+  for (std::size_t i = 0; i < moving_; ++i) sum[i] += u_T[i];
   const double rcond = std::min(quality.reciprocal_condition, euclidean_->reciprocal_condition());
   add_point(&result_.tangent_identity, {"A G^-1 A' + K Gamma^-1 K' = I (15)", "sum of the two projectors"},
             worst_point(sum, model_.largest_norm(u.data())), conditioned(rcond) + rounding_of_places());
@@ -128,7 +128,7 @@ void Verifier::verify_both_euclidean(const Vector& u, const Vector& u_N) {
 /// Verifies the forces from the motion: K Gamma^-1 K'(M w - f - tau) is eta, and nothing is left of M w - f - tau for a
 /// control force. Errors are relative to the largest force of the neighbourhood.
 void Verifier::verify_direct_problem(double allowed) {
-  Vector force(n_, 0.0), left(n_, 0.0);
+  Vector force(n_, 0.0);
   Vector largest(work_.scales.size(), 0.0);
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {
     const Vec3 w = load(answer_.w.data(), i), w0 = load(w0_.data(), i);
@@ -136,12 +136,7 @@ void Verifier::verify_direct_problem(double allowed) {
     double& own = largest[work_.scales.of_point(i)];
     own = std::max({own, model_.mass[i] * norm(w), model_.mass[i] * norm(w0)});
   }
-  left = force;
-  repeat(2, [&] {
-    const Vector normal = euclidean_->project_onto_normal(left);
-    for (std::size_t i = 0; i < moving_; ++i) left[i] -= normal[i];
-    return model_.largest_norm(normal.data());
-  });
+  const Vector left = tangent_part(tangent_part(force));
   for (double& own : largest) own = own > 0.0 ? own : 1.0;
   Vector rest(n_, 0.0);
   for (std::size_t i = 0; i < moving_; ++i) rest[i] = force[i] - left[i] - answer_.eta[i];

@@ -221,16 +221,11 @@ void Verifier::verify_power(const Definitions& definitions, const Vector& user_v
 
 /// Returns Q u = u - M^-1 K S^-1 K'u.
 Verifier::Vector Verifier::project_onto_tangent(const Vector& u) {
-  Vector rows(num_rows_), change(n_, 0.0), result = u;
-  const Vector& K = forms_.normal->linearization().blocks();
-  repeat(most_passes(rcond_of_S_), [&] {
-    work_.constraints.apply_transposed(model_.parallel, K.data(), result.data(), nullptr, rows.data());
-    forms_.normal->linearization().solve_negative(rows.data(), rows.data());
-    model_.gather.write_scaled(model_.parallel, K.data(), rows.data(), model_.inverse_mass.data(), model_.num_moving(),
-                               change.data());
-    for (std::size_t i = 0; i < moving_; ++i) result[i] += change[i];
-    return norm_of(change);
-  });
+  Vector result = u;
+  Linearization& linearization = forms_.normal->linearization();
+  project(
+      linearization.blocks(), model_.inverse_mass, nullptr, most_passes(rcond_of_S_),
+      [&](double* rows) { linearization.solve_negative(rows, rows); }, &result);
   return result;
 }
 
