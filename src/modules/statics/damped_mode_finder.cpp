@@ -131,9 +131,7 @@ DampedModeSet DampedModeFinder::solve_on_basis() {
     const auto& [lambda, k] = chosen[static_cast<std::size_t>(j)];
     VectorXcd q = basis_.topRows(n) * eigen.vectors.col(k);
     q /= q.norm();
-    // Choose the phase in which the real part is largest.
-    const std::complex<double> square = q.cwiseProduct(q).sum();
-    if (std::abs(square) > 0.0) q *= std::sqrt(std::conj(square) / std::abs(square));
+    choose_phase(&q);
     result.lambda[j] = lambda;
     result.shapes.col(j) = q.cwiseQuotient(root_mass_);
   }

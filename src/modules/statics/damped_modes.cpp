@@ -59,12 +59,15 @@ std::pair<MatrixXd, MatrixXd> split(const MatrixXd& A) {
 
 }  // namespace
 
+void choose_phase(VectorXcd* shape) {
+  const std::complex<double> square = shape->cwiseProduct(*shape).sum();
+  if (std::abs(square) > 0.0) *shape *= std::sqrt(std::conj(square) / std::abs(square));
+}
+
 DampedModeSet find_damped_modes(const EquilibriumEquations& equations,
                                 const Eigen::SparseMatrix<double>& damping_matrix, const MatrixXd& Z, double zero) {
   const Rows s = Z.cols();
-  MatrixXd WZ(Z.rows(), s);
-  for (Rows j = 0; j < s; ++j) equations.stiffness().multiply(Z.col(j).data(), WZ.col(j).data());
-  const MatrixXd stiffness = Z.transpose() * WZ;
+  const MatrixXd stiffness = Z.transpose() * equations.stiffness().multiply(Z);
   const MatrixXd damping = Z.transpose() * (damping_matrix * Z);
   // With times in units of the fastest vibration both lower blocks of the companion matrix have similar size. If
   // nothing is stiff, the damping sets the unit.
@@ -88,9 +91,7 @@ DampedModeSet find_damped_modes(const EquilibriumEquations& equations,
     y /= y.norm();
     lambda = refine(lambda, work_of(D, D_skew, y), work_of(W, W_skew, y));
     if (std::abs(lambda.imag()) <= real_roots_to * rate) lambda = lambda.real();
-    // Choose the phase in which the real part is largest.
-    const std::complex<double> square = y.cwiseProduct(y).sum();
-    if (std::abs(square) > 0.0) y *= std::sqrt(std::conj(square) / std::abs(square));
+    choose_phase(&y);
     const VectorXcd rest = lambda * lambda * y + lambda * (damping * y) + stiffness * y;
     result.residual = std::max(result.residual, rest.norm());
     result.lambda[k] = lambda;

@@ -16,6 +16,9 @@ struct DampedModeSet {
   double residual = 0.0;    ///< largest |Z'(lambda^2 M + lambda D + W)q| over the largest |lambda|^2
 };
 
+/// Chooses the phase in which the real part is largest.
+void choose_phase(Eigen::VectorXcd* shape);
+
 /// Finds all damped modes from the dense eigenvalue problem of [0, I; -Z'WZ, -Z'DZ]. Z holds M-orthonormal moves that
 /// break no constraint where the equations were linearised last. W and D [size(), size()] need not be symmetric. Values
 /// of |lambda| up to `zero` count as 0, which is listed with its multiplicity: twice for a motion that nothing holds or

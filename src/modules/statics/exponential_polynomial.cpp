@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include "system/operations.hpp"
-
 namespace tanor::detail {
 
 namespace {
@@ -117,15 +115,6 @@ ExponentialPolynomial ExponentialPolynomial::some_number(int function, const Exp
   if (!is_constant() || !b.is_constant()) return unknown();
   const auto bounded = [](double x) { return x / (1.0 + std::abs(x)); };
   return 1.0 + 0.1 * function + 0.5 * bounded(constant_) + 0.3 * bounded(b.constant_);
-}
-
-std::vector<ExponentialPolynomial> evaluate(const Expression& expression,
-                                            std::span<const ExponentialPolynomial> variables) {
-  std::vector<ExponentialPolynomial> values, results;
-  perform_all(
-      expression, [&](std::size_t i) { return variables[i]; }, &values);
-  for (const int result : expression.results) results.push_back(values[static_cast<std::size_t>(result)]);
-  return results;
 }
 
 }  // namespace tanor::detail

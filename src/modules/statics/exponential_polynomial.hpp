@@ -2,10 +2,7 @@
 
 #include <algorithm>
 #include <complex>
-#include <span>
 #include <vector>
-
-#include <tanor/expression.hpp>
 
 namespace tanor::detail {
 
@@ -75,9 +72,5 @@ class ExponentialPolynomial {
   double fastest_ = 0.0;     // rad/s, of all terms that led here
   bool is_known_ = true;
 };
-
-/// Evaluates an expression at its variables.
-std::vector<ExponentialPolynomial> evaluate(const Expression& expression,
-                                            std::span<const ExponentialPolynomial> variables);
 
 }  // namespace tanor::detail

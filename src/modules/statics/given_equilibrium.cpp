@@ -45,15 +45,6 @@ ChangeOfWork compare_work(const StiffnessMatrix& A, const StiffnessMatrix& B, co
   return result;
 }
 
-/// Returns "a; b; c; and 9 more".
-std::string name_some(const std::vector<std::string>& all) {
-  constexpr std::size_t most = 3;
-  std::string names;
-  for (std::size_t k = 0; k < std::min(most, all.size()); ++k) names += (k > 0 ? "; " : "") + all[k];
-  if (all.size() > most) names += "; and " + std::to_string(all.size() - most) + " more";
-  return names;
-}
-
 void check_size(std::size_t found, std::size_t wanted, const char* name) {
   if (found != wanted) {
     throw InputError("", std::string(name) + " has " + std::to_string(found) + " numbers; " + std::to_string(wanted) +
@@ -269,7 +260,7 @@ std::string GivenEquilibrium::find_ambiguous_stiffness() {
     if (std::abs(change.sum) > allowed_change * change.terms) found.push_back(dependence.what);
   }
   linearise(lambda_);
-  return name_some(found);
+  return name_some(found, "; ", "; and ");
 }
 
 }  // namespace tanor::detail

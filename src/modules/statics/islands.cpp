@@ -4,49 +4,36 @@
 #include <numeric>
 #include <utility>
 
+#include "base/disjoint_sets.hpp"
 #include "statics/equilibrium_equations.hpp"
 
 namespace tanor::detail {
 
 namespace {
 
-/// Disjoint sets of points.
-class PointSets {
- public:
-  explicit PointSets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0); }
-
-  void join(int i, int j) { parent_[static_cast<std::size_t>(find(i))] = find(j); }
-  void join_rows(const Model& model) {
-    std::vector<int> first(model.num_rows(), -1);
-    for (const Incidence& incidence : model.incidences) {
-      if (static_cast<std::size_t>(incidence.point) >= parent_.size()) continue;
-      int& own = first[static_cast<std::size_t>(incidence.row)];
-      own < 0 ? void(own = incidence.point) : join(own, incidence.point);
-    }
+/// Joins the points of each row in sets (see disjoint_sets.hpp).
+void join_rows(const Model& model, std::vector<int>* sets) {
+  std::vector<int> first(model.num_rows(), -1);
+  for (const Incidence& incidence : model.incidences) {
+    if (static_cast<std::size_t>(incidence.point) >= sets->size()) continue;
+    int& own = first[static_cast<std::size_t>(incidence.row)];
+    own = own < 0 ? incidence.point : join_sets(sets->data(), own, static_cast<int>(incidence.point));
   }
-  std::vector<int> representatives() {
-    for (std::size_t i = 0; i < parent_.size(); ++i) parent_[i] = find(static_cast<int>(i));
-    return parent_;
-  }
+}
 
- private:
-  int find(int i) {
-    while (parent_[static_cast<std::size_t>(i)] != i) {
-      int& up = parent_[static_cast<std::size_t>(i)];
-      i = up = parent_[static_cast<std::size_t>(up)];
-    }
-    return i;
-  }
-
-  std::vector<int> parent_;
-};
+std::vector<int> make_sets(std::size_t count) {
+  std::vector<int> sets(count);
+  std::iota(sets.begin(), sets.end(), 0);
+  return sets;
+}
 
 }  // namespace
 
 std::vector<int> find_joined_points(const Model& model) {
-  PointSets sets(model.num_moving());
-  sets.join_rows(model);
-  return sets.representatives();
+  std::vector<int> sets = make_sets(model.num_moving());
+  join_rows(model, &sets);
+  for (int& point : sets) point = find_root(sets.data(), point);
+  return sets;
 }
 
 std::vector<Eigen::Index> StaticsIsland::coordinates() const {
@@ -59,16 +46,15 @@ std::vector<Eigen::Index> StaticsIsland::coordinates() const {
 
 StaticsIslands::StaticsIslands(const EquilibriumEquations& equations) {
   const StiffnessMatrix& W = equations.stiffness();
-  PointSets sets(W.num_points());
-  W.for_each_block(
-      [&](std::size_t i, std::size_t j, std::size_t) { sets.join(static_cast<int>(i), static_cast<int>(j)); });
-  sets.join_rows(equations.model());
-  const std::vector<int> representatives = sets.representatives();
-  std::vector<std::size_t> number;
-  for (std::size_t i = 0, next = 0; i < representatives.size(); ++i)
-    number.push_back(representatives[i] == static_cast<int>(i) ? next++ : next);
-  for (std::size_t i = 0; i < representatives.size(); ++i) {
-    of_point.push_back(number[static_cast<std::size_t>(representatives[i])]);
+  std::vector<int> sets = make_sets(W.num_points());
+  W.for_each_block([&](std::size_t i, std::size_t j, std::size_t) {
+    join_sets(sets.data(), static_cast<int>(i), static_cast<int>(j));
+  });
+  join_rows(equations.model(), &sets);
+  for (std::size_t i = 0; i < sets.size(); ++i) {
+    // Every root is the least point of its island.
+    const auto root = static_cast<std::size_t>(find_root(sets.data(), sets[i]));
+    of_point.push_back(root == i ? list.size() : of_point[root]);
     list.resize(std::max(list.size(), of_point[i] + 1));
     StaticsIsland& own = list[of_point[i]];
     own.points.push_back(i);

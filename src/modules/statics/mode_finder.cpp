@@ -124,12 +124,6 @@ void ModeFinder::solve_roughly(MatrixXd* forces) {
   solves_ += static_cast<std::size_t>(forces->cols());
 }
 
-MatrixXd ModeFinder::multiply_by_stiffness(const MatrixXd& x) const {
-  MatrixXd result(x.rows(), x.cols());
-  for (Rows j = 0; j < x.cols(); ++j) equations_.stiffness().multiply(x.col(j).data(), result.col(j).data());
-  return result;
-}
-
 // ---- few freedoms ----
 
 std::optional<MatrixXd> ModeFinder::find_basis() {
@@ -157,7 +151,7 @@ ModeSet ModeFinder::find_all() {
   if (!basis) return end_without_modes(Status::Singular, "the stiffness matrix has no factor");
   const MatrixXd& Z = *basis;
   if (Z.cols() == 0) return {{}, VectorXd(0), Z, 0.0, 0};
-  MatrixXd stiffness = Z.transpose() * multiply_by_stiffness(Z);
+  MatrixXd stiffness = Z.transpose() * equations_.stiffness().multiply(Z);
   stiffness = 0.5 * (stiffness + stiffness.transpose()).eval();
   VectorXd omega2(Z.cols());
   MatrixXd shapes(mass_.size(), Z.cols());
@@ -249,7 +243,7 @@ MatrixXd ModeFinder::find_starts(std::size_t count, double tolerance) {
 }
 
 double ModeFinder::lowest_rayleigh_quotient(const MatrixXd& x) const {
-  const VectorXd stiffness = x.cwiseProduct(multiply_by_stiffness(x)).colwise().sum();
+  const VectorXd stiffness = x.cwiseProduct(equations_.stiffness().multiply(x)).colwise().sum();
   const VectorXd masses = x.cwiseAbs2().transpose() * mass_;
   return stiffness.cwiseQuotient(masses).minCoeff();
 }
@@ -265,7 +259,7 @@ ModeSet ModeFinder::rotate(Pairs pairs, std::size_t wanted) const {
   const VectorXd scale = (pairs.x.cwiseAbs2().transpose() * mass_).cwiseSqrt().cwiseInverse();
   pairs.x *= scale.asDiagonal();
   pairs.multipliers *= scale.asDiagonal();
-  const MatrixXd Wx = multiply_by_stiffness(pairs.x);
+  const MatrixXd Wx = equations_.stiffness().multiply(pairs.x);
   const MatrixXd Mx = mass_.asDiagonal() * pairs.x;
   const MatrixXd stiffness = multiply_transposed(pairs.x, Wx), masses = multiply_transposed(pairs.x, Mx);
   const dense::SymmetricEigen eigen =

@@ -72,7 +72,6 @@ class ModeFinder {
   void group_by_islands(const std::vector<std::size_t>& dependent);
   Pairs solve(Eigen::MatrixXd forces, KktSolver::Accuracy accuracy);
   void solve_roughly(Eigen::MatrixXd* forces);
-  Eigen::MatrixXd multiply_by_stiffness(const Eigen::MatrixXd& x) const;
   BlockLanczos start_lanczos(std::size_t count, const Eigen::MatrixXd& found);
   bool move_shift(const BlockLanczos& lanczos, double tolerance);
   Eigen::MatrixXd find_starts(std::size_t count, double tolerance);

@@ -212,11 +212,9 @@ OneSidedRows::Rows OneSidedRows::find_weak(const EquilibriumResult& found) {
 }
 
 std::string OneSidedRows::name(const Rows& rows) const {
-  constexpr std::size_t most = 3;
-  std::string result;
-  for (std::size_t k = 0; k < std::min(most, rows.size()); ++k)
-    result += (k > 0 ? ", " : "") + equation_name(system_, rows[k]);
-  return rows.size() > most ? result + " and " + std::to_string(rows.size() - most) + " more" : result;
+  std::vector<std::string> names;
+  for (const std::size_t row : rows) names.push_back(equation_name(system_, row));
+  return name_some(names);
 }
 
 void OneSidedRows::rename(std::string* text) const {

@@ -165,6 +165,13 @@ std::string describe_rigid_points(const std::vector<Index>& points) {
          " on: held rigid by prestress between supports, the tension of their rods is not determined";
 }
 
+std::string name_some(const std::vector<std::string>& all, const char* separator, const char* rest) {
+  constexpr std::size_t most = 3;
+  std::string names;
+  for (std::size_t k = 0; k < std::min(most, all.size()); ++k) names += (k > 0 ? separator : "") + all[k];
+  return all.size() > most ? names + rest + std::to_string(all.size() - most) + " more" : names;
+}
+
 System with_load(const System& system, double factor, double t) {
   System result = system;
   for (Force& force : result.forces) {

@@ -38,6 +38,9 @@ void note_changed_prestress(const EquilibriumEquations& equations, const std::ve
 /// Returns "3 points from point 7 on: held rigid by prestress …".
 std::string describe_rigid_points(const std::vector<Index>& points);
 
+/// Returns "a, b, c and 9 more" of many names.
+std::string name_some(const std::vector<std::string>& all, const char* separator = ", ", const char* rest = " and ");
+
 /// Returns the system with gravity and constant forces at t multiplied by `factor`.
 System with_load(const System& system, double factor, double t);
 

@@ -10,14 +10,16 @@
 #include <utility>
 #include <variant>
 
+#include <tanor/forward.hpp>
 #include <tanor/user_kernel.hpp>
 
 #include "base/dense.hpp"
 #include "base/text.hpp"
-#include "statics/moving_fields.hpp"
-#include "statics/moving_parts.hpp"
+#include "statics/carried_parts.hpp"
+#include "statics/statics_input.hpp"
 #include "statics/unsteady_part.hpp"
 #include "system/members.hpp"
+#include "system/neighbourhoods.hpp"
 
 namespace tanor::detail {
 
@@ -124,25 +126,121 @@ std::vector<std::string> list_what_depends_on_time(const System& system) {
 
 namespace {
 
-/// Finds the frame from the rates, which are linear in Omega, w and a.
+/// A system at one instant. Numbers have derivatives along the motion of the frame (0), its velocity and its spin along
+/// each axis (1 to 3 and 4 to 6, in units of m/s at the ends of the scene), and a motion that is none of a frame (7).
+class InstantView {
+ public:
+  using Number = Forward<8>;
+
+  InstantView(const System& system, const SteadyFrame& frame, double size, double t, double tau, std::size_t number)
+      : frame_(frame), size_(size), t_(t), tau_(tau) {
+    for (const std::size_t k : {0, 1}) {
+      places_[k] = disturb(system, 2 * number + k, disturbed * size);
+      for (Vec3& place : places_[k]) place = frame.carry(place, tau);
+      put_supports(system, t + tau, &places_[k]);
+    }
+  }
+
+  Number time() const { return (*this)(Jet<2>::variable(t_ + tau_)); }
+  Number operator()(const ScalarFunction& function) const { return (*this)(function(t_ + tau_)); }
+  TripleOf<Number> operator()(const VectorFunction& function) const {
+    return {(*this)(function.components[0]), (*this)(function.components[1]), (*this)(function.components[2])};
+  }
+  TripleOf<Number> carry(Index point, std::size_t start) const {
+    const auto i = static_cast<std::size_t>(point);
+    const Vec3 place = places_[start][i], arm = place - frame_.centre;
+    TripleOf<Number> result{place.x, place.y, place.z};
+    move(&result, 0, frame_.velocity_at(place, tau_));
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      move(&result, 1 + axis, unit(axis));
+      move(&result, 4 + axis, (1.0 / size_) * cross(unit(axis), arm));
+    }
+    move(&result, 7, {irregular(3 * i), irregular(3 * i + 1), irregular(3 * i + 2)});
+    return result;
+  }
+  TripleOf<Number> turn_back(const TripleOf<Number>& a) const {
+    TripleOf<Number> turn{0.0, 0.0, 0.0};
+    move(&turn, 0, frame_.spin);
+    for (std::size_t axis = 0; axis < 3; ++axis) move(&turn, 4 + axis, (1.0 / size_) * unit(axis));
+    return a - cross(turn, a);
+  }
+
+ private:
+  static Vec3 unit(std::size_t axis) { return {axis == 0 ? 1.0 : 0.0, axis == 1 ? 1.0 : 0.0, axis == 2 ? 1.0 : 0.0}; }
+  static void move(TripleOf<Number>* a, std::size_t k, Vec3 by) {
+    a->x.d[k] = by.x, a->y.d[k] = by.y, a->z.d[k] = by.z;
+  }
+  Number operator()(const Jet<2>& now) const {
+    Number result(now.value());
+    result.d[0] = now.derivative(1);
+    return result;
+  }
+
+  const SteadyFrame& frame_;
+  double size_, t_, tau_;
+  std::array<std::vector<Vec3>, 2> places_;
+};
+
+/// Returns true if a part takes part in the search. Forces that do not depend on time, and formulas, do not.
+template <class Part>
+bool tells_frame(const Part& part) {
+  if constexpr (requires { part.kernel.expression; }) {
+    if (!part.kernel.expression) return false;
+  }
+  if constexpr (std::is_constructible_v<Force, Part>)
+    return !std::is_same_v<Part, FormulaForce> && !name_moving_fields(part).empty();
+  else
+    return true;
+}
+
+/// Finds the frame from the rates at which what it carries along leaves what is prescribed. They are linear in Omega, w
+/// and a.
 class FrameSearch {
  public:
-  explicit FrameSearch(MovingParts* parts) : parts_(*parts) { choose_instants(); }
+  FrameSearch(const System& system, double t, double size, Vec3 centre)
+      : system_(system), t_(t), size_(size), centre_(centre) {
+    choose_instants();
+  }
 
   /// Returns the frame that comes nearest to carrying all along.
   SteadyFrame find_without_turn() { return solve(6); }
   SteadyFrame find_any() { return solve(9); }
 
  private:
+  using Rates = Eigen::Matrix<double, Eigen::Dynamic, 7, Eigen::RowMajor>;
+
+  /// Returns the derivatives of the rates of all numbers in w and Omega size, and the rates themselves, m/s: those of
+  /// each member over what rigid motions and another one make of its numbers.
+  Rates find_rates(const SteadyFrame& frame, double tau, std::size_t number) const {
+    const InstantView view(system_, frame, size_, t_, tau, number);
+    const CarriedParts<InstantView> parts(system_, view);
+    std::vector<double> rates;
+    const auto add = [&](std::span<const InstantView::Number> numbers) {
+      double square = 0.0;
+      for (const InstantView::Number& each : numbers) {
+        for (std::size_t k = 1; k < 8; ++k) square += each.d[k] * each.d[k];
+      }
+      const double scale = std::sqrt(square / static_cast<double>(numbers.size()));
+      for (const InstantView::Number& each : numbers) {
+        for (const std::size_t k : {1, 2, 3, 4, 5, 6, 0})
+          rates.push_back(std::isfinite(each.d[k] / scale) ? each.d[k] / scale : 0.0);
+      }
+    };
+    for_each_part(system_, [&](const std::string&, const std::string&, const auto& part) {
+      if (tells_frame(part)) parts.list(part, add);
+    });
+    return Eigen::Map<Rates>(rates.data(), static_cast<Eigen::Index>(rates.size() / 7), 7);
+  }
+
   /// Chooses instants within the time in which things move as fast as their motion changes, or by the scene's size if
   /// it does not. Tables may end before them.
   void choose_instants() {
-    const SteadyFrame at_rest{.centre = parts_.centre()};
+    const SteadyFrame at_rest{.centre = centre_};
     instants_.assign(instants_of_search.begin(), instants_of_search.end());
     std::vector<VectorXd> rates;
     std::erase_if(instants_, [this](double tau) { return !is_known_at(tau); });
     for (const double tau : instants_) {
-      rates.push_back(parts_.find_rates(at_rest, parts_.place(at_rest, tau, {0, disturbed})));
+      rates.push_back(find_rates(at_rest, tau, 0).col(6));
       speed_ = std::max(speed_, rates.back().size() > 0 ? rates.back().cwiseAbs().maxCoeff() : 0.0);
     }
     if (speed_ == 0.0) return;
@@ -150,7 +248,7 @@ class FrameSearch {
     for (std::size_t k = 1; k < rates.size(); ++k)
       change = std::max(change, (rates[k] - rates[k - 1]).cwiseAbs().maxCoeff() / (instants_[k] - instants_[k - 1]));
     constexpr double far = 1e3;  // of the scene's size; rounding of the places is small there
-    unit_ = std::min(speed_ / std::max(change, std::numeric_limits<double>::min()), far * parts_.size() / speed_);
+    unit_ = std::min(speed_ / std::max(change, std::numeric_limits<double>::min()), far * size_ / speed_);
     while (!is_known_at(instants_of_motion.back() * unit_)) unit_ *= 0.25;
     instants_.clear();
     for (const double each : instants_of_motion) instants_.push_back(each * unit_);
@@ -158,7 +256,7 @@ class FrameSearch {
 
   /// Returns false if a table ends before that instant.
   bool is_known_at(double tau) const try {
-    (void)parts_.find_rates({}, parts_.place({}, tau, {1, disturbed}));
+    (void)find_rates({}, tau, 1);
     return true;
   } catch (const InputError&) {
     return false;
@@ -171,21 +269,9 @@ class FrameSearch {
     rows_.resize(0, columns);
     for (const double tau : instants_) {
       for (std::size_t k = 0; k < num_configurations; ++k) {
-        const MovingParts::Configuration at = parts_.place(frame, tau, {2 + k, disturbed});
-        const VectorXd base = parts_.find_rates(frame, at);
-        MatrixXd more(base.size(), columns);
-        more.col(9) = base;
-        for (Eigen::Index axis = 0; axis < 3; ++axis) {
-          SteadyFrame shifts = frame, turns = frame;
-          const Vec3 unit{axis == 0 ? 1.0 : 0.0, axis == 1 ? 1.0 : 0.0, axis == 2 ? 1.0 : 0.0};
-          shifts.velocity = shifts.velocity + unit;
-          turns.spin = turns.spin + (1.0 / parts_.size()) * unit;
-          more.col(axis) = parts_.find_rates(shifts, at) - base;
-          more.col(3 + axis) = tau / unit_ * more.col(axis);
-          more.col(6 + axis) = parts_.find_rates(turns, at) - base;
-        }
-        rows_.conservativeResize(rows_.rows() + more.rows(), columns);
-        rows_.bottomRows(more.rows()) = more;
+        const Rates rates = find_rates(frame, tau, 2 + k);
+        rows_.conservativeResize(rows_.rows() + rates.rows(), columns);
+        rows_.bottomRows(rates.rows()) << rates.leftCols(3), tau / unit_ * rates.leftCols(3), rates.rightCols(4);
         if (rows_.rows() > most) rows_ = dense::find_thin_qr(rows_).R;
       }
     }
@@ -208,10 +294,12 @@ class FrameSearch {
     const auto part = [&](Eigen::Index first, double scale) {
       return scale * Vec3{x[first], x[first + 1], x[first + 2]};
     };
-    return {part(6, 1.0 / parts_.size()), part(0, 1.0), part(3, 1.0 / unit_), parts_.centre()};
+    return {part(6, 1.0 / size_), part(0, 1.0), part(3, 1.0 / unit_), centre_};
   }
 
-  MovingParts& parts_;
+  const System& system_;
+  double t_, size_;
+  Vec3 centre_;
   std::vector<double> instants_;  // s, after that of the equilibrium
   double speed_ = 0.0;            // m/s, of what moves
   double unit_ = 1.0;             // s
@@ -219,10 +307,7 @@ class FrameSearch {
 };
 
 [[noreturn]] void refuse(const System& system, const std::string& where, const std::string& what) {
-  const std::vector<std::string> all = list_what_depends_on_time(system);
-  std::string names;
-  for (std::size_t k = 0; k < std::min<std::size_t>(3, all.size()); ++k) names += (k > 0 ? ", " : "") + all[k];
-  if (all.size() > 3) names += " and " + std::to_string(all.size() - 3) + " more";
+  const std::string names = name_some(list_what_depends_on_time(system));
   throw InputError(where, what + (names.empty() ? "" : "; what depends on time: " + names) +
                               R"(; "time": "freeze" in /equilibrium takes it all as it is at that instant)");
 }
@@ -244,14 +329,17 @@ SteadyFrame fall_freely(const System& system, SteadyFrame frame) {
 SteadyFrame find_steady_frame(const System& system, double t) {
   if (list_what_depends_on_time(system).empty()) return {};
   if (const auto part = find_unknown_function(system)) refuse(system, part->where, part->what);
-  MovingParts parts(system, t);
-  SteadyFrame frame{.centre = parts.centre()};
-  std::optional<UnsteadyPart> part = find_unsteady_part(system, frame, t, parts.size());
+  const double size = scene_size(system);
+  std::vector<Vec3> places = disturb(system, 0, 0.0);
+  put_supports(system, t, &places);
+  SteadyFrame frame;
+  for (const Vec3 place : places) frame.centre = frame.centre + (1.0 / static_cast<double>(places.size())) * place;
+  std::optional<UnsteadyPart> part = find_unsteady_part(system, frame, t, size);
   if (!part) return frame;
-  FrameSearch search(&parts);
+  FrameSearch search(system, t, size, frame.centre);
   for (const auto find : {&FrameSearch::find_without_turn, &FrameSearch::find_any}) {
     frame = (search.*find)();
-    part = find_unsteady_part(system, frame, t, parts.size());
+    part = find_unsteady_part(system, frame, t, size);
     if (!part) return fall_freely(system, frame);
   }
   refuse(system, part->where, part->what);

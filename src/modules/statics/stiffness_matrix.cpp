@@ -189,6 +189,12 @@ void StiffnessMatrix::multiply(const double* x, double* y) const {
   });
 }
 
+Eigen::MatrixXd StiffnessMatrix::multiply(const Eigen::MatrixXd& X) const {
+  Eigen::MatrixXd result(X.rows(), X.cols());
+  for (Eigen::Index j = 0; j < X.cols(); ++j) multiply(X.col(j).data(), result.col(j).data());
+  return result;
+}
+
 double StiffnessMatrix::sum_terms(const double* x) const {
   double sum = 0.0;
   for_each_block([&](std::size_t i, std::size_t j, std::size_t k) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <numeric>
 #include <span>
@@ -57,6 +58,8 @@ class StiffnessMatrix {
 
   /// Computes y = W x [3 num_points()].
   void multiply(const double* x, double* y) const;
+  /// Returns W X, column by column.
+  Eigen::MatrixXd multiply(const Eigen::MatrixXd& X) const;
   /// Returns the sum of the absolute terms of x'Wx, to which its rounding error is proportional.
   double sum_terms(const double* x) const;
   /// Returns for each point the largest sum of |W_ij| over one of its rows, N/m. |q_i'Wq| is at most this sum times

@@ -8,37 +8,38 @@
 #include <variant>
 #include <vector>
 
-#include "base/numbers.hpp"
-#include "statics/moving_fields.hpp"
-#include "system/members.hpp"
+#include "statics/carried_parts.hpp"
 
 namespace tanor::detail {
 
 namespace {
 
-using Sum = ExponentialPolynomial;
-
-Sum since(double t) {
-  return Sum::time() + t;
-}
-
-/// Evaluates functions of time at all times since t.
+/// Functions of time at all times since t.
 struct WholeClock {
+  using Number = ExponentialPolynomial;
   double t;
 
-  Sum operator()(const ScalarFunction& function) const {
+  Number time() const { return Number::time() + t; }
+  Number operator()(const ScalarFunction& function) const {
     if (function.is_constant()) return function(t).value();
     const std::shared_ptr<const Expression> expression = function.expression();
-    return expression ? evaluate(*expression, std::array{since(t)})[0] : Sum::unknown();
+    return expression ? evaluate(*expression, std::vector{time()})[0] : Number::unknown();
   }
-  TripleOf<Sum> operator()(const VectorFunction& function) const {
+  TripleOf<Number> operator()(const VectorFunction& function) const {
     return {(*this)(function.components[0]), (*this)(function.components[1]), (*this)(function.components[2])};
   }
 };
 
-bool is_constant(const TripleOf<Sum>& a) {
-  return a.x.is_constant() && a.y.is_constant() && a.z.is_constant();
-}
+/// A system at all times since t, as a frame carries it along.
+struct CarriedView : WholeClock {
+  const SteadyFrame& frame;
+  std::array<std::vector<Vec3>, 2> starts;
+
+  TripleOf<Number> carry(Index point, std::size_t start) const {
+    return frame.carry(starts[start][static_cast<std::size_t>(point)]);
+  }
+  TripleOf<Number> turn_back(const TripleOf<Number>& a) const { return frame.turn_back(a); }
+};
 
 bool is_known(const ScalarFunction& function) {
   return WholeClock{0.0}(function).is_known();
@@ -66,180 +67,73 @@ std::string name_unknown_field(const Support& support) {
 class SteadinessTest {
  public:
   SteadinessTest(const System& system, const SteadyFrame& frame, double t, double scene_size)
-      : system_(system), frame_(frame), clock_{t} {
-    constexpr double part = 0.1;  // disturbs configurations, so that nothing stands still by accident
-    const std::size_t size = system.positions.size();
-    const auto place = [&](std::size_t i, std::size_t first) {
-      const Vec3 aside{irregular(first), irregular(first + 1), irregular(first + 2)};
-      return load(system.positions.data(), i) + part * scene_size * aside;
-    };
-    for (std::size_t i = 0; i < system.num_points(); ++i) {
-      places_.push_back(place(i, 3 * i));
-      beside_.push_back(place(i, size + 3 * i));
-    }
-    for (const Support& support : system.supports) {
-      const auto now = support.displacement(t);
-      for (const Index point : support.points) {
-        const auto i = static_cast<std::size_t>(point);
-        places_[i] = beside_[i] =
-            load(system.positions.data(), i) + Vec3{now[0].value(), now[1].value(), now[2].value()};
-      }
+      : frame_(frame), view_{{t}, frame_, {}}, parts_(system, view_) {
+    constexpr double part = 0.1;
+    for (const std::size_t k : {0, 1}) {
+      view_.starts[k] = disturb(system, k, part * scene_size);
+      put_supports(system, t, &view_.starts[k]);
     }
   }
 
-  std::optional<UnsteadyPart> find() const {
-    std::optional<UnsteadyPart> result;
-    for_each_part(system_, [&](const std::string& where, const std::string& name, const auto& part) {
-      if (result) return;
-      if constexpr (requires { holds(part); }) {
-        if (!holds(part)) result = UnsteadyPart{where, leaves(name)};
-      } else if (const std::string complaint = complain(part); !complaint.empty()) {
-        result = UnsteadyPart{where, name + complaint};
-      }
-    });
-    return result;
+  /// Returns what is wrong with a part, or nothing.
+  template <class Part>
+  std::string complain(const std::string& name, const Part& part) const {
+    if (const std::string what = refuse(part); !what.empty()) return name + what;
+    if (is_steady(part)) return {};
+    if constexpr (std::is_constructible_v<Force, Part>)
+      return name + " changes with time" + (frame_.moves() ? " in the frame " + frame_.describe() : "") +
+             ", so that nothing rests";
+    else
+      return "nothing rests: no frame that turns with a constant spin or accelerates evenly carries along all that "
+             "supports, constraints and forces prescribe; " +
+             name + " leaves " + (frame_.moves() ? "the frame " + frame_.describe() : "the frame at rest");
   }
 
  private:
-  using Places = std::vector<Vec3>;
-
-  std::string leaves(const std::string& name) const {
-    return "nothing rests: no frame that turns with a constant spin or accelerates evenly carries along all that "
-           "supports, constraints and forces prescribe; " +
-           name + " leaves " + (frame_.moves() ? "the frame " + frame_.describe() : "the frame at rest");
+  template <class Part>
+  bool may_change(const Part& part) const {
+    return frame_.moves() || !name_moving_fields(part).empty();
   }
-  template <class Group>
-  bool may_change(const Group& group) const {
-    return frame_.moves() || !name_moving_fields(group).empty();
-  }
-
-  bool holds(const Support& support) const {
-    const TripleOf<Sum> moved = clock_(support.displacement);
-    return std::ranges::all_of(support.points, [&](Index point) {
-      const auto i = static_cast<std::size_t>(point);
-      return is_constant(triple_of<Sum>(vector_at(i)) + moved - frame_.carry(places_[i]));
-    });
-  }
-  Vector3 vector_at(std::size_t i) const {
-    return {system_.positions[3 * i], system_.positions[3 * i + 1], system_.positions[3 * i + 2]};
-  }
-
-  // ---- constraints ----
-
-  template <class Group>
-  requires requires { KindOf<Group>::rows; }
-  bool holds(const Group& group) const {
-    if (!may_change(group)) return true;
-    const typename KindOf<Group>::template Definition<Sum> now(group, clock_);
-    const auto carry = [this](Index point) { return frame_.carry(places_[static_cast<std::size_t>(point)]); };
-    for (std::size_t k = 0; k < num_members(group); ++k) {
-      Sum number;
-      if constexpr (requires { KindOf<Group>::parameter; }) number = number_of(group.*KindOf<Group>::parameter, k);
-      const auto xi = now.xi(MemberPlaces(member_points(group, k), carry), number, k);
-      if (!std::ranges::all_of(xi, &Sum::is_constant)) return false;
+  template <class Part>
+  bool is_steady(const Part& part) const {
+    if (!may_change(part)) return true;
+    if constexpr (requires { part.kernel.expression; }) {
+      if (!part.kernel.expression) return false;
     }
-    return true;
-  }
-  /// The two unit vectors of a line are its frame's up to a turn about it; the distance from it is not.
-  bool holds(const Lines& lines) const {
-    if (!may_change(lines)) return true;
-    const TripleOf<Sum> origin = clock_(lines.origin), d = clock_(lines.direction);
-    return std::ranges::all_of(lines.points, [&](Index point) {
-      const TripleOf<Sum> a = frame_.carry(places_[static_cast<std::size_t>(point)]) - origin;
-      const Sum along = dot(a, d);
-      return (dot(a, a) - along * along / dot(d, d)).is_constant();
+    bool is_steady = true;
+    parts_.list(part, [&](std::span<const ExponentialPolynomial> numbers) {
+      is_steady = is_steady && std::ranges::all_of(numbers, &ExponentialPolynomial::is_constant);
     });
-  }
-  bool holds(const UserConstraints& group) const {
-    if (!may_change(group)) return true;
-    return group.kernel.expression && std::ranges::all_of(group.tuples, [&](const std::vector<Index>& tuple) {
-             return evaluate_at(places_, *group.kernel.expression, tuple, {})[0].is_constant();
-           });
-  }
-  Sum number_of(const Parameter& parameter, std::size_t k) const {
-    if (parameter.functions.empty()) return 0.0;
-    return clock_(parameter.functions[parameter.functions.size() == 1 ? 0 : k]);
+    return is_steady;
   }
 
-  /// Returns the results of an expression of the coordinates of points that the frame carries along, more constants,
-  /// and time.
-  template <class Tuple>
-  std::vector<Sum> evaluate_at(const Places& places, const Expression& expression, const Tuple& tuple,
-                               const std::vector<double>& more) const {
-    std::vector<Sum> variables;
-    for (const Index point : tuple) {
-      const TripleOf<Sum> r = frame_.carry(places[static_cast<std::size_t>(point)]);
-      variables.insert(variables.end(), {r.x, r.y, r.z});
-    }
-    variables.insert(variables.end(), more.begin(), more.end());
-    variables.push_back(since(clock_.t));
-    return evaluate(expression, variables);
-  }
+  // ---- forces that no frame makes steady ----
 
-  // ---- forces: what is wrong with one, or nothing ----
-
-  std::string changes(bool is_steady) const {
-    if (is_steady) return {};
-    return " changes with time" + (frame_.moves() ? " in the frame " + frame_.describe() : "") +
-           ", so that nothing rests";
-  }
   std::string moved() const { return " acts on what moves, as all does that rests in the frame " + frame_.describe(); }
   static std::string opaque() {
     return " is not known to stand still at all times: its formula is not known, only numbers of it";
   }
-
-  /// Forces between points follow them.
-  template <class Force>
-  std::string complain(const Force&) const {
+  template <class Part>
+  std::string refuse(const Part&) const {
     return {};
   }
-  std::string complain(const Gravity& gravity) const {
-    return changes(is_constant(frame_.turn_back(triple_of<Sum>(gravity.acceleration))));
-  }
-  std::string complain(const ConstantForce& given) const {
-    return changes(is_constant(frame_.turn_back(clock_(given.force))));
-  }
-  std::string complain(const Drag&) const { return frame_.moves() ? moved() : ""; }
-  std::string complain(const PairForces& pairs) const {
+  std::string refuse(const Drag&) const { return frame_.moves() ? moved() : ""; }
+  std::string refuse(const PairForces& pairs) const {
     if (!frame_.turns() || pairs.box == Vector3{}) return {};
     return " is periodic and does not turn with the frame " + frame_.describe();
   }
-  std::string complain(const FormulaForce& formula) const {
-    const ForceKernel& kernel = formula.kernel;
+  std::string refuse(const FormulaForce& formula) const {
     if (!may_change(formula)) return {};
-    if (frame_.moves() && kernel.depends_on_velocity) return moved();
-    if (!kernel.expression) return opaque();
-    const auto is_steady = [&](const auto& tuple) {
-      std::vector<double> v(3 * tuple.size());  // of no account where it is not read
-      for (std::size_t i = 0; i < v.size(); ++i) v[i] = irregular(i);
-      const std::vector<Sum> f = evaluate_at(places_, *kernel.expression, tuple, v);
-      for (std::size_t i = 0; i < f.size(); i += 3) {
-        if (!is_constant(frame_.turn_back({f[i], f[i + 1], f[i + 2]}))) return false;
-      }
-      return true;
-    };
-    return changes(std::ranges::all_of(formula.points, [&](Index point) { return is_steady(std::array{point}); }) &&
-                   std::ranges::all_of(formula.tuples, is_steady));
+    if (frame_.moves() && formula.kernel.depends_on_velocity) return moved();
+    return formula.kernel.expression ? "" : opaque();
   }
-  /// An energy may change by the same amount everywhere.
-  std::string complain(const Potential& potential) const {
-    if (!may_change(potential)) return {};
-    if (!potential.kernel.expression) return opaque();
-    for (std::size_t k = 0; k < potential.points.size(); ++k) {
-      std::vector<double> constants;
-      for (const std::vector<double>& each : potential.constants) constants.push_back(each[each.size() == 1 ? 0 : k]);
-      const auto energy = [&](const Places& places) {
-        return evaluate_at(places, *potential.kernel.expression, potential.points[k], constants)[0];
-      };
-      if (!(energy(places_) - energy(beside_)).is_constant()) return changes(false);
-    }
-    return {};
+  std::string refuse(const Potential& potential) const {
+    return may_change(potential) && !potential.kernel.expression ? opaque() : "";
   }
 
-  const System& system_;
   SteadyFrame frame_;
-  WholeClock clock_;
-  Places places_, beside_;
+  CarriedView view_;
+  CarriedParts<CarriedView> parts_;
 };
 
 }  // namespace
@@ -258,7 +152,13 @@ std::optional<UnsteadyPart> find_unknown_function(const System& system) {
 
 std::optional<UnsteadyPart> find_unsteady_part(const System& system, const SteadyFrame& frame, double t,
                                                double scene_size) {
-  return SteadinessTest(system, frame, t, scene_size).find();
+  const SteadinessTest test(system, frame, t, scene_size);
+  std::optional<UnsteadyPart> result;
+  for_each_part(system, [&](const std::string& where, const std::string& name, const auto& part) {
+    const std::string what = result ? "" : test.complain(name, part);
+    if (!what.empty()) result = UnsteadyPart{where, what};
+  });
+  return result;
 }
 
 }  // namespace tanor::detail
