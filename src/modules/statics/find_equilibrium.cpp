@@ -22,7 +22,6 @@
 #include "statics/statics_input.hpp"
 #include "statics/stiffening_stress.hpp"
 #include "statics/unbalanced_load.hpp"
-#include "statics/unsymmetric_newton.hpp"
 
 namespace tanor {
 using namespace detail;
@@ -142,12 +141,7 @@ Outcome Search::search() {
   if (work_.forces.has_formulas()) {
     if (options_.method == EquilibriumMethod::Descent)
       result_.left_out.push_back("descent: forces by formulas may have no potential, Newton's method goes without it");
-    UnsymmetricNewton newton(equations_, newton_);
-    Outcome outcome = newton.run(limits, &state_, &report.residuals);
-    position_error_ = newton.next_move();
-    report.iterations += newton.iterations();
-    report.factorizations += newton.factorizations();
-    return outcome;
+    return search_by_newton(limits);
   }
   if (options_.method == EquilibriumMethod::Descent) {
     if (Outcome outcome = descend(limits); !outcome.ok()) return outcome;

@@ -88,7 +88,7 @@ Outcome NewtonDescent::run(const NewtonLimits& limits, StaticState* state, std::
   iterations_ = factorizations_ = disturbances_ = slow_steps_ = 0;
   last_move_ = std::numeric_limits<double>::infinity();
   largest_scale_ = 0.0;
-  bool trusts_newton = true;
+  trusts_newton_ = true;
   int long_steps = 0;
   for (int done = 0;; ++done) {
     residuals->push_back(residual_.force);
@@ -103,21 +103,28 @@ Outcome NewtonDescent::run(const NewtonLimits& limits, StaticState* state, std::
       }
       if (++long_steps == most_long_steps) return explain_fading(model_, residual_, iterations_);
     }
-    if (is_near(limits)) return {};
+    if (is_near(limits, *state)) return {};
     if (residual_.force > 0.0 && residual_.force <= nothing * largest_scale_)
       return explain_fading(model_, residual_, iterations_);
-    if (done == limits.max_iterations) return explain("does not converge");
+    if (done == limits.max_iterations) return explain(whole_ ? "no convergence" : "the search does not converge");
     ++iterations_;
-    constexpr double near = 0.1, slow = 0.8;
-    const double before = combined(residual_);
-    trusts_newton = (trusts_newton || combined(residual_) < near) && try_newton(state);
-    if (!trusts_newton && !try_descent(state)) {
-      if (disturbances_ == most_disturbances) return explain("stalls");
-      disturb(state);
-    }
-    slow_steps_ = combined(residual_) > slow * before ? slow_steps_ + 1 : 0;
-    if (model_.largest_norm(state->r.data()) > farthest) return explain("moves away without end");
+    if (!advance(state)) return explain("the search stalls");
+    if (model_.largest_norm(state->r.data()) > farthest) return explain("the search moves away without end");
   }
+}
+
+/// Takes one step. Returns false if nothing leads further.
+bool NewtonDescent::advance(StaticState* state) {
+  constexpr double near = 0.1, slow = 0.8;
+  const double before = combined(residual_);
+  if (whole_) return try_shortened(state);
+  trusts_newton_ = (trusts_newton_ || before < near) && try_newton(state);
+  if (!trusts_newton_ && !try_descent(state)) {
+    if (disturbances_ == most_disturbances) return false;
+    disturb(state);
+  }
+  slow_steps_ = combined(residual_) > slow * before ? slow_steps_ + 1 : 0;
+  return true;
 }
 
 bool NewtonDescent::is_small(const NewtonLimits& limits) const {
@@ -128,9 +135,10 @@ bool NewtonDescent::is_small(const NewtonLimits& limits) const {
 /// Returns true if all forces have become small beside those met on the way, and Newton's steps are as short as the
 /// tolerance of forces asks for beside the scene's size. Where all forces vanish at rest, as at the minimum of x^4, the
 /// largest one is no scale for what is left of them.
-bool NewtonDescent::is_near(const NewtonLimits& limits) const {
-  return have_forces_vanished(limits) && last_move_ <= limits.force_tolerance * model_.scene_size &&
-         residual_.violation <= violation_tolerance();
+bool NewtonDescent::is_near(const NewtonLimits& limits, const StaticState& state) {
+  if (!have_forces_vanished(limits) || residual_.violation > violation_tolerance()) return false;
+  if (whole_) last_move_ = std::min(last_move_, find_next_step(state));  // shorter steps do not improve rounding
+  return last_move_ <= limits.force_tolerance * model_.scene_size;
 }
 
 /// Returns true if the residual is small, with rounding measured at this configuration. Rounding of one that the search
@@ -172,23 +180,25 @@ bool NewtonDescent::is_linear_near(const StaticState& state) {
 /// nothing. If the energy falls in some direction, the stability check reports it.
 bool NewtonDescent::rests(const StaticState& state) {
   const double most = short_step * model_.scene_size;
-  if (residual_.force == 0.0 || last_move_ <= most) return true;
-  equations_.linearise(state.r.data(), state.lambda.data());
-  equations_.stiffness().hold_rows(held_rows, held_rows * residual_.scale / model_.scene_size);
-  if (!factorize(0.0)) return true;
-  Step step;
-  solve_step(&step);
-  return longest(step.dr) <= most;
+  return residual_.force == 0.0 || last_move_ <= most || find_next_step(state) <= most;
 }
 
-/// Takes Newton's step with the current factor if `is_better` accepts its residual; otherwise the state stays.
-template <class Accepts>
-bool NewtonDescent::take_full_step(StaticState* state, const Accepts& is_better) {
+/// Returns the length of Newton's next step, m, with each coordinate held by a small spring; 0 if there is none.
+double NewtonDescent::find_next_step(const StaticState& state) {
+  equations_.linearise(state.r.data(), state.lambda.data());
+  equations_.stiffness().hold_rows(held_rows, held_rows * residual_.scale / model_.scene_size);
+  if (!factorize(0.0)) return 0.0;
   Step step;
   solve_step(&step);
+  return longest(step.dr);
+}
+
+/// Takes a part of Newton's step if `is_better` accepts its residual; otherwise the state stays.
+template <class Accepts>
+bool NewtonDescent::take_newton_step(const Step& step, double length, StaticState* state, const Accepts& is_better) {
   StaticState next = *state;
-  for (std::size_t i = 0; i < step.dr.size(); ++i) next.r[i] += step.dr[i];
-  for (std::size_t a = 0; a < step.dlambda.size(); ++a) next.lambda[a] += step.dlambda[a];
+  for (std::size_t i = 0; i < step.dr.size(); ++i) next.r[i] += length * step.dr[i];
+  for (std::size_t a = 0; a < step.dlambda.size(); ++a) next.lambda[a] += length * step.dlambda[a];
   const StaticResidual found = measure(next);
   if (!is_better(found)) {
     residual_ = measure(*state);
@@ -196,7 +206,7 @@ bool NewtonDescent::take_full_step(StaticState* state, const Accepts& is_better)
   }
   *state = std::move(next);
   residual_ = found;
-  last_move_ = longest(step.dr);
+  last_move_ = length == 1.0 ? longest(step.dr) : std::numeric_limits<double>::infinity();
   return true;
 }
 
@@ -204,17 +214,20 @@ bool NewtonDescent::take_full_step(StaticState* state, const Accepts& is_better)
 /// not a sum of many of the same sign.
 bool NewtonDescent::halves(StaticState* state) {
   equations_.linearise(state->r.data(), state->lambda.data());
-  const bool is_taken = factorize(0.0) && take_full_step(state, [this](const StaticResidual& found) {
-                          return found.force < 0.5 * residual_.force &&
-                                 found.violation <= std::max(residual_.violation, violation_tolerance());
-                        });
+  Step step;
+  if (!factorize(0.0)) return false;
+  solve_step(&step);
+  const bool is_taken = take_newton_step(step, 1.0, state, [this](const StaticResidual& found) {
+    return found.force < 0.5 * residual_.force &&
+           found.violation <= std::max(residual_.violation, violation_tolerance());
+  });
   iterations_ += is_taken ? 1 : 0;
   return is_taken;
 }
 
 bool NewtonDescent::factorize(double shift) {
   ++factorizations_;
-  return solver_.factorize(shift);
+  return whole_ ? whole_->factorize(shift) : solver_.factorize(shift);
 }
 
 /// [ W  K ] [  dr     ]   [       g   ]
@@ -223,7 +236,10 @@ void NewtonDescent::solve_step(Step* step, double share, int refinements) {
   step->dr = g_;
   step->dlambda = xi_;
   for (double& x : step->dlambda) x *= -share;
-  (void)solver_.solve(step->dr.data(), step->dlambda.data(), refinements);
+  if (whole_)
+    whole_->solve(&step->dr, &step->dlambda);
+  else
+    (void)solver_.solve(step->dr.data(), step->dlambda.data(), refinements);
   for (double& x : step->dlambda) x = -x;
 }
 
@@ -253,12 +269,42 @@ void NewtonDescent::disturb(StaticState* state) {
 
 bool NewtonDescent::try_newton(StaticState* state) {
   equations_.linearise(state->r.data(), state->lambda.data());
-  return factorize_nearly_exact() && take_full_step(state, [this](const StaticResidual& found) {
-           constexpr double enough = 0.6;
-           const double before = combined(residual_), scale = std::max(residual_.scale, eps * found.scale);
-           const double after = (scale > 0.0 ? found.known / scale : 0.0) + found.violation;
-           return after < enough * before || (before < 1e3 * eps && after <= before);
-         });
+  if (!factorize_nearly_exact()) return false;
+  Step step;
+  solve_step(&step);
+  return take_newton_step(step, 1.0, state, [this](const StaticResidual& found) {
+    constexpr double enough = 0.6;
+    const double before = combined(residual_), scale = std::max(residual_.scale, eps * found.scale);
+    const double after = (scale > 0.0 ? found.known / scale : 0.0) + found.violation;
+    return after < enough * before || (before < 1e3 * eps && after <= before);
+  });
+}
+
+/// Takes Newton's step, shortened until the residual falls, or with masses added where no length is short enough.
+bool NewtonDescent::try_shortened(StaticState* state) {
+  constexpr int most_attempts = 40;
+  const auto relative = [](const StaticResidual& at, double scale) {
+    return (scale > 0.0 ? at.force / scale : at.force) + at.violation;
+  };
+  equations_.linearise(state->r.data(), state->lambda.data());
+  const double frequency2 = equations_.stiffness().largest() / *std::ranges::max_element(model_.mass) + 1e-300;
+  for (int attempt = 0; attempt < most_attempts; ++attempt) {
+    Step step;
+    const bool has_factor = factorize(mass_shift_);
+    if (has_factor) solve_step(&step);
+    const StaticResidual now = residual_;
+    for (double length = 1.0; has_factor && std::isfinite(longest(step.dr)) && length > 1e-3; length *= 0.5) {
+      const double wanted = (1.0 - 1e-4 * length) * relative(now, now.scale);
+      if (!take_newton_step(step, length, state,
+                            [&](const StaticResidual& found) { return relative(found, now.scale) < wanted; }))
+        continue;
+      if (mass_shift_ > 0.0) last_move_ = std::numeric_limits<double>::infinity();
+      mass_shift_ = mass_shift_ > 1e-12 * frequency2 ? 0.1 * mass_shift_ : 0.0;
+      return true;
+    }
+    mass_shift_ = std::max(10.0 * mass_shift_, 1e-6 * frequency2);
+  }
+  return false;
 }
 
 /// Returns the exact penalty function U + nu'|xi|.

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "statics/kkt_solver.hpp"
+#include "statics/unsymmetric_kkt.hpp"
 
 namespace tanor::detail {
 
@@ -56,10 +58,15 @@ struct NewtonLimits {
 /// that a turn changes. The exact penalty U + nu'|xi| decides whether the step is accepted, and sigma follows the ratio
 /// of actual to predicted gain. If A is still indefinite, masses are added (Waechter & Biegler 2006). The search
 /// therefore ends at minima, not at saddles.
+///
+/// Formulas may have no potential. Then W need not be symmetric, and there is no energy to descend: steps with the
+/// factor of the whole matrix are shortened until the residual falls.
 class NewtonDescent {
  public:
   NewtonDescent(EquilibriumEquations& equations, Ordering ordering)
-      : equations_(equations), model_(equations.model()), solver_(equations, ordering) {}
+      : equations_(equations), model_(equations.model()), solver_(equations, ordering) {
+    if (equations.work().forces.has_formulas()) whole_.emplace(equations);
+  }
 
   /// Starts from `state`; ok if it ends at an equilibrium to the tolerance. Appends each iteration's force to
   /// `residuals`, N.
@@ -83,17 +90,18 @@ class NewtonDescent {
   bool is_small(const NewtonLimits& limits) const;
   bool is_small_here(const NewtonLimits& limits, const StaticState& state);
   bool is_linear_near(const StaticState& state);
-  bool is_near(const NewtonLimits& limits) const;
+  bool is_near(const NewtonLimits& limits, const StaticState& state);
+  double find_next_step(const StaticState& state);
   bool rests(const StaticState& state);
   bool try_newton(StaticState* state);
   StiffnessMatrix::Curvature choose_curvature(const StaticState& state);
   template <class Accepts>
-  bool take_full_step(StaticState* state, const Accepts& is_better);
+  bool take_newton_step(const Step& step, double length, StaticState* state, const Accepts& is_better);
+  bool try_shortened(StaticState* state);
+  bool advance(StaticState* state);
   bool halves(StaticState* state);
   bool try_descent(StaticState* state);
-  Outcome explain(const char* why) const {
-    return explain_failure(model_, residual_, iterations_, std::string("the search ") + why);
-  }
+  Outcome explain(const std::string& why) const { return explain_failure(model_, residual_, iterations_, why); }
   bool factorize(double shift);
   bool factorize_nearly_exact();
   bool factorize_with_masses();
@@ -113,6 +121,7 @@ class NewtonDescent {
   EquilibriumEquations& equations_;
   const Model& model_;
   KktSolver solver_;
+  std::optional<UnsymmetricKkt> whole_;  // if formulas act
   StaticResidual residual_;
   std::vector<double> g_, xi_;     // at the state
   std::vector<double> penalties_;  // nu [row]
@@ -122,6 +131,7 @@ class NewtonDescent {
   double largest_scale_ = 0.0;     // N, over all states on the way
   int iterations_ = 0, factorizations_ = 0, disturbances_ = 0;
   int slow_steps_ = 0;  // consecutive ones
+  bool trusts_newton_ = true;
 };
 
 }  // namespace tanor::detail
