@@ -252,7 +252,7 @@ ExitCode tell(const MpiRanks& ranks, const cli::Failure& failure) {
 }
 
 /// Prints the help of tanor, and what is different here.
-ExitCode execute_help(const cli::Options& options) {
+ExitCode print_help(const cli::Options& options) {
   const ExitCode code = cli::execute_help(options);
   if (!options.json) {
     cli::print_heading("On several ranks");
@@ -270,7 +270,7 @@ ExitCode execute_help(const cli::Options& options) {
 ExitCode execute(MpiRanks& ranks, const cli::Request& request) {
   const auto& [command, options] = request;
   if (command == "run") return Run(ranks, options).execute();
-  if (command == "help") return execute_help(options);
+  if (command == "help") return print_help(options);
   if (command == "--version") return cli::execute_version(options);
   if (command == "--methods") return cli::execute_methods(options);
   throw InputError("", "tanor-mpi knows `run` alone; the other commands are those of tanor");
