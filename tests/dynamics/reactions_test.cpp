@@ -29,7 +29,7 @@ TEST(Reactions, StayThoseOfTheirStateWhereOthersAreFoundLater) {
   system.constraints = {Circles{"hoop", {0}, Vector3{}, Vector3{0.0, 0.0, 1.0}, 1.0}};
   system.friction = {Coulomb{.name = "", .at = {"hoop"}, .coefficient = mu}};
   Forms forms(system, {});
-  OwnEquations& form = *forms.main;
+  EquationsOfMotion& form = *forms.main;
   std::vector<double> r = system.positions, v = system.velocities;
   ASSERT_TRUE(form.start(0.0, r.data(), v.data(), StartMode::Check).outcome.ok());
 

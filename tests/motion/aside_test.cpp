@@ -123,7 +123,7 @@ class InnerMotion {
     integration_.begin();
   }
 
-  OwnEquations& form() { return *forms_.main; }
+  EquationsOfMotion& form() { return *forms_.main; }
   const State& state() const { return integration_.state; }
   /// Makes some steps, after each of which it calls between().
   Outcome make_steps(int count, const std::function<void()>& between) {

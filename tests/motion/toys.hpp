@@ -21,8 +21,6 @@ class Toy : public Mechanics, private StepProjector, private RankMonitor {
   std::size_t size() const override { return size_; }
   bool keeps_variables() const override { return true; }
   bool has_work() const override { return false; }
-  double largest(double own) override { return own; }
-  double sum(double own) override { return own; }
   void prescribe(double, double*, double*) override {}
   Outcome linearise(double t, const double*) override {
     linearised_at_ = t;

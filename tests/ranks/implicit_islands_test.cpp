@@ -8,8 +8,8 @@
 #include <tanor/motion.hpp>
 
 #include "dynamics/forms.hpp"
+#include "motion/implicit_step.hpp"
 #include "ranks/on_ranks.hpp"
-#include "ranks/shared_mechanics.hpp"
 #include "scenes.hpp"
 
 namespace tanor {
@@ -152,17 +152,16 @@ TEST(ImplicitIslands, PairForcesOfOneRankRuleOutTrials) {
 
 TEST(ImplicitIslands, ViolationIsTheLargestOfAllRanks) {
   ThreadWorld(2).run([](Ranks& ranks) {
-    Forms forms(scenes::make_pendulum(), one_thread());
-    SharedMechanics shared(*forms.main, ranks);
-    const auto equations = shared.implicit_formulation()->make_implicit_equations();
+    Forms forms(scenes::make_pendulum(), one_thread(), 0.0, {}, &ranks);
+    ImplicitStep implicit({}, *forms.main);
     const Model& model = forms.model;
     std::vector<double> r(3 * model.num_points()), xi(model.num_rows());
     model.numbering.gather_points(model.system.positions, r);
     r[0] *= ranks.rank() == 0 ? 1.0 : 1.01;
-    const double violation = equations->evaluate_positions(0.0, r.data(), xi.data());
+    const double violation = implicit.evaluate_positions(0.0, r.data(), xi.data());
     EXPECT_GT(violation, 1e-3);
-    EXPECT_EQ(shared.largest(violation), violation);
-    EXPECT_EQ(-shared.largest(-violation), violation);
+    EXPECT_EQ(forms.main->largest(violation), violation);
+    EXPECT_EQ(-forms.main->largest(-violation), violation);
   });
 }
 

@@ -28,6 +28,7 @@ inline std::vector<int> cut_along(const System& system, std::size_t axis, int nu
 struct Ending {
   std::vector<double> positions, velocities, accelerations, multipliers, reactions;
   MotionReport report;
+  RankReport rank;
   Outcome outcome;
 };
 
@@ -47,6 +48,7 @@ inline Ending run_whole(const System& system, const MotionOptions& options, doub
           copy(simulation.multipliers()),
           copy(simulation.reactions()),
           simulation.report(),
+          simulation.rank(),
           simulation.outcome()};
 }
 
@@ -77,6 +79,8 @@ inline Ending run_on_ranks(const System& system, const std::vector<int>& owner, 
     for (const Part::SharedRow& row : own.part.shared_rows) is_elsewhere[row.equation] = row.is_counted ? 0 : 1;
     for (std::size_t a = 0; a < own.equations.size(); ++a)
       if (is_elsewhere[a] == 0) ending.multipliers[own.equations[a]] = simulation.multipliers()[a];
+    const RankReport rank = simulation.rank();
+    if (ranks.rank() == num_ranks - 1) ending.rank = rank;
     reports[static_cast<std::size_t>(ranks.rank())] = simulation.report();
     outcomes[static_cast<std::size_t>(ranks.rank())] = simulation.outcome();
   });
@@ -131,6 +135,9 @@ inline void expect_same_ending(const Ending& many, const Ending& one, double all
   EXPECT_EQ(many.report.method, one.report.method);
   EXPECT_EQ(many.report.steps, one.report.steps);
   EXPECT_EQ(many.report.rejected, one.report.rejected);
+  EXPECT_EQ(many.rank.is_known, one.rank.is_known);
+  EXPECT_EQ(many.rank.rank, one.rank.rank);
+  EXPECT_EQ(many.rank.degrees_of_freedom, one.rank.degrees_of_freedom);
   EXPECT_LE(difference(many.positions, one.positions), allowed);
   EXPECT_LE(difference(many.velocities, one.velocities), allowed);
   EXPECT_LE(difference(many.accelerations, one.accelerations), 10.0 * allowed);

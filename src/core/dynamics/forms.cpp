@@ -10,11 +10,9 @@
 
 namespace tanor::detail {
 
-Forms::Forms(System system, const SolverOptions& options, double t, const Workspace::MakeTeam& make_team,
-             Decisions* processes)
+Forms::Forms(System system, const SolverOptions& options, double t, const Workspace::MakeTeam& make_team, Ranks* ranks)
     : work(std::move(system), options, t, make_team), start_time_(t) {
-  Team alone;
-  Decisions& all = processes != nullptr ? *processes : alone;
+  Decisions all(ranks);
   const bool has_coordinates = all.any(!work.coordinates.empty()), has_constraints = all.any(model.num_rows() > 0);
   const auto refuse = [](const std::string& what) { throw InputError("/solver/form", what); };
   const bool is_asked_for = all.any(options.form == Form::Tangent || options.form == Form::Both);
@@ -32,6 +30,7 @@ Forms::Forms(System system, const SolverOptions& options, double t, const Worksp
   if (tangent != nullptr && model.has_friction()) tangent->dynamics().take_friction_from(normal.get());
   choose(options.form, all);
   make_plan();
+  if (ranks != nullptr) main->join(*ranks);
 }
 
 /// Chooses the cheaper one of the available forms. A mechanism with few coordinates gets the tangent form, a chain the
@@ -44,7 +43,7 @@ void Forms::choose(Form wanted, Decisions& all) {
       normal == nullptr || (tangent != nullptr && !all.any(model.has_friction()) && is_cheaper());
   const bool is_tangent = wanted == Form::Tangent || (wanted != Form::Normal && tangent != nullptr && prefers_tangent);
   reason_ = prefers_tangent == is_tangent ? "more flops" : "the other one was asked for";
-  main = is_tangent ? static_cast<OwnEquations*>(tangent.get()) : normal.get();
+  main = is_tangent ? static_cast<EquationsOfMotion*>(tangent.get()) : normal.get();
 }
 
 void Forms::make_plan() {
@@ -77,6 +76,10 @@ void Forms::make_plan() {
 }
 
 StartReport Forms::start(double t, double* r, double* v, StartMode mode) {
+  return main->start_together([&] { return start_here(t, r, v, mode); });
+}
+
+StartReport Forms::start_here(double t, double* r, double* v, StartMode mode) {
   if (tangent == nullptr || normal == nullptr) return main->start(t, r, v, mode);
   StartReport placed = tangent->start(t, r, v, mode);
   if (!placed.outcome.ok()) return placed;
@@ -126,23 +129,28 @@ Outcome Forms::reactions(const Configuration& at, const Request& request, const 
 }
 
 RankReport Forms::rank(const double* r, bool thoroughly) {
-  const bool is_alone = work.team().is_alone();
-  if (is_alone && normal != nullptr) {
-    RankReport report = normal->gradient_rank().report(r, thoroughly);
-    report.prestress_rigid_points = find_prestress_rigid_points(model.system, report.dependences);
-    return report;
-  }
   RankReport report;
-  report.is_known = false;
-  if (!is_alone) return report;
-  // With coordinates alone there are as many degrees of freedom as coordinates.
-  report.degrees_of_freedom = work.coordinates.num_coordinates();
+  double freedoms = 3.0 * static_cast<double>(model.num_moving()) - static_cast<double>(work.rank);
+  if (normal == nullptr) {
+    // With coordinates alone there are as many degrees of freedom as coordinates.
+    report.is_known = false;
+    freedoms = static_cast<double>(work.coordinates.num_coordinates());
+  } else if (work.team().is_alone()) {
+    report = normal->gradient_rank().report(r, thoroughly);
+    report.prestress_rigid_points = find_prestress_rigid_points(model.system, report.dependences);
+    freedoms = static_cast<double>(report.degrees_of_freedom);
+  } else {
+    report.rank = work.rank;
+  }
+  report.is_known = main->any(report.is_known);
+  report.rank = static_cast<std::size_t>(main->sum(static_cast<double>(report.rank)));
+  report.degrees_of_freedom = static_cast<std::size_t>(main->sum(freedoms));
   return report;
 }
 
 Outcome Forms::solve_other(const Kinematics& at, const Request& request, double* w, double* eta) {
   const auto [t, r, v] = at;
-  OwnEquations* const other = is_tangent() ? static_cast<OwnEquations*>(normal.get()) : tangent.get();
+  EquationsOfMotion* const other = is_tangent() ? static_cast<EquationsOfMotion*>(normal.get()) : tangent.get();
   for (std::vector<double>* array : {&x_, &x_dot_, &x_ddot_}) array->resize(other->size());
   std::vector<double> places(r, r + 3 * model.num_points()), rates(v, v + 3 * model.num_points());
   if (Outcome outcome = other->set_state(t, r, v, x_.data(), x_dot_.data()); !outcome.ok()) return outcome;

@@ -15,16 +15,16 @@ namespace tanor::detail {
 class Forms {
  public:
   /// Validates the system, with checks and "initial" values at the time `t`. Throws InputError if the system cannot
-  /// have the requested form. `processes` have parts of one system, which choose the same form; null
-  /// if the whole system is here. `make_team` is empty if nothing reaches from one to another. Collective.
+  /// have the requested form. `ranks` have parts of one system, which choose the same form; null if the whole system is
+  /// here. `make_team` is empty if nothing reaches from one to another. Collective.
   Forms(System system, const SolverOptions& options, double t = 0.0, const Workspace::MakeTeam& make_team = {},
-        Decisions* processes = nullptr);
+        Ranks* ranks = nullptr);
 
   Workspace work;
   const Model& model{work.model()};
   std::unique_ptr<MultiplierForm> normal;  ///< null if coordinates alone are given
   std::unique_ptr<TangentForm> tangent;    ///< null if no coordinates are given
-  OwnEquations* main = nullptr;            ///< the form that steps and answers
+  EquationsOfMotion* main = nullptr;       ///< the form that steps and answers
   PlanSummary plan;
 
   double start_time() const { return start_time_; }  ///< the time of "initial" values
@@ -49,10 +49,12 @@ class Forms {
   /// Computes w and eta [3n] at (t, r, v) by the form that does not step. Both forms must be there.
   Outcome solve_other(const Kinematics& at, const Request& request, double* w, double* eta);
 
-  /// Returns the rank of K at r, the configuration of the last `reactions`.
+  /// Returns the rank of K at r, the configuration of the last `reactions`. The rank and the degrees of freedom are
+  /// those of all processes, the rest is this one's, which is unknown where equations reach from one to another.
   RankReport rank(const double* r, bool thoroughly);
 
  private:
+  StartReport start_here(double t, double* r, double* v, StartMode mode);
   void choose(Form wanted, Decisions& all);
   void check_completeness(double t, const double* r);
   void make_plan();

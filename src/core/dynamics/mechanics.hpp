@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <span>
 #include <string>
 
@@ -42,12 +43,14 @@ enum class Turn { Small, Large };
 /// A mechanical system as time integration sees it: x'' = a(t, x, v) on a constraint manifold. x and v have `size()`
 /// numbers.
 ///
+/// If several processes have parts of the system, each has its own numbers of x and v. An outcome, and a number that
+/// decides about a step, is that of all parts together, so that every process makes the same steps. What a role gives
+/// is this process's own, and who asks for it agrees on it.
+///
 /// A configuration is *linearised* when K is evaluated and S is factorized there, by `linearise` or by accelerations
 /// that evaluate their gradients. It stays so until the next one.
 class Mechanics : public Decisions {
  public:
-  virtual ~Mechanics() = default;
-
   virtual std::size_t size() const = 0;
   /// Returns true if x has the same meaning before and after an accepted step.
   virtual bool keeps_variables() const = 0;
@@ -64,6 +67,12 @@ class Mechanics : public Decisions {
   /// Returns the rank of K by the last decision.
   virtual std::size_t rank() const = 0;
   virtual Outcome accelerations(const Kinematics& at, const Request& request, const AccelerationOutput& to) = 0;
+  /// Does for work() -> Outcome, which finds accelerations, what `together` does. The largest residual and the sum of
+  /// powers are written.
+  template <class Work>
+  Outcome solve_together(const AccelerationOutput& to, const Work& work) {
+    return is_alone() ? work() : agree_on_accelerations(to, work);
+  }
   /// Returns reactions of the size that accelerations give, all 0.
   virtual Reactions no_reactions() const = 0;
 
@@ -73,6 +82,12 @@ class Mechanics : public Decisions {
   virtual ProjectionReport project_positions(double t, double* x, Turn turn) = 0;
   /// Projects v onto K'v + xi_t = 0 in the M-norm, with the linearisation at (t, x).
   virtual ProjectionReport project_velocities(double t, const double* x, double* v) = 0;
+
+  /// Does for work() -> ProjectionReport what `together` does.
+  template <class Work>
+  ProjectionReport project_together(const Work& work) {
+    return is_alone() ? work() : agree_on_projection(work);
+  }
 
   /// Returns the errors over their tolerances, at the time t where the step begins. The linearised configuration tells
   /// which part of the errors constraints leave, and how coordinates move the points. `atol` = 0 stands for 1e-10 of
@@ -99,6 +114,10 @@ class Mechanics : public Decisions {
   EventFunctions* events() { return roles().events; }
   ImplicitFormulation* implicit_formulation() { return roles().implicit_formulation; }
   CornerFunctions* corners() { return roles().corners; }
+
+ private:
+  Outcome agree_on_accelerations(const AccelerationOutput& to, const std::function<Outcome()>& work);
+  ProjectionReport agree_on_projection(const std::function<ProjectionReport()>& work);
 };
 
 }  // namespace tanor::detail

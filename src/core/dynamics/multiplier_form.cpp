@@ -30,10 +30,12 @@ MultiplierForm::~MultiplierForm() = default;
 
 /// Goes to t with all that may end there, since no process can begin a call of the team alone.
 void MultiplierForm::prescribe(double t, double* r, double* v) {
-  work_.prescribe(t, r, v);
-  if (work_.team().is_alone()) return;
-  work_.set_time(t);
-  work_.forces.set_time(t);
+  prepare([&] {
+    work_.prescribe(t, r, v);
+    if (work_.team().is_alone()) return;
+    work_.set_time(t);
+    work_.forces.set_time(t);
+  });
 }
 
 double MultiplierForm::predicted_flops() const {
@@ -80,7 +82,7 @@ void MultiplierForm::write_friction(const Reactions& found, double* tau) const {
 
 Outcome MultiplierForm::begin(double t, const double* r, double* v, const Request& request,
                               const AccelerationOutput& to) {
-  if (contacts_ != nullptr) return contacts_->begin(t, r, v, request, to);
+  if (contacts_ != nullptr) return solve_together(to, [&] { return contacts_->begin(t, r, v, request, to); });
   return accelerations({t, r, v}, request.evaluated_anew(), to);
 }
 
@@ -110,7 +112,7 @@ ErrorRatios MultiplierForm::error_ratios(double, const StepErrors& errors, doubl
   // Errors of guests count where their owners are.
   left.x = work_.team().without_guests(left.x, &error_x_);
   left.v = work_.team().without_guests(left.v, &error_v_);
-  return work_.error_ratios(left, atol, rtol);
+  return largest_of_all(work_.error_ratios(left, atol, rtol));
 }
 
 ProjectionReport MultiplierForm::project_point_positions(double t, double* r) {
@@ -136,7 +138,7 @@ void MultiplierForm::resume(const Counters& counters, const PhaseTimes& times) {
   work_.times = times;
 }
 
-Roles MultiplierForm::roles() {
+Roles MultiplierForm::roles_here() {
   Roles roles = common_roles();
   roles.step_projector = &steps_;
   roles.inexact_solves = linearization_.reuse();
@@ -151,7 +153,7 @@ Roles MultiplierForm::roles() {
   return roles;
 }
 
-SeriesExpansion* MultiplierForm::series(std::string* why_not) {
+SeriesExpansion* MultiplierForm::series_here(std::string* why_not) {
   if (series_ == nullptr) series_ = std::make_unique<MultiplierSeries>(work_, linearization_);
   if (why_not != nullptr) *why_not = series_->obstacle();
   return series_->obstacle().empty() ? series_.get() : nullptr;

@@ -28,26 +28,29 @@ class MultiplierForm final : public PointForm {
   MultiplierForm(Workspace& work, const SolverOptions& options);
   ~MultiplierForm() override;
 
-  bool has_work() const override { return work_.is_rheonomic() || work_.forces.has_work() || contacts_ != nullptr; }
+  bool has_work_here() const override {
+    return work_.is_rheonomic() || work_.forces.has_work() || contacts_ != nullptr;
+  }
   void prescribe(double t, double* r, double* v) override;
-  bool is_prescribed_together() const override { return is_prescribed_together_; }
-  Outcome linearise(double t, const double* r) override { return linearization_.update(t, r); }
-  double reciprocal_condition() const override { return linearization_.reciprocal_condition(); }
+  Outcome linearise(double t, const double* r) override {
+    return together([&] { return linearization_.update(t, r); });
+  }
+  double reciprocal_condition_here() const override { return linearization_.reciprocal_condition(); }
   Outcome accelerations(const Kinematics& at, const Request& request, const AccelerationOutput& to) override {
-    return dynamics_.solve(at, request, to);
+    return solve_together(to, [&] { return dynamics_.solve(at, request, to); });
   }
   ProjectionReport project_positions(double t, double* r, Turn turn) override {
-    return projector_.project_positions(t, r, turn);
+    return project_together([&] { return projector_.project_positions(t, r, turn); });
   }
   ProjectionReport project_velocities(double t, const double* r, double* v) override {
-    return projector_.project_velocities(t, r, v);
+    return project_together([&] { return projector_.project_velocities(t, r, v); });
   }
   ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) override;
   Reactions no_reactions() const override;
   void exchange_memory(Memory& memory) override;
 
-  Roles roles() override;
-  SeriesExpansion* series(std::string* why_not) override;
+  Roles roles_here() override;
+  SeriesExpansion* series_here(std::string* why_not) override;
 
   StartReport start(double t, double* r, double* v, StartMode mode) override;
   ProjectionReport project_point_positions(double t, double* r) override;
@@ -82,6 +85,7 @@ class MultiplierForm final : public PointForm {
 
  private:
   friend struct Tampering;  // the tests corrupt the form through it, and every corruption must be caught
+  bool is_prescribed_together() const override { return is_prescribed_together_; }
 
   LinearizedResponse response_;         // contacts see this form by these two, …
   MultiplierSystem system_;             // … which refer to what follows

@@ -27,7 +27,7 @@ class PointRounding final : public RoundingGroups {
 };
 
 /// Equations of motion whose variables are the positions of points themselves.
-class PointForm : public OwnEquations {
+class PointForm : public EquationsOfMotion {
  public:
   std::size_t size() const final { return 3 * model_.num_points(); }
   bool keeps_variables() const final { return true; }
@@ -39,10 +39,9 @@ class PointForm : public OwnEquations {
     work_.team().fetch_guests(r);
     if (v != nullptr) work_.team().fetch_guests(v);
   }
-  void prescribe(double t, double* r, double* v) override { work_.prescribe(t, r, v); }
-  std::size_t rank() const final { return work_.rank; }
-  Energy energy(double t, const double* r, const double* v) override { return work_.energy(t, r, v); }
-  double potential(double t, const double* r) override { return work_.potential(t, r); }
+  std::size_t rank_here() const final { return work_.rank; }
+  Energy energy(double t, const double* r, const double* v) override { return sum_of_all(work_.energy(t, r, v)); }
+  double potential(double t, const double* r) override { return sum(work_.potential(t, r)); }
 
   Outcome set_state(double, const double* r, const double* v, double* x, double* x_dot) final {
     std::copy(r, r + size(), x);

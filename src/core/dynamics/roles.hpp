@@ -181,48 +181,53 @@ struct DriveReport {
   static constexpr int most_pieces = 64;
 };
 
-/// Functions of time in forces, supports, parameters of constraints, coordinates and friction.
+/// Functions of time in forces, supports, parameters of constraints, coordinates and friction, on this process; one
+/// that is not derived has none.
 class DriveMonitor {
  public:
-  virtual DriveReport look_at_drives(const DrivenStep& step) = 0;
-  virtual std::string name_drive(std::size_t drive) const = 0;
+  virtual DriveReport look_at_drives(const DrivenStep& /*step*/) { return {}; }
+  virtual std::string name_drive(std::size_t /*drive*/) const { return {}; }
 
- protected:
-  ~DriveMonitor() = default;
+  virtual ~DriveMonitor() = default;
 };
 
-/// Instants at which the equations themselves change, because a contact begins or ceases to slip.
+/// Instants at which the equations of this process change, because a contact begins or ceases to slip; one that is not
+/// derived has none.
 class EventFunctions {
  public:
   /// The number of functions that stay positive as long as the present equations hold; may change in
   /// `switch_equations`.
-  virtual std::size_t num_events() const = 0;
+  virtual std::size_t num_events() const { return 0; }
   /// Evaluates all num_events() values where accelerations were computed, with their reactions `found`. A value 0 that
   /// stays 0, or falls, requires a switch; one that rises does not.
-  virtual void evaluate_events(const Kinematics& at, const Reactions& found, double* values) = 0;
+  virtual void evaluate_events(const Kinematics& /*at*/, const Reactions& /*found*/, double* /*values*/) {}
   /// Evaluates functions with the signs of those values that are close to parabolas where the values have kinks (a
   /// limit mu |N| with N through 0). A few of them suffice to locate where the values fall below 0.
-  virtual void shape_events(const Reactions& found, const double* values, double* shapes) const = 0;
+  virtual void shape_events(const Reactions& /*found*/, const double* /*values*/, double* /*shapes*/) const {}
   /// Changes the equations at an instant where the functions in `which` vanish, that of the last `accelerations`. May
   /// set vanished parts of v to 0 (a sliding velocity of rounding size). Computes the accelerations of the new
   /// equations, linearised at (t, x).
-  virtual Outcome switch_equations(double t, const double* x, double* v, std::span<const std::size_t> which,
-                                   const Request& request, const AccelerationOutput& to) = 0;
+  virtual Outcome switch_equations(double /*t*/, const double* /*x*/, double* /*v*/,
+                                   std::span<const std::size_t> /*which*/, const Request& /*request*/,
+                                   const AccelerationOutput& /*to*/) {
+    return {};
+  }
   /// Returns the work of moving guides and supports at the last switch, where it changed v, J.
-  virtual Power work_of_switch() const = 0;
+  virtual Power work_of_switch() const { return {}; }
   /// Returns the discrete state as plain numbers, to be kept in a snapshot.
-  virtual std::vector<int> discrete_state() const = 0;
+  virtual std::vector<int> discrete_state() const { return {}; }
   /// Throws InputError if the state does not fit.
-  virtual void restore_discrete_state(std::span<const int> state) = 0;
+  virtual void restore_discrete_state(std::span<const int> /*state*/) {}
 
- protected:
-  ~EventFunctions() = default;
+  virtual ~EventFunctions() = default;
 };
 
 class CornerFunctions;
 class ImplicitFormulation;
 
-/// The roles of a mechanics; null for those that it does not have.
+/// The roles of a mechanics; null for those that it does not have. Among several processes all have a role if some have
+/// it, which gives an answer that changes nothing where a process does not have it. They have step projectors, rounding
+/// groups and implicit formulations if all have them.
 struct Roles {
   StepProjector* step_projector = nullptr;
   InexactSolves* inexact_solves = nullptr;

@@ -22,9 +22,9 @@ class TangentDynamics {
   TangentDynamics(Workspace& work, TangentLinearization& linearization);
   /// Takes tau at every instant from equations with multipliers, since friction that depends on reactions needs their
   /// multipliers (42).
-  void take_friction_from(OwnEquations* with_multipliers) { friction_ = with_multipliers; }
+  void take_friction_from(EquationsOfMotion* with_multipliers) { friction_ = with_multipliers; }
   /// Null if constraints are ideal.
-  OwnEquations* friction() const { return friction_; }
+  EquationsOfMotion* friction() const { return friction_; }
 
   bool has_work() const { return model_.is_rheonomic() || work_.forces.has_work() || friction_ != nullptr; }
 
@@ -73,8 +73,8 @@ class TangentDynamics {
   Workspace& work_;
   const Model& model_;
   TangentLinearization& linearization_;
-  SolveReport report_;                // of the present solve
-  OwnEquations* friction_ = nullptr;  // null if constraints are ideal
+  SolveReport report_;                     // of the present solve
+  EquationsOfMotion* friction_ = nullptr;  // null if constraints are ideal
   const bool has_closed_form_;
   double t_ = 0.0;
   std::vector<double> last_q_, last_q_dot_, last_q_ddot_;  // [s] of the last solve

@@ -32,7 +32,7 @@ void TangentForm::describe(PlanSummary* plan) const {
   if (!work_.coordinates.has_charts()) plan->left_out.push_back("recentring: coordinates without charts");
 }
 
-Roles TangentForm::roles() {
+Roles TangentForm::roles_here() {
   return {.rank_monitor = &rank_,
           .unseen_forces = unseen_.forces(),
           .drives = unseen_.drives(),
@@ -42,13 +42,15 @@ Roles TangentForm::roles() {
 
 Outcome TangentForm::begin(double t, const double* q, double* q_dot, const Request& request,
                            const AccelerationOutput& to) {
-  if (OwnEquations* const friction = dynamics_.friction(); friction != nullptr) {
-    linearization_.evaluate(t, q, q_dot, false);
-    std::vector<double> v = linearization_.v(), w(v.size());
-    Outcome outcome = friction->begin(t, linearization_.r().data(), v.data(), request, {w.data(), nullptr, to.report});
-    if (!outcome.ok()) return outcome;
-  }
-  return accelerations({t, q, q_dot}, request, to);
+  return solve_together(to, [&] {
+    if (EquationsOfMotion* const friction = dynamics_.friction(); friction != nullptr) {
+      linearization_.evaluate(t, q, q_dot, false);
+      std::vector<double> v = linearization_.v(), w(v.size());
+      Outcome found = friction->begin(t, linearization_.r().data(), v.data(), request, {w.data(), nullptr, to.report});
+      if (!found.ok()) return found;
+    }
+    return dynamics_.solve({t, q, q_dot}, request, to);
+  });
 }
 
 ErrorRatios TangentForm::error_ratios(double t, const StepErrors& errors, double atol, double rtol) {
@@ -63,32 +65,38 @@ ErrorRatios TangentForm::error_ratios(double t, const StepErrors& errors, double
   work_.prescribe_all(t, r_from_.data(), v_from_.data());
   coordinates.evaluate(model_.parallel, errors.x_from, errors.v_from, r_from_.data(), v_from_.data(), nullptr, nullptr);
   work_.set_time(t_end);
-  return work_.error_ratios({moved_.data(), rate_.data(), r_from_.data(), v_from_.data(), linearization_.r().data(),
-                             linearization_.v().data()},
-                            atol, rtol);
+  const StepErrors errors_of_points{moved_.data(),
+                                    rate_.data(),
+                                    r_from_.data(),
+                                    v_from_.data(),
+                                    linearization_.r().data(),
+                                    linearization_.v().data()};
+  return largest_of_all(work_.error_ratios(errors_of_points, atol, rtol));
 }
 
 Energy TangentForm::energy(double t, const double* q, const double* q_dot) {
   linearization_.evaluate(t, q, q_dot, false);
-  return work_.energy(t, linearization_.r().data(), linearization_.v().data());
+  return sum_of_all(work_.energy(t, linearization_.r().data(), linearization_.v().data()));
 }
 
 // ---- points and coordinates ----
 
 Outcome TangentForm::set_state(double t, const double* r, const double* v, double* q, double* q_dot) {
-  work_.set_time(t);
-  dynamics_.locate(r, &q_);
-  std::copy(q_.begin(), q_.end(), q);
-  if (Outcome outcome = linearization_.find_rates(t, v, q, q_dot); !outcome.ok()) return outcome;
-  constexpr double allowed = 1e-3;  // as at the start
-  const double distance = model_.largest_move(linearization_.r().data(), r);
-  if (distance <= allowed * model_.scene_size) return {};
-  return {Status::NotConverged, "the positions at t = " + text(t) +
-                                    " are not those of the coordinates: the nearest that were found lie " +
-                                    text(distance) + " m away"};
+  return together([&]() -> Outcome {
+    work_.set_time(t);
+    dynamics_.locate(r, &q_);
+    std::copy(q_.begin(), q_.end(), q);
+    if (Outcome outcome = linearization_.find_rates(t, v, q, q_dot); !outcome.ok()) return outcome;
+    constexpr double allowed = 1e-3;  // as at the start
+    const double distance = model_.largest_move(linearization_.r().data(), r);
+    if (distance <= allowed * model_.scene_size) return {};
+    return {Status::NotConverged, "the positions at t = " + text(t) +
+                                      " are not those of the coordinates: the nearest that were found lie " +
+                                      text(distance) + " m away"};
+  });
 }
 
-ProjectionReport TangentForm::project_positions(double t, double* q, Turn) {
+ProjectionReport TangentForm::measure_violation(double t, const double* q) {
   if (model_.num_rows() == 0) return {};
   linearization_.evaluate(t, q, rates_.data(), false);
   ProjectionReport report;
@@ -133,7 +141,7 @@ void TangentForm::write_points(const Kinematics& at, const double*, const Reacti
 
 void TangentForm::recentre(double t, double* q, double* q_dot, double* q_ddot, Reactions* found) {
   if (work_.coordinates.has_charts()) dynamics_.complete(found);  // in the charts that q belongs to
-  if (OwnEquations* const friction = dynamics_.friction(); friction != nullptr) {
+  if (EquationsOfMotion* const friction = dynamics_.friction(); friction != nullptr) {
     r_from_ = linearization_.r();
     v_from_ = linearization_.v();
     friction->recentre(t, r_from_.data(), v_from_.data(), nullptr, found);

@@ -16,14 +16,14 @@ class TangentCorners;
 
 /// The equations of motion in tangent form, in the variables q of r = r(q, t) (see TangentDynamics). There is no drift,
 /// since r(q, t) stays on the constraints by itself. Nothing is projected.
-class TangentForm final : public OwnEquations {
+class TangentForm final : public EquationsOfMotion {
  public:
   TangentForm(Workspace& work, const SolverOptions& options);
   ~TangentForm() override;
 
   std::size_t size() const override { return work_.coordinates.num_coordinates(); }
   bool keeps_variables() const override { return false; }
-  bool has_work() const override { return dynamics_.has_work(); }
+  bool has_work_here() const override { return dynamics_.has_work(); }
   const Parallel& parallel() const override { return model_.parallel; }
   PointTolerances point_tolerances() const override {
     return {work_.scales.position_tolerances(), work_.scales.velocity_tolerances(), work_.scales.accelerations()};
@@ -32,21 +32,25 @@ class TangentForm final : public OwnEquations {
   void fetch_guests(double*, double*) override {}
   void prescribe(double, double*, double*) override {}
   /// Does nothing. Only the accelerations need a factor, and they make their own.
-  Outcome linearise(double, const double*) override { return {}; }
-  double reciprocal_condition() const override { return linearization_.reciprocal_condition(); }
-  Outcome accelerations(const Kinematics& at, const Request& request, const AccelerationOutput& to) override {
-    return dynamics_.solve(at, request, to);
+  Outcome linearise(double, const double*) override {
+    return together([] { return Outcome{}; });
   }
-  std::size_t rank() const override { return work_.rank; }
+  double reciprocal_condition_here() const override { return linearization_.reciprocal_condition(); }
+  Outcome accelerations(const Kinematics& at, const Request& request, const AccelerationOutput& to) override {
+    return solve_together(to, [&] { return dynamics_.solve(at, request, to); });
+  }
+  std::size_t rank_here() const override { return work_.rank; }
   /// Moves nothing. Where constraints are given too, their violation is measured.
-  ProjectionReport project_positions(double t, double* q, Turn) override;
+  ProjectionReport project_positions(double t, double* q, Turn) override {
+    return project_together([&] { return measure_violation(t, q); });
+  }
   ProjectionReport project_velocities(double, const double*, double*) override { return {}; }
   ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) override;
   Reactions no_reactions() const override;
   void exchange_memory(Memory& memory) override;
 
-  Roles roles() override;
-  SeriesExpansion* series(std::string* why_not) override {
+  Roles roles_here() override;
+  SeriesExpansion* series_here(std::string* why_not) override {
     if (why_not != nullptr) *why_not = "the motion in coordinates is not expanded in time";
     return nullptr;
   }
@@ -63,7 +67,7 @@ class TangentForm final : public OwnEquations {
   void resume(const Counters& counters, const PhaseTimes& times) override;
   Energy energy(double t, const double* q, const double* q_dot) override;
   void minimize_multipliers(const Kinematics&, double*) override {}  // coordinates have none
-  double potential(double t, const double* r) override { return work_.forces.potential(model_.parallel, t, r); }
+  double potential(double t, const double* r) override { return sum(work_.forces.potential(model_.parallel, t, r)); }
   void write_reactions(const Kinematics& at, const Reactions& found, double* eta) override {
     dynamics_.write_reactions(at, found, eta);
   }
@@ -77,6 +81,7 @@ class TangentForm final : public OwnEquations {
 
  private:
   friend struct Tampering;  // the tests corrupt the form through it, and every corruption must be caught
+  ProjectionReport measure_violation(double t, const double* q);
 
   Workspace& work_;
   const Model& model_;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -23,16 +22,12 @@ class Workspace;
 /// answer is its own. All functions but the const ones must be called by all processes, in the same order.
 class Team : public Decisions {
  public:
-  virtual ~Team() = default;
-  virtual bool is_alone() const { return true; }
+  using Decisions::Decisions;
 
   // ---- decisions ----
 
   /// Replaces one number for each neighbourhood here by the largest one of all its points.
   virtual void find_largest(std::span<double> /*of_neighbourhoods*/) {}
-  /// Returns the worst outcome of this work, which calls no collective function. What it throws on one process is
-  /// thrown on all.
-  virtual Outcome together(const std::function<Outcome()>& work) { return work(); }
 
   // ---- guests ----
 

@@ -1,6 +1,7 @@
 #include "motion/drive_control.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "base/text.hpp"
@@ -20,7 +21,7 @@ double scale_for(double error, int degree) {
 }  // namespace
 
 DriveControl::DriveControl(const IntegrationOptions& options, const Scheme& scheme, Mechanics& mechanics)
-    : options_(options), monitor_(mechanics.drives()) {
+    : options_(options), mechanics_(mechanics), monitor_(mechanics.drives()) {
   follow(scheme);
 }
 
@@ -44,8 +45,18 @@ void DriveControl::advance(double t, double t_end) {
 }
 
 void DriveControl::look(const State& from, double h, int degree) {
-  report_ = monitor_->look_at_drives(
-      {from.t, h, spacing_, degree, options_.atol, options_.rtol, from.x.data(), from.v.data()});
+  DriveReport own;
+  std::array<double, 3> largest{};
+  (void)mechanics_.together(
+      [&] {
+        own = monitor_->look_at_drives(
+            {from.t, h, spacing_, degree, options_.atol, options_.rtol, from.x.data(), from.v.data()});
+        largest = {own.error, own.velocity, static_cast<double>(own.pieces)};
+        return Outcome{};
+      },
+      largest);
+  report_ = {largest[0], largest[1], static_cast<int>(largest[2]), own.drive};
+  is_here_ = !(own.velocity < report_.velocity);
 }
 
 /// Returns true if no function of time acts or if an earlier look covers this step.
@@ -102,14 +113,15 @@ void DriveControl::note(const State& from, double h) {
   if (report_.velocity <= most_) return;
   most_ = report_.velocity;
   worst_drive_ = report_.drive;
+  worst_is_here_ = is_here_;
   worst_begin_ = from.t;
   worst_length_ = h;
 }
 
-std::string DriveControl::describe() const {
+std::string DriveControl::describe() {
   const auto [begin, end] = texts_apart(std::array{worst_begin_, worst_begin_ + worst_length_});
-  return "steps may be too long: what " + monitor_->name_drive(worst_drive_) + " does between t = " + begin + " and " +
-         end + " is passed over";
+  const std::string drive = mechanics_.first_text(worst_is_here_ ? monitor_->name_drive(worst_drive_) : "");
+  return "steps may be too long: what " + drive + " does between t = " + begin + " and " + end + " is passed over";
 }
 
 }  // namespace tanor::detail

@@ -35,9 +35,9 @@ class DriveControl {
 
   /// Takes note that a fixed step of length h from there was accepted.
   void note(const State& from, double h);
-  /// Returns what fixed steps passed over so far, m/s; `describe` says where most of it was.
+  /// Returns what fixed steps passed over so far, m/s; `describe` says where most of it was, for all processes.
   double missed() const { return missed_; }
-  std::string describe() const;
+  std::string describe();
 
  private:
   void look(const State& from, double h, int degree);
@@ -49,6 +49,7 @@ class DriveControl {
   void set_pieces(double h);
 
   IntegrationOptions options_;
+  Mechanics& mechanics_;
   DriveMonitor* const monitor_;  // null if no function of time acts
   int degree_ = 2;
   bool is_fixed_ = false;
@@ -59,6 +60,7 @@ class DriveControl {
   DriveReport report_;  // result of the last look
   double missed_ = 0.0, most_ = 0.0, worst_begin_ = 0.0, worst_length_ = 0.0;
   std::size_t worst_drive_ = 0;
+  bool is_here_ = true, worst_is_here_ = true;  // the function looked at last, and the worst one, is of this process
 };
 
 }  // namespace tanor::detail

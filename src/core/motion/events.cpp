@@ -52,7 +52,10 @@ std::vector<int> Events::discrete_state() const {
 }
 
 void Events::restore_discrete_state(std::span<const int> state) {
-  if (functions_ != nullptr) return functions_->restore_discrete_state(state);
+  if (functions_ != nullptr) {
+    functions_->restore_discrete_state(state);
+    return count_functions();
+  }
   if (state.empty()) return;
   throw InputError("/snapshot/discrete_state", std::to_string(state.size()) + " modes for 0 contacts that may stick");
 }
@@ -68,10 +71,19 @@ void Events::exchange_memory(Memory& memory) {
   memory.exchange(knows_start_, start_.values, start_.shapes, repeated_, series_begin_);
 }
 
-/// Evaluates all functions at a state whose accelerations were found.
+/// Evaluates all functions, of all processes, at a state whose accelerations were found.
 Outcome Events::evaluate(const Kinematics& at, const Reactions& reactions, double* values) {
-  functions_->evaluate_events(at, reactions, values);
-  functions_->shape_events(reactions, values, shapes_.data());
+  if (num_own_ < num_) {
+    std::fill_n(values, num_, 0.0);
+    std::ranges::fill(shapes_, 0.0);
+  }
+  double* const own = values + first_own_;
+  if (num_own_ > 0) {
+    functions_->evaluate_events(at, reactions, own);
+    functions_->shape_events(reactions, own, shapes_.data() + first_own_);
+  }
+  mechanics_.add({values, num_});
+  mechanics_.add(shapes_);
   for (std::size_t k = 0; k < num_; ++k) {
     if (!std::isfinite(values[k])) {
       return {Status::NotFinite, "event function " + std::to_string(k) + " is not finite at t = " + text(at.t)};
@@ -80,9 +92,17 @@ Outcome Events::evaluate(const Kinematics& at, const Reactions& reactions, doubl
   return {};
 }
 
+void Events::count_functions() {
+  num_ = num_own_ = functions_ != nullptr ? functions_->num_events() : 0;
+  if (functions_ == nullptr || mechanics_.is_alone()) return;
+  const Share share = mechanics_.share(num_own_);
+  num_ = share.all();
+  first_own_ = share.first;
+}
+
 /// Makes room for as many functions as the present equations have.
 void Events::resize() {
-  num_ = functions_ != nullptr ? functions_->num_events() : 0;
+  if (mechanics_.is_alone()) count_functions();
   for (std::vector<double>* array : {&start_.values, &start_.shapes, &shapes_, &scales_, &values_}) array->resize(num_);
   samples_.resize(std::max(samples_.size(), usual_samples));
   for (Sample& sample : samples_) {
@@ -340,12 +360,26 @@ void Events::choose_vanishing(std::span<const double> values) {
   }
 }
 
+/// Switches the equations of this process if its functions vanish. A process whose equations stay the same finds its
+/// accelerations.
+Outcome Events::switch_own(State* to) {
+  which_own_.clear();
+  for (const std::size_t k : which_)
+    if (k >= first_own_ && k < first_own_ + num_own_) which_own_.push_back(k - first_own_);
+  const Request request = options_.request(Gradients::Keep);
+  return mechanics_.solve_together(to->output(), [&] {
+    return which_own_.empty()
+               ? mechanics_.accelerations(to->at(), request.evaluated_anew(), to->output())
+               : functions_->switch_equations(to->t, to->x.data(), to->v.data(), which_own_, request, to->output());
+  });
+}
+
 /// Leaves the equations as they were if the switch fails.
 Outcome Events::switch_equations(Scheme& scheme, const State& from, State* to) {
   const double h = to->t - from.t;
   const std::vector<int> before = functions_->discrete_state();
-  Outcome found = functions_->switch_equations(to->t, to->x.data(), to->v.data(), which_,
-                                               options_.request(Gradients::Keep), to->output());
+  Outcome found = switch_own(to);
+  count_functions();
   if (found.ok()) {
     resize();
     found = evaluate(to->at(), to->reactions, start_.values.data());
@@ -359,13 +393,13 @@ Outcome Events::switch_equations(Scheme& scheme, const State& from, State* to) {
     found = {Status::NotConverged, "equations switch without end at t = " + text(to->t)};
   }
   if (!found.ok()) {
-    functions_->restore_discrete_state(before);
+    restore_discrete_state(before);
     repeated_ = 0;
     knows_start_ = false;
     return found;
   }
   scheme.forget();
-  to->work.add(1.0, functions_->work_of_switch());
+  to->work.add(1.0, mechanics_.sum(which_own_.empty() ? Power{} : functions_->work_of_switch()));
   slopes_.clear();
   ++count_;
   last_time_ = to->t;

@@ -23,7 +23,9 @@ namespace tanor::detail {
 class Events {
  public:
   Events(const IntegrationOptions& options, Mechanics& mechanics)
-      : options_(options), mechanics_(mechanics), functions_(mechanics.events()) {}
+      : options_(options), mechanics_(mechanics), functions_(mechanics.events()) {
+    count_functions();
+  }
 
   struct Meeting {
     Outcome outcome;
@@ -73,6 +75,7 @@ class Events {
   };
   enum class Root { None, AtStart, Inside, AtEnd };
 
+  void count_functions();
   void resize();
   Outcome return_to(State* state);
   AccelerationOutput output_inside() { return {inside_.a.data(), nullptr, nullptr, &inside_.reactions}; }
@@ -91,11 +94,13 @@ class Events {
   double least(std::span<const double> values) const;
   Outcome remake(Scheme& scheme, DenseOutput* dense, const State& from, State* to, StepResult* step);
   void choose_vanishing(std::span<const double> values);
+  Outcome switch_own(State* to);
 
   IntegrationOptions options_;
   Mechanics& mechanics_;
-  EventFunctions* const functions_;  // null if the equations never change
-  std::size_t num_ = 0;
+  EventFunctions* const functions_;          // null if the equations never change
+  std::size_t num_ = 0;                      // number of functions of all processes, and …
+  std::size_t num_own_ = 0, first_own_ = 0;  // … of this one, whose first is there
   bool knows_start_ = false;
   Sample start_;                 // sample at the start of the step
   std::vector<double> slopes_;   // slopes of the shapes over the previous step
@@ -108,8 +113,8 @@ class Events {
     double low = 0.0, high = 0.0;              // fractions between which the first root lies, …
     double least_low = 0.0, least_high = 0.0;  // … and the least values there, over their scales
   } bracket_;
-  std::vector<double> values_;  // scratch
-  std::vector<std::size_t> which_;
+  std::vector<double> values_;                  // scratch
+  std::vector<std::size_t> which_, which_own_;  // functions that vanish; those of this process, by its numbers
   struct {
     std::vector<double> x, v, a;
     Reactions reactions;

@@ -63,7 +63,7 @@ Outcome GeneralizedAlpha::solve_step(const State& from, double h, State* to) {
       // dw/dr = (1 - alpha_m)/((1 - alpha_f) beta h^2), dv/dr = gamma/(beta h)
       const NewtonWeights<double> weights{(1.0 - alpha_m_) / ((1.0 - alpha_f_) * beta_ * h * h), gamma_ / (beta_ * h),
                                           1.0};
-      if (Outcome found = equations_.factorize(weights); !found.ok()) return found;
+      if (Outcome found = implicit_.factorize(weights); !found.ok()) return found;
     }
     bool converged = false;
     if (Outcome found = iterate(from, h, to, &converged); !found.ok()) return found;
@@ -83,13 +83,13 @@ Outcome GeneralizedAlpha::iterate(const State& from, double h, State* to, bool* 
     }
     mechanics_.prescribe(to->t, to->x.data(), to->v.data());
     Outcome found =
-        equations_.evaluate(to->t, to->x.data(), to->v.data(), lambda_.data(), residual_.data(), rows_.data(), nullptr);
+        implicit_.evaluate(to->t, to->x.data(), to->v.data(), lambda_.data(), residual_.data(), rows_.data());
     if (!found.ok()) return found;
     // M^-1 (f + K lambda) - w_1
     for (std::size_t k = 0; k < n; ++k) {
       residual_[k] -= ((1.0 - alpha_m_) * next_own_[k] + alpha_m_ * own_[k] - alpha_f_ * from.a[k]) / (1.0 - alpha_f_);
     }
-    (void)equations_.evaluate_positions(to->t, to->x.data(), rows_.data());
+    (void)implicit_.evaluate_positions(to->t, to->x.data(), rows_.data());
     equations_.solve(residual_.data(), rows_.data());
     for (std::size_t k = 0; k < n; ++k) {
       to->x[k] += residual_[k];

@@ -14,7 +14,12 @@ namespace {
 std::unique_ptr<ImplicitEquations> make_equations(Mechanics& mechanics) {
   ImplicitFormulation* const formulation = mechanics.implicit_formulation();
   ensure(formulation != nullptr, "implicit methods step in normal form, with no friction but viscous");
-  return formulation->make_implicit_equations();
+  std::unique_ptr<ImplicitEquations> equations;
+  (void)mechanics.together([&] {
+    equations = formulation->make_implicit_equations();
+    return Outcome{};
+  });
+  return equations;
 }
 
 }  // namespace
@@ -29,9 +34,30 @@ ImplicitStep::ImplicitStep(const IntegrationOptions& options, Mechanics& given)
       rows_(equations->num_rows()) {}
 
 void ImplicitStep::linearise(double t, const double* x, const double* v, const double* lambda) {
-  equations->linearise(t, x, v, lambda);
+  (void)mechanics.together([&] {
+    equations->linearise(t, x, v, lambda);
+    return Outcome{};
+  });
   renew_ = false;
   forget_factors();
+}
+
+Outcome ImplicitStep::evaluate(double t, const double* x, const double* v, const double* lambda, double* a,
+                               double* rows, Power* power) {
+  Outcome found = mechanics.together([&] { return equations->evaluate(t, x, v, lambda, a, rows, power); });
+  if (found.ok() && power != nullptr) *power = mechanics.sum(*power);
+  return found;
+}
+
+double ImplicitStep::evaluate_positions(double t, const double* x, double* xi) {
+  double violation = 0.0;
+  (void)mechanics.together(
+      [&] {
+        violation = equations->evaluate_positions(t, x, xi);
+        return Outcome{};
+      },
+      {&violation, 1});
+  return violation;
 }
 
 bool ImplicitStep::wants_factors(const State& from, double h) {
@@ -71,7 +97,7 @@ void ImplicitStep::put_onto_positions(State* to) {
   constexpr int most_iterations = 10;
   double before = std::numeric_limits<double>::infinity();
   for (int k = 0; k < most_iterations; ++k) {
-    const double violation = equations->evaluate_positions(to->t, to->x.data(), rows_.data());
+    const double violation = evaluate_positions(to->t, to->x.data(), rows_.data());
     if (!(violation > target) || !(violation < 0.5 * before)) return;
     before = violation;
     std::fill(moves_.begin(), moves_.end(), 0.0);

@@ -9,7 +9,9 @@
 namespace tanor::detail {
 
 /// The common part of implicit schemes: the linearisation and the factor, which are kept from step to step while
-/// Newton's iteration converges, and the end of a step.
+/// Newton's iteration converges, and the end of a step. Each process has the equations of its own part, so that
+/// Newton's matrix of all has a block for each, which factorizes and solves that alone; outcomes, the largest violation
+/// and powers are those of all processes.
 class ImplicitStep {
  public:
   ImplicitStep(const IntegrationOptions& options, Mechanics& mechanics);
@@ -22,6 +24,13 @@ class ImplicitStep {
   /// served badly. It stands at a state of the present step or of an earlier one.
   bool wants_linearisation() const { return renew_; }
   void linearise(double t, const double* x, const double* v, const double* lambda);
+  Outcome evaluate(double t, const double* x, const double* v, const double* lambda, double* a, double* rows,
+                   Power* power = nullptr);
+  double evaluate_positions(double t, const double* x, double* xi);
+  template <class T>
+  Outcome factorize(const NewtonWeights<T>& weights) {
+    return mechanics.together([&] { return equations->factorize(weights); });
+  }
   /// Returns true if the matrices have to be factorized for a step of length h from there, which it remembers.
   bool wants_factors(const State& from, double h);
   void forget_factors() { factorized_for_ = 0.0; }

@@ -149,7 +149,7 @@ double Integration::longest_step() const {
   return options_.max_step > 0.0 ? options_.max_step : std::numeric_limits<double>::infinity();
 }
 
-std::string Integration::explain_missed() const {
+std::string Integration::explain_missed() {
   return drives_.missed() > small * turns_.fastest() ? drives_.describe() : "";
 }
 

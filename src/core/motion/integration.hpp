@@ -65,7 +65,7 @@ class Integration {
   double turn() const;
 
   /// Returns a warning that tells what fixed steps passed over; empty if that is little.
-  std::string explain_missed() const;
+  std::string explain_missed();
 
   /// Writes to a snapshot, or restores from it, what the next step depends on besides the state. After `restore` the
   /// owner completes the state from its points, for which the mechanics solves once; `resume` then puts back what that

@@ -95,8 +95,8 @@ Outcome Radau5::solve_stages(const State& from, double h, double t_end) {
       // s M - df/dv - df/dr/s with s = gamma/h and (alpha + i beta)/h
       const double s = radau_.gamma / h;
       const std::complex<double> z = radau_.alpha_beta / h;
-      Outcome found = equations_.factorize(NewtonWeights<double>{s, 1.0, 1.0 / s});
-      if (found.ok()) found = equations_.factorize(NewtonWeights<std::complex<double>>{z, 1.0, 1.0 / z});
+      Outcome found = implicit_.factorize(NewtonWeights<double>{s, 1.0, 1.0 / s});
+      if (found.ok()) found = implicit_.factorize(NewtonWeights<std::complex<double>>{z, 1.0, 1.0 / z});
       if (!found.ok()) {
         implicit_.renew();
         return found;
@@ -126,8 +126,8 @@ Outcome Radau5::iterate(const State& from, double h, double t_end, bool* converg
   for (;;) {
     for (std::size_t i = 0; i < 3; ++i) {
       place_stage(from, h, t_end, i);
-      Outcome found = equations_.evaluate(stage_time(from, h, t_end, i), x_[i].data(), v_[i].data(), lambda_[i].data(),
-                                          a_[i].data(), rows_[i].data(), nullptr);
+      Outcome found = implicit_.evaluate(stage_time(from, h, t_end, i), x_[i].data(), v_[i].data(), lambda_[i].data(),
+                                         a_[i].data(), rows_[i].data());
       if (!found.ok()) return found;
     }
     // The residuals M^-1 (f + K lambda) - A^-1 moved/h and the rows, transformed
@@ -238,7 +238,7 @@ double Radau5::estimate_error(const State& from, double h, const State& to) {
       v[k] = from.v[k] + e_v[k];
     }
     equations_.write_multipliers(to.reactions, x.data(), v.data(), lambda.data());
-    if (!equations_.evaluate(from.t, x.data(), v.data(), lambda.data(), e_v.data(), mu.data(), nullptr).ok()) break;
+    if (!implicit_.evaluate(from.t, x.data(), v.data(), lambda.data(), e_v.data(), mu.data()).ok()) break;
   }
   return error;
 }
@@ -248,8 +248,8 @@ Outcome Radau5::add_work(const State& from, double h, State* to) {
   for (std::size_t i = 0; i < 3; ++i) {
     place_stage(from, h, to->t, i);
     Power power;
-    Outcome found = equations_.evaluate(stage_time(from, h, to->t, i), x_[i].data(), v_[i].data(), lambda_[i].data(),
-                                        a_[i].data(), rows_[i].data(), &power);
+    Outcome found = implicit_.evaluate(stage_time(from, h, to->t, i), x_[i].data(), v_[i].data(), lambda_[i].data(),
+                                       a_[i].data(), rows_[i].data(), &power);
     if (!found.ok()) return found;
     to->work.add(h * radau_.a[2][i], power);
   }

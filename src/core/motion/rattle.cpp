@@ -89,9 +89,12 @@ Rattle::Rattle(Mechanics& mechanics, int passes)
       passes_(passes),
       has_work_(mechanics.has_work()),
       knows_acceleration_(has_work_ || mechanics.events() != nullptr),
+      depends_on_velocity_(mechanics.any(projector_.depends_on_velocity())),
+      is_constant_(mechanics.all(projector_.is_constant())),
       free_(mechanics.size()),
-      middle_(projector_.depends_on_velocity() ? mechanics.size() : 0) {
-  if (const Vec3* const uniform = projector_.uniform_acceleration()) {
+      middle_(depends_on_velocity_ ? mechanics.size() : 0) {
+  const Vec3* const uniform = projector_.uniform_acceleration();
+  if (mechanics.all(uniform != nullptr)) {
     is_uniform_ = true;
     for (std::size_t k = 0; k < uniform_.size() / 3; ++k) store(uniform_.data(), k, *uniform);
     // A motion that is saved here may go on where the accelerations are read from the array.
@@ -101,9 +104,9 @@ Rattle::Rattle(Mechanics& mechanics, int passes)
 
 /// Writes M^-1 f into `free_`, unless all points have the same, or it is constant and stands there already.
 Outcome Rattle::find_free(const Kinematics& at, const Request& request) {
-  if (is_uniform_ || (has_constant_ && projector_.is_constant())) return {};
-  Outcome outcome = projector_.free_accelerations(at, request, free_.data());
-  has_constant_ = outcome.ok() && projector_.is_constant();
+  if (is_uniform_ || (has_constant_ && is_constant_)) return {};
+  Outcome outcome = mechanics_.together([&] { return projector_.free_accelerations(at, request, free_.data()); });
+  has_constant_ = outcome.ok() && is_constant_;
   return outcome;
 }
 
@@ -116,33 +119,34 @@ StepResult Rattle::step(const State& from, double h, State* to) {
   // M^-1 f at the beginning, which is known from the last step if forces do not depend on v. Fixed steps have no
   // tolerance that would ask for exact accelerations.
   const Request request = IntegrationOptions().request(Gradients::Keep);
-  const bool depends_on_velocity = projector_.depends_on_velocity();
-  if (!knows_free_ || free_time_ != from.t || depends_on_velocity) {
+  if (!knows_free_ || free_time_ != from.t || depends_on_velocity_) {
     if (Outcome found = find_free(from.at(), request); !found.ok()) return fail(std::move(found));
   }
   knows_free_ = false;
 
   // v1/2 = v + h/2 M^-1 f and r1 = r0 + h v1/2, then both along M^-1 K(r0) until xi(r1, t1) = 0
-  std::vector<double>& middle = depends_on_velocity ? middle_ : to->v;
+  std::vector<double>& middle = depends_on_velocity_ ? middle_ : to->v;
   const std::size_t num_moving = projector_.num_moving();
   const FreeAccelerations free{is_uniform_ ? nullptr : free_.data(), uniform_.data(), num_moving};
   const FreeMove move(from, h, free, num_moving, middle.data(), to->x.data());
   move.move_supports();
   to->work = from.work;
   mechanics_.prescribe(t, to->x.data(), to->v.data());
-  ProjectionReport positions = projector_.project_step(t, h, move, to->x.data(), middle.data());
+  ProjectionReport positions =
+      mechanics_.project_together([&] { return projector_.project_step(t, h, move, to->x.data(), middle.data()); });
   if (!positions.outcome.ok()) return fail(std::move(positions.outcome));
   result.position_violation = positions.violation;
   if (Outcome found = mechanics_.linearise(t, to->x.data()); !found.ok()) return fail(std::move(found));
 
   // v1 = v1/2 + h/2 M^-1 f1, projected onto K(r1)'v1 + xi_t = 0; repeated with the better v1 if f1 depends on v1
   const std::vector<double>* guess = &middle;
-  for (int pass = 0; pass < (depends_on_velocity ? passes_ : 1); ++pass) {
+  for (int pass = 0; pass < (depends_on_velocity_ ? passes_ : 1); ++pass) {
     if (Outcome found = find_free({t, to->x.data(), guess->data()}, request); !found.ok())
       return fail(std::move(found));
     kick(parallel, h, free, middle, &to->v);
     mechanics_.prescribe(t, to->x.data(), to->v.data());
-    ProjectionReport velocities = projector_.project_step_velocities(t, h, to->x.data(), to->v.data());
+    ProjectionReport velocities = mechanics_.project_together(
+        [&] { return projector_.project_step_velocities(t, h, to->x.data(), to->v.data()); });
     if (!velocities.outcome.ok()) return fail(std::move(velocities.outcome));
     result.velocity_violation = velocities.violation;
     guess = &to->v;

@@ -38,7 +38,7 @@ class Rattle final : public Scheme {
   Mechanics& mechanics_;
   StepProjector& projector_;
   int passes_;
-  const bool has_work_, knows_acceleration_;
+  const bool has_work_, knows_acceleration_, depends_on_velocity_, is_constant_;
   std::vector<double> free_;                // M^-1 f at the last configuration
   std::vector<double> middle_;              // v1/2 if forces depend on v; otherwise v1/2 stands where v1 will
   std::array<double, tile + 3> uniform_{};  // M^-1 f if it is the same for all points, x y z x y z …

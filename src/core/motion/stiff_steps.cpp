@@ -12,7 +12,7 @@ StiffSteps::StiffSteps(const IntegrationOptions& options, Mechanics& mechanics, 
       mechanics_(mechanics),
       explicit_method_(explicit_method),
       may_look_(options.method == Method::Auto && mechanics.implicit_formulation() != nullptr &&
-                mechanics.implicit_formulation()->matrix_knows_all_forces() &&
+                mechanics.all(mechanics.implicit_formulation()->matrix_knows_all_forces()) &&
                 (explicit_method == Method::Taylor || explicit_method == Method::Dop853)) {}
 
 bool StiffSteps::is_due(double h, double left) const {

@@ -1,6 +1,7 @@
 #include "motion/taylor.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -19,16 +20,19 @@ namespace {
 
 constexpr int least_order = 6, most_order = 24;
 
-/// Returns the order for a series of n numbers. The best order grows with the logarithm of the tolerance (Jorba & Zou
-/// 2005), by 0.7 while the series stays in the caches (bench/rivals, chains and nets). In larger systems more terms pay
-/// if each costs little beside the step's factor and projections, more still if few islands need the last ones, and
-/// fewer if every term runs through all memory (bench/taylor_order.py).
-int choose_order(double tolerance, double n, const SeriesExpansion& series) {
+/// Returns the order for a series of n numbers, of all processes. The best order grows with the logarithm of the
+/// tolerance (Jorba & Zou 2005), by 0.7 while the series stays in the caches (bench/rivals, chains and nets). In larger
+/// systems more terms pay if each costs little beside the step's factor and projections, more still if few islands need
+/// the last ones, and fewer if every term runs through all memory (bench/taylor_order.py).
+int choose_order(double tolerance, Mechanics& mechanics, const SeriesExpansion& series) {
   constexpr double large = 50000.0;
-  const double order = n < large                   ? 4.0 - 0.7 * std::log(tolerance)
-                       : series.leaves_out_terms() ? 11.0 - 0.7 * std::log(tolerance)
-                       : series.has_cheap_terms()  ? 8.0 - 0.6 * std::log(tolerance)
-                                                   : 3.0 - 0.5 * std::log(tolerance);
+  const double n = mechanics.sum(static_cast<double>(mechanics.size()));
+  const bool has_cheap_terms = mechanics.all(series.has_cheap_terms());
+  const bool leaves_out_terms = mechanics.any(series.leaves_out_terms()) && has_cheap_terms;
+  const double order = n < large          ? 4.0 - 0.7 * std::log(tolerance)
+                       : leaves_out_terms ? 11.0 - 0.7 * std::log(tolerance)
+                       : has_cheap_terms  ? 8.0 - 0.6 * std::log(tolerance)
+                                          : 3.0 - 0.5 * std::log(tolerance);
   return std::clamp(static_cast<int>(std::lround(order)), least_order, most_order);
 }
 
@@ -158,9 +162,7 @@ Taylor::Taylor(const IntegrationOptions& options, Mechanics& mechanics)
     : options_(options),
       mechanics_(mechanics),
       series_(series_of(mechanics)),
-      order_(options.order > 0
-                 ? options.order
-                 : choose_order(options.rtol, mechanics.sum(static_cast<double>(mechanics.size())), series_)) {
+      order_(options.order > 0 ? options.order : choose_order(options.rtol, mechanics, series_)) {
   const std::size_t n = mechanics.size();
   expansion_.log_of_limits.resize(static_cast<std::size_t>(order_) + 1);
   coefficients_.assign(static_cast<std::size_t>(order_) + 1, std::vector<double>(n));
@@ -200,7 +202,19 @@ void Taylor::expand_for(double h, const State& from) {
   const double* const a = knows_acceleration ? from.a.data() : pointers_[2];
   const Reactions& reactions = knows_acceleration ? from.reactions : found_;
   const SeriesDemand wanted{h, options_.atol, options_.rtol};
-  if (found.ok()) found = series_.expand(from.at(), a, reactions, wanted, pointers_, &expansion_.extent);
+  SeriesExtent& extent = expansion_.extent;
+  if (found.ok()) {
+    std::array<double, 2> earliest{};
+    found = mechanics_.together(
+        [&] {
+          Outcome own = series_.expand(from.at(), a, reactions, wanted, pointers_, &extent);
+          earliest = {-extent.smooth_until, -extent.longest};
+          return own;
+        },
+        earliest);
+    extent.smooth_until = -earliest[0];
+    extent.longest = -earliest[1];
+  }
   expansion_.exists = found.ok();
   expansion_.is_known = true;
   rejected_ = {};
@@ -209,8 +223,8 @@ void Taylor::expand_for(double h, const State& from) {
   if (!expansion_.exists) return;
   std::fill(expansion_.log_of_limits.begin(), expansion_.log_of_limits.end(), std::numeric_limits<double>::quiet_NaN());
   choose_terms(from);
-  expansion_.reach = std::min(expansion_.longest, expansion_.extent.longest);
-  expansion_.longest = std::min(expansion_.reach, expansion_.extent.smooth_until - from.t);
+  expansion_.reach = std::min(expansion_.longest, extent.longest);
+  expansion_.longest = std::min(expansion_.reach, extent.smooth_until - from.t);
 }
 
 /// Chooses all terms, unless rounding dominates the last ones. Near a singular configuration the terms of other motions
@@ -289,8 +303,12 @@ Power Taylor::integrate_power(const State& from, double h) {
     const double t = from.t + nodes_[i] * h;
     evaluate(nodes_[i] * h, inside_.x.data(), inside_.v.data(), nullptr);
     mechanics_.prescribe(t, inside_.x.data(), inside_.v.data());
-    const Power power = series_.power_along({t, inside_.x.data(), inside_.v.data()}, terms_);
-    sum.add(h * weights_[i], power);
+    Power power;
+    (void)mechanics_.together([&] {
+      power = series_.power_along({t, inside_.x.data(), inside_.v.data()}, terms_);
+      return Outcome{};
+    });
+    sum.add(h * weights_[i], mechanics_.sum(power));
   }
   return sum;
 }

@@ -35,7 +35,7 @@ struct Dynamics::Implementation {
   Forms forms;
   Workspace& work = forms.work;
   const Model& model = forms.model;
-  OwnEquations& form = *forms.main;
+  EquationsOfMotion& form = *forms.main;
   CornerFunctions* const corners = form.corners();
   const Form form_wanted;
   SolvedInstant now;          // the state solved last, as the form answered

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "base/text.hpp"
+#include "dynamics/decisions.hpp"
 #include "dynamics/viscous_friction.hpp"
-#include "ranks/agreement.hpp"
 #include "simulation/stiffness.hpp"
 #include "system/enum_check.hpp"
 #include "system/members.hpp"
@@ -98,11 +98,9 @@ ChosenMethod choose(const MotionOptions& options, bool in_coordinates, bool may_
 
 }  // namespace
 
-ChosenMethod detail::choose_method(const MotionOptions& options, const Part& part, const System& system,
-                                   Mechanics& mechanics, bool in_coordinates) {
-  const auto measure = [&] {
-    return part.is_whole() ? measure_stiffness(system) : measure_stiffness(system, *part.ranks);
-  };
+ChosenMethod detail::choose_method(const MotionOptions& options, const System& system, Mechanics& mechanics,
+                                   bool in_coordinates) {
+  const auto measure = [&] { return measure_stiffness(system, mechanics); };
   return choose(options, in_coordinates, mechanics.implicit_formulation() != nullptr, measure, [&] {
     std::string why_not;
     (void)mechanics.series(&why_not);
@@ -163,20 +161,16 @@ void check_reach(const Part& part, Method method) {
 SolverOptions detail::check_together(const Part& part, const System& system, const MotionOptions& motion,
                                      const SolverOptions& solver, double t_start) {
   SolverOptions resolved;
-  bool has_equations = num_equations(system) > 0;
-  if (!part.is_whole()) has_equations = Agreement(*part.ranks).any(has_equations);
-  const auto check = [&]() -> Outcome {
+  Decisions all(part);
+  const bool has_equations = all.any(num_equations(system) > 0);
+  (void)all.together([&] {
     check_options(motion);
     check_start_time(t_start);
     validate(system, t_start);
     check_reach(part, motion.method);
     resolved = resolve(solver, system, has_equations, motion.method);
-    return {};
-  };
-  if (part.is_whole())
-    (void)check();
-  else
-    (void)Agreement(*part.ranks).together(check);
+    return Outcome{};
+  });
   return resolved;
 }
 

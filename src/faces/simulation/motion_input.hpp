@@ -21,7 +21,7 @@ SolverOptions check_together(const Part& part, const System& system, const Motio
 void check_snapshot(const Snapshot& snapshot, std::size_t size);
 
 /// Chooses a method, the same on all ranks.
-ChosenMethod choose_method(const MotionOptions& options, const Part& part, const System& system, Mechanics& mechanics,
+ChosenMethod choose_method(const MotionOptions& options, const System& system, Mechanics& mechanics,
                            bool in_coordinates);
 
 }  // namespace tanor::detail

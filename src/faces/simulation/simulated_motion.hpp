@@ -18,7 +18,6 @@
 #include "dynamics/prestress_rigidity.hpp"
 #include "motion/integration.hpp"
 #include "ranks/cut_team.hpp"
-#include "ranks/shared_mechanics.hpp"
 #include "simulation/motion_input.hpp"
 #include "simulation/motion_measures.hpp"
 #include "simulation/saved_state.hpp"
@@ -37,10 +36,9 @@ struct SimulatedMotion {
   SolverOptions solver_options;
   double t_begin;  // s, where the motion began
   Forms forms;
-  std::unique_ptr<SharedMechanics> shared;  // null if the whole system is on this rank
   Workspace& work = forms.work;
   const Model& model = forms.model;
-  EquationsOfMotion& form = shared != nullptr ? static_cast<EquationsOfMotion&>(*shared) : *forms.main;
+  EquationsOfMotion& form = *forms.main;
   Outcome outcome;
   MotionReport report;
   ChosenMethod chosen;
@@ -72,9 +70,8 @@ struct SimulatedMotion {
         options(motion),
         solver_options(check_together(part, system, motion, solver, t_start)),
         t_begin(t_start),
-        forms(std::move(system), solver_options, t_start, team_of(part), agreement_of(part).get()),
-        shared(part.is_whole() ? nullptr : std::make_unique<SharedMechanics>(*forms.main, *part.ranks)),
-        chosen(choose_method(motion, part, model.system, form, forms.is_tangent())),
+        forms(std::move(system), solver_options, t_start, team_of(part), part.is_whole() ? nullptr : part.ranks),
+        chosen(choose_method(motion, model.system, form, forms.is_tangent())),
         integration(chosen.method, {options, wants_exact_accelerations()}, form, &report) {
     note_method();
     if (!integration.scheme().is_adaptive() && !(options.step > 0.0)) {
@@ -91,8 +88,7 @@ struct SimulatedMotion {
     model.numbering.gather_points(model.system.positions, points.r);
     model.numbering.gather_points(model.system.velocities, points.v);
     report.time = t_start;
-    const auto start = [&] { return forms.start(t_start, points.r.data(), points.v.data(), options.start); };
-    report.start = shared != nullptr ? shared->conclude_start(start) : start();
+    report.start = forms.start(t_start, points.r.data(), points.v.data(), options.start);
     outcome = report.start.outcome;
     if (outcome.ok()) outcome = complete_state(nullptr);
     integration.begin();
@@ -111,9 +107,6 @@ struct SimulatedMotion {
     return !has_fixed_steps(chosen.method) && options.rtol < demanding && !has_friction();
   }
 
-  static std::unique_ptr<Team> agreement_of(const Part& part) {
-    return part.is_whole() ? nullptr : std::make_unique<Agreement>(*part.ranks);
-  }
   /// Equations that reach from rank to rank need a team. Whole islands do without.
   static Workspace::MakeTeam team_of(const Part& part) {
     if (part.is_whole() || !part.is_cut()) return {};
@@ -218,7 +211,7 @@ struct SimulatedMotion {
       found = integration.return_to_constraints();
     } else {
       // A start in points leaves the equations linearised there, unless coordinates are compared with constraints.
-      const bool is_linearised = begins && shared == nullptr && forms.tangent == nullptr;
+      const bool is_linearised = begins && part.is_whole() && forms.tangent == nullptr;
       if (found.ok() && !is_linearised) found = form.linearise(state.t, state.x.data());
       if (found.ok()) found = form.accelerations(state.at(), integration.request(Gradients::Keep), state.output());
     }

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "base/vec3.hpp"
-#include "ranks/agreement.hpp"
 
 namespace tanor::detail {
 
@@ -76,14 +75,15 @@ Stiffness measure_stiffness(const System& system) {
   return result;
 }
 
-Stiffness measure_stiffness(const System& own, Ranks& ranks) {
+Stiffness measure_stiffness(const System& own, Decisions& all) {
   Stiffness result = measure_stiffness(own);
+  if (all.is_alone()) return result;
   std::array<double, 5> numbers{result.rate, -result.shortest, result.fall, result.speed, result.has_pairs ? 1.0 : 0.0};
-  ranks.find_largest(numbers);
+  all.take_largest(numbers);
   const bool has_stiffest = result.rate > 0.0 && result.rate == numbers[0];
   // The number of a spring in a part is not that in the whole system.
   const std::string force = has_stiffest ? result.spring.substr(0, result.spring.rfind('[')) : "";
-  return {numbers[0], Agreement(ranks).first_text(force), -numbers[1], numbers[2], numbers[3], numbers[4] > 0.0};
+  return {numbers[0], all.first_text(force), -numbers[1], numbers[2], numbers[3], numbers[4] > 0.0};
 }
 
 }  // namespace tanor::detail

@@ -5,8 +5,9 @@
 #include <limits>
 #include <string>
 
-#include <tanor/ranks.hpp>
 #include <tanor/system.hpp>
+
+#include "dynamics/decisions.hpp"
 
 namespace tanor::detail {
 
@@ -25,7 +26,7 @@ struct Stiffness {
 };
 
 Stiffness measure_stiffness(const System& system);
-/// Returns that of all ranks' parts together. Collective.
-Stiffness measure_stiffness(const System& own, Ranks& ranks);
+/// Returns that of all processes' parts together. Collective.
+Stiffness measure_stiffness(const System& own, Decisions& all);
 
 }  // namespace tanor::detail

@@ -109,7 +109,8 @@ void Verifier::verify_identity(const std::string& symbols, double allowed) {
 }
 
 void Verifier::verify_both() {
-  const double rcond = std::min(forms_.tangent->reciprocal_condition(), forms_.normal->reciprocal_condition());
+  const double rcond =
+      std::min(forms_.tangent->reciprocal_condition_here(), forms_.normal->reciprocal_condition_here());
   const double allowed = conditioned(rcond) + rounding_of_places();
   if (something_sticks_) {
     result_.left_out.push_back("sum of the two projections: S holds contacts that stick, the coordinates do not");

@@ -6,7 +6,6 @@
 #include <numeric>
 
 #include "base/text.hpp"
-#include "ranks/share.hpp"
 
 namespace tanor::detail {
 
@@ -14,7 +13,6 @@ CutRank::CutRank(Workspace& work, const Part& part)
     : Dependences(work),
       work_(work),
       model_(work.model()),
-      ranks_(*part.ranks),
       row_number_(model_.numbering.first_idle_row()),
       is_counted_(row_number_.size(), 1) {
   std::vector<const Part::SharedRow*> shared_of(model_.num_rows(), nullptr);  // [equation]
@@ -22,8 +20,8 @@ CutRank::CutRank(Workspace& work, const Part& part)
   const auto shared_at = [&](std::size_t row) {
     return shared_of[static_cast<std::size_t>(model_.numbering.user_row[row])];
   };
-  const Share rows(ranks_, row_number_.size() - part.shared_rows.size());
-  const Share points(ranks_, model_.num_moving());
+  const Share rows = work.team().share(row_number_.size() - part.shared_rows.size());
+  const Share points = work.team().share(model_.num_moving());
   first_point_ = points.first;
   num_all_points_ = points.all();
   num_all_rows_ = rows.all() + part.num_shared_rows;
@@ -47,10 +45,10 @@ SparseColumns CutRank::gather_columns(const double* blocks, Scaling scaling) {
     own.insert(own.end(),
                {static_cast<double>(row_number_[row]), static_cast<double>(first_point_ + point), g.x, g.y, g.z});
   }
-  const Share place(ranks_, own.size());
+  const Share place = work_.team().share(own.size());
   std::vector<double> all(place.all(), 0.0);
   std::ranges::copy(own, all.begin() + static_cast<std::ptrdiff_t>(place.first));
-  ranks_.sum(all);
+  work_.team().add(all);
   std::vector<std::size_t> order(place.all() / width);
   std::iota(order.begin(), order.end(), 0);
   const auto key = [&](std::size_t entry) { return std::array{all[width * entry], all[width * entry + 1]}; };
@@ -126,7 +124,7 @@ void CutRank::minimize_norm(double* lambda) const {
   std::vector<double> all(num_all_rows_, 0.0);
   for (std::size_t a = 0; a < row_number_.size(); ++a)
     if (is_counted_[a] != 0) all[row_number_[a]] = lambda[a];
-  ranks_.sum(all);
+  work_.team().add(all);
   solver_->minimize_norm(all.data());
   for (std::size_t a = 0; a < row_number_.size(); ++a) lambda[a] = all[row_number_[a]];
 }

@@ -39,7 +39,6 @@ class CutRank final : public Dependences {
 
   Workspace& work_;
   const Model& model_;
-  Ranks& ranks_;
   // Numbers among all ranks: own rows and points of one rank come after those of another, shared rows last.
   std::vector<std::size_t> row_number_;  // [inner row of an island]
   std::vector<char> is_counted_;         // likewise; 1 if this rank counts it

@@ -7,21 +7,50 @@
 
 namespace tanor::detail {
 
+namespace {
+
+void number(std::vector<Index>* points, const Numbering& numbering) {
+  for (Index& point : *points) point = numbering.inner_point[static_cast<std::size_t>(point)];
+}
+
+std::vector<PointExchange::Link> number_links(const Part& part, const Numbering& numbering) {
+  std::vector<PointExchange::Link> links;
+  for (const Part::Link& given : part.links) {
+    PointExchange::Link& link = links.emplace_back(PointExchange::Link{given.rank, given.sent, given.received});
+    number(&link.sent, numbering);
+    number(&link.received, numbering);
+  }
+  return links;
+}
+
+}  // namespace
+
 CutTeam::CutTeam(Workspace& work, const Part& part)
-    : Agreement(*part.ranks),
+    : Team(part.ranks),
       part_(part),
       work_(work),
-      guests_(part, work.model().numbering),
+      guests_(part.guests),
+      exchange_(*part.ranks, number_links(part, work.model().numbering)),
       energies_(work, part),
       neighbourhoods_(work, part) {
+  number(&guests_, work.model().numbering);
   for (const Part::SharedRow& shared : part.shared_rows) work.rank -= shared.is_counted ? 0 : 1;
   for (const Part::SharedPairs& pairs : part.shared_pairs)
     work.forces.add_pairs_beyond(std::make_unique<HaloPairs>(work.model(), pairs, *part.ranks));
 }
 
+void CutTeam::fetch_guests(double* points) {
+  exchange_.fetch([&](Index i) { return load(points, i); },
+                  [&](Index i, const Vec3& vector) { store(points, i, vector); });
+}
+
+void CutTeam::add_to_guests(const double* x, double* y) const {
+  for (const Index guest : guests_) add_to(y, guest, load(x, guest));
+}
+
 const double* CutTeam::without_guests(const double* points, std::vector<double>* copy) const {
   if (points != copy->data()) copy->assign(points, points + 3 * work_.model().num_points());
-  guests_.clear(copy->data());
+  for (const Index guest : guests_) store(copy->data(), guest, Vec3{});
   return copy->data();
 }
 
@@ -39,7 +68,7 @@ Outcome CutTeam::check_start(EquationsOfMotion& form, const Kinematics& at) {
   if (!rank_->is_found()) return {};
   std::vector<double> u(at.v, at.v + form.size()), w(form.size());
   for (std::size_t k = 0; k < 3 * work_.model().num_moving(); ++k) u[k] += work_.velocity_scale * irregular(k);
-  guests_.fetch(u.data());
+  fetch_guests(u.data());
   if (ProjectionReport report = form.project_velocities(at.t, at.x, u.data()); !report.outcome.ok())
     return report.outcome;
   Request request;

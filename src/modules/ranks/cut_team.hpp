@@ -7,10 +7,9 @@
 #include <tanor/ranks.hpp>
 
 #include "dynamics/workspace.hpp"
-#include "ranks/agreement.hpp"
 #include "ranks/cut_energies.hpp"
 #include "ranks/cut_factor.hpp"
-#include "ranks/guests.hpp"
+#include "ranks/point_exchange.hpp"
 #include "ranks/shared_neighbourhoods.hpp"
 
 namespace tanor::detail {
@@ -19,16 +18,15 @@ namespace tanor::detail {
 ///
 /// Guests are supports on a rank that does not own them. Their positions and velocities are fetched after a projection
 /// has moved them, their accelerations after these were found. In between a step does the same arithmetic to both.
-class CutTeam final : public Agreement {
+class CutTeam final : public Team {
  public:
   /// `work` is being made; both arguments outlive it. Collective.
   CutTeam(Workspace& work, const Part& part);
 
-  bool is_alone() const override { return false; }
   void find_largest(std::span<double> numbers) override { neighbourhoods_.find_largest(numbers); }
 
-  void fetch_guests(double* points) override { guests_.fetch(points); }
-  void add_to_guests(const double* x, double* y) const override { guests_.add(x, y); }
+  void fetch_guests(double* points) override;
+  void add_to_guests(const double* x, double* y) const override;
   const double* without_guests(const double* points, std::vector<double>* copy) const override;
 
   std::span<const std::size_t> rows_elsewhere() const override { return energies_.rows_elsewhere(); }
@@ -43,7 +41,8 @@ class CutTeam final : public Agreement {
  private:
   const Part& part_;
   Workspace& work_;
-  Guests guests_;
+  std::vector<Index> guests_;  // inner
+  PointExchange exchange_;     // with the owners of guests, by inner numbers
   CutEnergies energies_;
   SharedNeighbourhoods neighbourhoods_;
   const CutRank* rank_ = nullptr;  // of the factor that was made last

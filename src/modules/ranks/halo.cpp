@@ -16,7 +16,7 @@ Halo::Halo(Ranks& ranks, const PeriodicBox& box, double cutoff, std::span<const 
       box_(box),
       cutoff_(cutoff),
       own_numbers_(numbers.begin(), numbers.end()),
-      share_(ranks, numbers.size()),
+      share_(Decisions(&ranks).share(numbers.size())),
       start_(numbers.size() + 1, 0) {}
 
 double Halo::largest_move(std::span<const Vec3> own) const {
@@ -50,16 +50,14 @@ void Halo::make(std::span<const Vec3> own, double skin) {
   numbers_.clear();
   near_.clear();
   std::vector<Index> in_halo(others.size(), -1);
-  std::map<int, std::pair<Link, std::set<Index>>> links;
+  std::map<int, std::pair<std::vector<Index>, std::set<Index>>> links;  // [rank] points received, and those sent
   lists.for_each_point(one_thread, [&](std::size_t i, std::span<const Index> neighbours) {
     if (i < own.size() || neighbours.empty()) return;
     const std::size_t other = others[i - own.size()];
     const auto rank = static_cast<int>(std::ranges::upper_bound(share_.start, other) - share_.start.begin()) - 1;
-    auto& [link, sent] = links[rank];
-    if (link.count++ == 0) link.first = numbers_.size();
-    link.rank = rank;
+    auto& [received, sent] = links[rank];
     sent.insert(neighbours.begin(), neighbours.end());
-    in_halo[i - own.size()] = static_cast<Index>(numbers_.size());
+    received.push_back(in_halo[i - own.size()] = static_cast<Index>(numbers_.size()));
     numbers_.push_back(static_cast<Index>(all[4 * other + 3]));
   });
   lists.for_each_point(one_thread, [&](std::size_t i, std::span<const Index> neighbours) {
@@ -68,34 +66,18 @@ void Halo::make(std::span<const Vec3> own, double skin) {
       if (static_cast<std::size_t>(j) >= own.size()) near_.push_back(in_halo[static_cast<std::size_t>(j) - own.size()]);
     start_[i + 1] = near_.size();
   });
-  std::vector<Link> found;
-  for (auto& [rank, link] : links) {
-    link.first.sent_points.assign(link.second.begin(), link.second.end());
-    found.push_back(std::move(link.first));
-  }
-  connect(std::move(found));
-}
-
-/// Connects to other ranks. Their lists name the same points in the same order, since distances are the same from both
-/// sides, bit by bit.
-void Halo::connect(std::vector<Link> links) {
-  links_ = std::move(links);
-  messages_.clear();
-  for (Link& link : links_) {
-    link.sent.resize(3 * link.sent_points.size());
-    link.received.resize(3 * link.count);
-    messages_.push_back({link.rank, link.sent, link.received});
-  }
+  // The lists of two ranks name the same points in the same order, since distances are the same from both sides, bit by
+  // bit.
+  std::vector<PointExchange::Link> found;
+  for (auto& [rank, link] : links)
+    found.push_back({rank, {link.second.begin(), link.second.end()}, std::move(link.first)});
+  exchange_.emplace(ranks_, std::move(found));
 }
 
 void Halo::fetch(std::span<const Vec3> own, std::vector<Vec3>* places) {
-  for (Link& link : links_)
-    for (std::size_t k = 0; k < link.sent_points.size(); ++k)
-      store(link.sent.data(), k, own[static_cast<std::size_t>(link.sent_points[k])]);
-  ranks_.exchange(messages_);
   places->resize(size());
-  for (const Link& link : links_)
-    for (std::size_t k = 0; k < link.count; ++k) (*places)[link.first + k] = load(link.received.data(), k);
+  exchange_->fetch([&](Index i) { return own[static_cast<std::size_t>(i)]; },
+                   [&](Index i, const Vec3& place) { (*places)[static_cast<std::size_t>(i)] = place; });
 }
 
 }  // namespace tanor::detail

@@ -1,14 +1,16 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include <tanor/ranks.hpp>
 
 #include "base/vec3.hpp"
+#include "dynamics/decisions.hpp"
 #include "evaluate/periodic_box.hpp"
-#include "ranks/share.hpp"
+#include "ranks/point_exchange.hpp"
 
 namespace tanor::detail {
 
@@ -40,14 +42,6 @@ class Halo {
   void fetch(std::span<const Vec3> own, std::vector<Vec3>* places);
 
  private:
-  struct Link {
-    int rank;
-    std::vector<Index> sent_points;    // own points
-    std::size_t first = 0, count = 0;  // range in the halo
-    std::vector<double> sent, received;
-  };
-  void connect(std::vector<Link> links);
-
   Ranks& ranks_;
   PeriodicBox box_;
   double cutoff_;
@@ -59,8 +53,7 @@ class Halo {
   std::vector<Index> numbers_;
   std::vector<std::size_t> start_;  // [own point + 1] in near_
   std::vector<Index> near_;
-  std::vector<Link> links_;
-  std::vector<Ranks::Message> messages_;
+  std::optional<PointExchange> exchange_;
 };
 
 }  // namespace tanor::detail

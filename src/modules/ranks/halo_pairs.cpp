@@ -19,7 +19,7 @@ double skin_of(const PairPotential& potential) {
 
 HaloPairs::HaloPairs(const Model& model, const Part::SharedPairs& pairs, Ranks& ranks)
     : model_(model),
-      agreement_(ranks),
+      ranks_(&ranks),
       law_(pairs.law),
       potential_(pairs.law),
       box_(pairs.law.box),
@@ -72,7 +72,7 @@ void HaloPairs::follow(const double* r) {
     all[0] = halo_.largest_move(places_);
   else
     for (const Vec3& place : places_) all[0] = larger(all[0], dot(place, place));
-  (void)agreement_.agree({}, all);
+  ranks_.take_largest(all);
   if (is_known_ && all[1] == 0.0) return;
   is_known_ = std::isfinite(all[0]);
   if (!is_known_) {
@@ -254,7 +254,7 @@ std::array<double, 2> HaloPairs::measure_reach(const PointPath& path) {
 bool HaloPairs::are_too_many(std::span<const Vec3> own, double radius) {
   PointRoom room;
   for (const Vec3& r : own) room.add(r);
-  (void)agreement_.agree({}, room.ends());
+  ranks_.take_largest(room.ends());
   return room.is_crowded(halo_.num_all(), radius);
 }
 
@@ -262,7 +262,7 @@ double HaloPairs::find_unseen(const PointPath& path, std::span<const double> mas
   std::array<double, 3> all{};
   const std::array<double, 2> own = measure_reach(path);
   all = {own[0], own[1], static_cast<double>(path.num_pieces())};
-  (void)agreement_.agree({}, all);
+  ranks_.take_largest(all);
   if (!std::isfinite(all[0])) return 1.0;  // the forces report this
   const double needed = 2.2 * all[1];
   if (2.0 * all[0] > halo_.skin()) {

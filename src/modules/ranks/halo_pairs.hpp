@@ -7,11 +7,11 @@
 
 #include <tanor/ranks.hpp>
 
+#include "dynamics/decisions.hpp"
 #include "dynamics/model.hpp"
 #include "evaluate/pair_field.hpp"
 #include "evaluate/pair_potential.hpp"
 #include "evaluate/pairs_beyond.hpp"
-#include "ranks/agreement.hpp"
 #include "ranks/halo.hpp"
 
 namespace tanor::detail {
@@ -42,7 +42,7 @@ class HaloPairs final : public PairsBeyond {
   bool are_too_many(std::span<const Vec3> own, double radius);
 
   const Model& model_;
-  Agreement agreement_;
+  Decisions ranks_;
   PairForces law_;
   PairPotential potential_;
   PeriodicBox box_;

@@ -5,18 +5,17 @@
 #include <tanor/ranks.hpp>
 
 #include "base/text.hpp"
-#include "ranks/agreement.hpp"
-#include "ranks/share.hpp"
+#include "dynamics/decisions.hpp"
 
 namespace tanor {
 using namespace detail;
 
 RankSystem join_parts(System own, Ranks& ranks) {
-  Agreement agreement(ranks);
-  const bool has_coordinates = agreement.any(!own.coordinates.empty());
-  if (has_coordinates && !agreement.all(!own.coordinates.empty()))
+  Decisions all(&ranks);
+  const bool has_coordinates = all.any(!own.coordinates.empty());
+  if (has_coordinates && !all.all(!own.coordinates.empty()))
     throw InputError("/coordinates", "are given on some ranks alone; every point that moves is covered, or none is");
-  const Share points(ranks, own.num_points()), equations(ranks, num_equations(own));
+  const Share points = all.share(own.num_points()), equations = all.share(num_equations(own));
   constexpr auto most = static_cast<std::size_t>(std::numeric_limits<Index>::max());
   if (points.all() > most)
     throw InputError("", text(points.all()) + " points on all ranks together; their numbers end at " + text(most));

@@ -38,15 +38,16 @@ void select(const std::vector<std::size_t>& members, std::size_t count, Paramete
   select(members, count, &parameter->functions);
 }
 
-/// Keeps the numbers of chosen tuples, `width` for each.
-void select_rows(const std::vector<std::size_t>& tuples, std::size_t width, std::vector<double>* numbers) {
-  if (numbers->empty()) return;
-  std::vector<double> chosen;
-  for (const std::size_t k : tuples) {
-    const auto first = numbers->begin() + static_cast<std::ptrdiff_t>(k * width);
-    chosen.insert(chosen.end(), first, first + static_cast<std::ptrdiff_t>(width));
+/// Returns the numbers of chosen things, `width` for each; none if there are no numbers.
+template <class Number>
+std::vector<double> rows_of(const std::vector<double>& numbers, const std::vector<Number>& chosen, std::size_t width) {
+  std::vector<double> rows;
+  if (numbers.empty()) return rows;
+  for (const Number k : chosen) {
+    const auto first = numbers.begin() + static_cast<std::ptrdiff_t>(width * static_cast<std::size_t>(k));
+    rows.insert(rows.end(), first, first + static_cast<std::ptrdiff_t>(width));
   }
-  *numbers = std::move(chosen);
+  return rows;
 }
 
 /// Returns a group with some of its members and all that belongs to these.
@@ -67,7 +68,7 @@ Group with_members(const Group& group, const std::vector<std::size_t>& members) 
   }
   if constexpr (std::is_same_v<Group, UserCoordinates>) {
     for (std::vector<double>* const numbers : {&result.q, &result.q_dot})
-      select_rows(members, static_cast<std::size_t>(group.kernel.num_coordinates), numbers);
+      *numbers = rows_of(*numbers, members, static_cast<std::size_t>(group.kernel.num_coordinates));
   }
   return result;
 }
@@ -429,15 +430,9 @@ class PartTaker {
   void take_points() {
     System& own = result_.system;
     own.name = whole_.name;
-    const auto take = [&](const std::vector<double>& from, std::size_t width, std::vector<double>* to) {
-      for (const Index point : result_.points) {
-        const auto first = from.begin() + static_cast<std::ptrdiff_t>(width * static_cast<std::size_t>(point));
-        to->insert(to->end(), first, first + static_cast<std::ptrdiff_t>(width));
-      }
-    };
-    take(whole_.positions, 3, &own.positions);
-    if (!whole_.velocities.empty()) take(whole_.velocities, 3, &own.velocities);
-    take(whole_.masses, 1, &own.masses);
+    own.positions = rows_of(whole_.positions, result_.points, 3);
+    own.velocities = rows_of(whole_.velocities, result_.points, 3);
+    own.masses = rows_of(whole_.masses, result_.points, 1);
     for (const Support& support : whole_.supports) {
       Support here{support.name, {}, support.displacement};
       for (const Index point : support.points)

@@ -16,13 +16,12 @@ namespace {
 
 constexpr double least_scale = std::numeric_limits<double>::min();  // for accelerations that are all 0
 
-double sum_of(const MpiRanks& ranks, double own) {
-  double all = 0.0;
-  MPI_Reduce(&own, &all, 1, MPI_DOUBLE, MPI_SUM, 0, ranks.communicator());
-  return all;
+double sum_of(MpiRanks& ranks, double own) {
+  ranks.sum({&own, 1});
+  return own;
 }
 
-std::size_t sum_of(const MpiRanks& ranks, std::size_t own) {
+std::size_t sum_of(MpiRanks& ranks, std::size_t own) {
   return static_cast<std::size_t>(sum_of(ranks, static_cast<double>(own)));
 }
 
@@ -81,10 +80,9 @@ FrictionSummary merge_friction(MpiRanks& ranks, const FrictionSummary& own) {
 }  // namespace
 
 WholeRun::WholeRun(MpiRanks& ranks, const Division& division, Simulation& simulation)
-    : ranks_(ranks), division_(division), part_(division.part()) {
+    : ranks_(ranks), division_(division), part_(division.part()), rank_(simulation.rank()) {
   merge_plan(simulation.plan());
   merge_report(simulation.report());
-  merge_rank(simulation);
   if (division.whole() == nullptr) return;
   positions_ = gather_points(simulation.positions());
   velocities_ = gather_points(simulation.velocities());
@@ -146,20 +144,6 @@ void WholeRun::merge_plan(const PlanSummary& own) {
 void WholeRun::merge_report(const MotionReport& own) {
   report_ = own;
   report_.friction = merge_friction(ranks_, own.friction);
-}
-
-/// Sets the rank of K and the degrees of freedom. Those of islands that lie on one process each add up. If constraints
-/// or forces reach from process to process, the motion's report has the rank.
-void WholeRun::merge_rank(Simulation& simulation) {
-  if (part_.part.is_cut()) {
-    rank_.rank = report_.rank_changes.now;
-    rank_.degrees_of_freedom = 3 * (plan_.points - plan_.supports) - rank_.rank;
-    return;
-  }
-  const RankReport own = simulation.rank();
-  rank_.is_known = own.is_known;
-  rank_.rank = sum_of(ranks_, own.rank);
-  rank_.degrees_of_freedom = sum_of(ranks_, own.degrees_of_freedom);
 }
 
 Certificate WholeRun::prove() const {

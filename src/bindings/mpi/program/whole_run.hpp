@@ -29,7 +29,6 @@ class WholeRun {
   std::vector<double> gather_rows(std::span<const double> own) const;
   void merge_plan(const PlanSummary& own);
   void merge_report(const MotionReport& own);
-  void merge_rank(Simulation& simulation);
 
   MpiRanks& ranks_;
   const Division& division_;

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <span>
+#include <utility>
+#include <vector>
+
+#include <tanor/ranks.hpp>
+
+#include "base/vec3.hpp"
+
+namespace tanor::detail {
+
+/// Vectors of points that ranks send each other.
+class PointExchange {
+ public:
+  /// The points that a rank is sent, and those that it sends. Its own list of them has the same order.
+  struct Link {
+    int rank;
+    std::vector<Index> sent, received;
+  };
+  PointExchange(Ranks& ranks, std::vector<Link> links) : ranks_(ranks), links_(std::move(links)) {
+    for (const Link& link : links_) {
+      Buffers& here = buffers_.emplace_back(
+          Buffers{std::vector<double>(3 * link.sent.size()), std::vector<double>(3 * link.received.size())});
+      messages_.push_back({link.rank, here.sent, here.received});
+    }
+  }
+
+  PointExchange(const PointExchange&) = delete;
+  PointExchange& operator=(const PointExchange&) = delete;
+
+  /// Sends get(point) of the points sent, and calls put(point, vector) for those received. Collective.
+  template <class Get, class Put>
+  void fetch(const Get& get, const Put& put) {
+    for (std::size_t l = 0; l < links_.size(); ++l)
+      for (std::size_t k = 0; k < links_[l].sent.size(); ++k) store(buffers_[l].sent.data(), k, get(links_[l].sent[k]));
+    ranks_.exchange(messages_);
+    for (std::size_t l = 0; l < links_.size(); ++l)
+      for (std::size_t k = 0; k < links_[l].received.size(); ++k)
+        put(links_[l].received[k], load(buffers_[l].received.data(), k));
+  }
+
+ private:
+  struct Buffers {
+    std::vector<double> sent, received;
+  };
+
+  Ranks& ranks_;
+  std::vector<Link> links_;
+  std::vector<Buffers> buffers_;
+  std::vector<Ranks::Message> messages_;
+};
+
+}  // namespace tanor::detail
