@@ -4,6 +4,7 @@
 
 #include "dynamics/split.hpp"
 #include "friction/fixed_point.hpp"
+#include "friction/friction_scales.hpp"
 #include "friction/laws.hpp"
 
 namespace tanor::detail {
@@ -29,6 +30,7 @@ class InverseFriction final : private Response {
   const Model& model_;
   NormalSpace& normal_;
   FrictionLaws laws_;
+  FrictionScales scales_;
   FixedPoint fixed_point_;
   const std::vector<double>* force_ = nullptr;
   std::vector<double> lambda_;         // [rows]
