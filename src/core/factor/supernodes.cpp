@@ -52,6 +52,7 @@ struct Columns {
 Columns analyze_columns(const TrianglePattern& lower, const Groups<int>& by_row) {
   const std::size_t n = lower.size();
   Columns columns{std::vector<int>(n), std::vector<int>(n)};
+  if (n == 0) return columns;  // CHOLMOD takes no arrays without memory
   std::vector<int> postorder(n), first(n), level(n);
   const TrianglePattern upper{by_row.start, by_row.entries};
   cholmod_sparse L = cholmod_view(lower, -1), U = cholmod_view(upper, 1);
