@@ -1,4 +1,5 @@
-/// Forward derivatives are compared with jets: the partial in x of f(x, y) is the rate of f along x.
+/// Forward derivatives are compared with jets: the partial in x of f(x, y) is the rate of f along x. Second derivatives
+/// are compared with the curvature along three lines.
 
 #include <tanor/forward.hpp>
 
@@ -18,11 +19,14 @@ struct Case {
   const char* name;
   std::function<Two(Two, Two)> forward;
   std::function<Jet<1>(Jet<1>, Jet<1>)> jet;
+  std::function<Curved<2>(Curved<2>, Curved<2>)> curved;
+  std::function<Jet<2>(Jet<2>, Jet<2>)> second_jet;
 };
 
-#define TANOR_CASE(name, expression)                                                           \
-  Case {                                                                                       \
-    name, [](auto x, auto y) { return expression; }, [](auto x, auto y) { return expression; } \
+#define TANOR_CASE(name, expression)                                                            \
+  Case {                                                                                        \
+    name, [](auto x, auto y) { return expression; }, [](auto x, auto y) { return expression; }, \
+        [](auto x, auto y) { return expression; }, [](auto x, auto y) { return expression; }    \
   }
 
 const Case cases[] = {
@@ -66,6 +70,25 @@ TEST(Forward, PartialDerivativesAreThoseOfAJetInEachVariable) {
       EXPECT_NEAR(f.value(), along_x.value(), 1e-15 * std::max(1.0, std::abs(f.value()))) << c.name;
       EXPECT_NEAR(f.d[0], along_x.c[1], 2e-14 * scale) << c.name << " at " << x << ", " << y;
       EXPECT_NEAR(f.d[1], along_y.c[1], 2e-14 * scale) << c.name << " at " << x << ", " << y;
+    }
+  }
+}
+
+TEST(Forward, SecondDerivativesAreTheCurvaturesAlongLines) {
+  std::mt19937 generator(2);
+  std::uniform_real_distribution<double> number(0.4, 1.4);
+  for (const Case& c : cases) {
+    for (int look = 0; look < 50; ++look) {
+      const double x = number(generator), y = number(generator);
+
+      const Curved<2> f = c.curved(Curved<2>::variable(x, 0), Curved<2>::variable(y, 1));
+
+      for (const auto& [a, b] : {std::pair{1.0, 0.0}, std::pair{0.0, 1.0}, std::pair{0.6, -0.8}}) {
+        const Jet<2> along = c.second_jet(Jet<2>::variable(x, a), Jet<2>::variable(y, b));
+        const double curvature = a * a * f.second(0, 0) + 2.0 * a * b * f.second(0, 1) + b * b * f.second(1, 1);
+        EXPECT_NEAR(f.value(), along.value(), 1e-15 * std::max(1.0, std::abs(f.value()))) << c.name;
+        EXPECT_NEAR(curvature, along.derivative(2), 1e-12 * std::max(1.0, std::abs(along.derivative(2)))) << c.name;
+      }
     }
   }
 }
