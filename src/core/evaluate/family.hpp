@@ -78,8 +78,8 @@ class RowLoops {
   }
 
   /// Writes |xi|/|gradient|/length and |rate|/|gradient| of each row, to find the worst one.
-  void measure(const double* r, const double* v, double* position, double* velocity) const {
-    (void)own().visit(Parallel(1), IndexRanges(own().size()), r, v, [=](const auto& member, int m) {
+  void measure(const IndexRanges& members, const double* r, const double* v, double* position, double* velocity) const {
+    (void)own().visit(Parallel(1), members, r, v, [=](const auto& member, int m) {
       position[member.row + m] = violation(member, m);
       velocity[member.row + m] = std::abs(member.rate(m)) / member.norm(m);
       return 0.0;
