@@ -8,38 +8,95 @@
 #include <span>
 #include <vector>
 
-/// \file Polynomials as which a scheme follows what acts along its step, on the fractions [0, 1] of the step.
 namespace tanor::detail {
 
-/// Writes Chebyshev's extreme points (1 - cos(pi j/N))/2, j = 0 … N, where polynomials of degree N interpolate best.
-inline void place_chebyshev_points(std::size_t count, std::vector<double>* points) {
-  if (points->size() == count) return;
-  points->resize(count);
-  for (std::size_t j = 0; j < count; ++j)
-    (*points)[j] = 0.5 - 0.5 * std::cos(std::numbers::pi * static_cast<double>(j) / static_cast<double>(count - 1));
-}
+/// The polynomial as which a scheme follows what acts along its step, on the fractions [0, 1] of the step: that of
+/// degree N through the values at Chebyshev's extreme points (1 - cos(pi j/N))/2, where polynomials interpolate best.
+class ChebyshevPolynomial {
+ public:
+  ChebyshevPolynomial() {
+    for (std::vector<double>* array : {&points_, &cosines_, &coefficients_}) array->reserve(usual_size);
+  }
 
-/// Subtracts from the values at the places s the polynomial through f [points] at the Chebyshev points, by the
-/// barycentric formula (Berrut & Trefethen, SIAM Rev. 46, 2004):
-///
-///   p(s) = sum w_j f_j/(s - s_j) / sum w_j/(s - s_j),   w_j = (-1)^j, half of it at both ends
-inline void subtract_polynomial(std::span<const double> points, const double* f, std::span<const double> s,
-                                double* values) {
-  constexpr std::size_t block = 64;
-  constexpr double at_point = 1e-300;
-  for (std::size_t first = 0; first < s.size(); first += block) {
-    const std::size_t count = std::min(block, s.size() - first);
-    std::array<double, block> over{}, below{};
-    for (std::size_t j = 0; j < points.size(); ++j) {
-      const double size = j == 0 || j + 1 == points.size() ? 0.5 : 1.0, weight = j % 2 == 0 ? size : -size;
-      for (std::size_t i = 0; i < count; ++i) {
-        const double distance = s[first + i] - points[j], part = weight / (distance == 0.0 ? at_point : distance);
-        over[i] += part * f[j];
-        below[i] += part;
+  /// Takes so many points, N + 1.
+  void place(std::size_t count) {
+    if (points_.size() == count) return;
+    cosines_.resize(2 * (count - 1));
+    points_.resize(count);
+    for (std::size_t j = 0; j < cosines_.size(); ++j)
+      cosines_[j] = std::cos(std::numbers::pi * static_cast<double>(j) / static_cast<double>(count - 1));
+    for (std::size_t j = 0; j < count; ++j) points_[j] = 0.5 * (1.0 - cosines_[j]);
+  }
+  const std::vector<double>& points() const { return points_; }
+
+  /// Subtracts the polynomial through f [points] from the values at the places s, in blocks side by side by Clenshaw's
+  /// scheme:
+  ///
+  ///   p(x) = sum c_k T_k(x),   b_k = c_k + 2 x b_{k+1} - b_{k+2},   p = c_0 + x b_1 - b_2,   x = 1 - 2 s
+  void subtract(const double* f, std::span<const double> s, double* values) {
+    constexpr std::size_t block = 64;
+    find_coefficients(f);
+    for (std::size_t first = 0; first < s.size(); first += block) {
+      const std::size_t count = std::min(block, s.size() - first);
+      std::array<double, block> x, next{}, after_next{};  // NOLINT: x is filled before use
+      for (std::size_t i = 0; i < count; ++i) x[i] = 1.0 - 2.0 * s[first + i];
+      for (std::size_t k = points_.size() - 1; k >= 1; --k) {
+        for (std::size_t i = 0; i < count; ++i) {
+          const double b = coefficients_[k] + 2.0 * x[i] * next[i] - after_next[i];
+          after_next[i] = next[i];
+          next[i] = b;
+        }
+      }
+      for (std::size_t i = 0; i < count; ++i) values[first + i] -= coefficients_[0] + x[i] * next[i] - after_next[i];
+    }
+  }
+
+  /// Does the same for as many places as points, which are always the same for their number, by stored weights:
+  ///
+  ///   p(s) = sum_j w_j(s) f_j
+  void subtract_at_usual(const double* f, std::span<const double> s, double* values) {
+    const std::size_t count = points_.size();
+    if (weights_.size() <= count) weights_.resize(count + 1);
+    std::vector<double>& weights = weights_[count];
+    if (weights.empty()) {
+      // What a unit value at one point leaves of 0 is minus the weights of that point.
+      std::vector<double> unit(count, 0.0), left(count);
+      weights.resize(count * count);
+      for (std::size_t j = 0; j < count; ++j) {
+        unit[j] = 1.0;
+        left.assign(count, 0.0);
+        subtract(unit.data(), s, left.data());
+        unit[j] = 0.0;
+        for (std::size_t i = 0; i < count; ++i) weights[i * count + j] = -left[i];
       }
     }
-    for (std::size_t i = 0; i < count; ++i) values[first + i] -= over[i] / below[i];
+    const double* weight = weights.data();
+    for (std::size_t i = 0; i < count; ++i) {
+      double p = 0.0;
+      for (std::size_t j = 0; j < count; ++j) p += *weight++ * f[j];
+      values[i] -= p;
+    }
   }
-}
+
+ private:
+  static constexpr std::size_t usual_size = 64;
+
+  /// c_k = 2/N sum'' f_j cos(pi j k/N), with half the first and the last term; c_0 and c_N are half of that
+  void find_coefficients(const double* f) {
+    const std::size_t degree = points_.size() - 1;
+    coefficients_.assign(points_.size(), 0.0);
+    for (std::size_t k = 0; k <= degree; ++k) {
+      double sum = 0.0;
+      for (std::size_t j = 0, m = 0; j <= degree; ++j, m += k) {
+        if (m >= 2 * degree) m -= 2 * degree;  // j k modulo 2 N
+        sum += (j == 0 || j == degree ? 0.5 : 1.0) * f[j] * cosines_[m];
+      }
+      coefficients_[k] = (k == 0 || k == degree ? 1.0 : 2.0) / static_cast<double>(degree) * sum;
+    }
+  }
+
+  std::vector<double> points_, cosines_, coefficients_;
+  std::vector<std::vector<double>> weights_;  // [number of points][place][point]
+};
 
 }  // namespace tanor::detail

@@ -5,8 +5,6 @@
 #include <limits>
 #include <span>
 
-#include "base/chebyshev.hpp"
-
 namespace tanor::detail {
 
 namespace {
@@ -16,8 +14,7 @@ constexpr std::size_t most_samples = 1 << 14;  // in a step, without the knots o
 }  // namespace
 
 void DriveSamples::reserve() {
-  for (std::vector<double>* array : {&nodes_, &fractions_, &widths_, &times_, &knots_, &missed_})
-    array->reserve(most_of_a_step);
+  for (std::vector<double>* array : {&fractions_, &widths_, &times_, &knots_, &missed_}) array->reserve(most_of_a_step);
 }
 
 /// Places the Chebyshev points (1 - cos(pi j/N))/2, then the midpoints of the pieces. The pieces have equal lengths,
@@ -32,12 +29,13 @@ void DriveSamples::place(const DrivenStep& step, DriveLevel level, const ScalarF
   if (has_equal_pieces_ && knots_.empty() && num_nodes == num_nodes_ && num_equal == num_samples_)
     return find_times(step);
 
-  place_chebyshev_points(num_nodes, &nodes_);
+  polynomial_.place(num_nodes);
   num_nodes_ = num_nodes;
   has_equal_pieces_ = knots_.empty();
-  fractions_ = nodes_;
+  fractions_ = polynomial_.points();
   widths_.clear();
-  for (double& at : knots_) at = std::clamp((at - step.t) / step.h, 0.0, 1.0);
+  for (double& at : knots_) at = std::max((at - step.t) / step.h, 0.0);
+  std::erase_if(knots_, [](double at) { return !(at < 1.0); });
   for (std::size_t i = 0; i <= num_equal; ++i) knots_.push_back(static_cast<double>(i) / wanted);
   if (!has_equal_pieces_) std::sort(knots_.begin(), knots_.end());
   for (std::size_t i = 1; i < knots_.size(); ++i) {
@@ -56,7 +54,12 @@ void DriveSamples::find_times(const DrivenStep& step) {
 DriveSamples::Found DriveSamples::look(const DrivenStep& step, DriveLevel level, const double* values) {
   const double *const samples = values + num_nodes_, *const end = samples + num_samples_;
   missed_.assign(samples, end);
-  subtract_polynomial(nodes_, values, std::span(fractions_).subspan(num_nodes_), missed_.data());
+  const std::span<const double> places = std::span(fractions_).subspan(num_nodes_);
+  // Samples in the middle of equal pieces lie at the same places for each number.
+  if (has_equal_pieces_ && num_samples_ == num_nodes_)
+    polynomial_.subtract_at_usual(values, places, missed_.data());
+  else
+    polynomial_.subtract(values, places, missed_.data());
   const auto [least, most] = std::minmax_element(values, end);
   Found found{.range = *most - *least, .largest = std::max(std::abs(*most), std::abs(*least))};
   if (!found.varies()) return found;

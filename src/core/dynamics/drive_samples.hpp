@@ -5,6 +5,7 @@
 
 #include <tanor/system.hpp>
 
+#include "base/chebyshev.hpp"
 #include "dynamics/roles.hpp"
 
 namespace tanor::detail {
@@ -53,8 +54,8 @@ class DriveSamples {
 
   std::size_t num_nodes_ = 0, num_samples_ = 0;
   bool has_equal_pieces_ = false;
-  std::vector<double> nodes_;          // fractions of the step: the Chebyshev points …
-  std::vector<double> fractions_;      // … and then the samples
+  ChebyshevPolynomial polynomial_;     // as which the step follows the function
+  std::vector<double> fractions_;      // fractions of the step: the Chebyshev points, then the samples
   std::vector<double> widths_;         // widths of the samples' pieces, likewise
   std::vector<double> times_, knots_;  // s
   std::vector<double> missed_;         // e at the samples

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "evaluate/locate_jump.hpp"
@@ -92,18 +93,15 @@ AngleFeatures::Fall AngleFeatures::find_least(const PointPath& path, const Tripl
 double AngleFeatures::find(const Parallel& parallel, PointPath* path) {
   constexpr std::size_t grain = 256;
   constexpr double path_error = 1e-7;
-  const double doubtful = parallel.max_over_ranges(
-      triples_.size(),
-      [&](std::size_t begin, std::size_t end) {
-        bool any = false;
-        for (std::size_t k = begin; k < end; ++k) {
-          is_doubtful_[k] = may_fall(*path, triples_[k]) && find_least(*path, triples_[k]).depth < 2.0 * shallow;
-          any = any || is_doubtful_[k] != 0;
-        }
-        return any ? 1.0 : 0.0;
-      },
-      grain);
-  if (doubtful == 0.0) return 1.0;
+  const auto sort_out = [&](std::size_t begin, std::size_t end) {
+    bool any = false;
+    for (std::size_t k = begin; k < end; ++k) {
+      is_doubtful_[k] = may_fall(*path, triples_[k]) && find_least(*path, triples_[k]).depth < 2.0 * shallow;
+      any = any || is_doubtful_[k] != 0;
+    }
+    return any;
+  };
+  if (!parallel.join_over_ranges(triples_.size(), false, sort_out, std::logical_or<>(), grain)) return 1.0;
   path->refine(path_error);
   double part = 1.0;
   for (std::size_t k = 0; k < triples_.size(); ++k) {

@@ -46,7 +46,7 @@ class Forces::Reader {
     if (group.points.empty()) return;
     // A support does not move, whatever acts on it, so a single one is not watched.
     const std::vector<Index> points = group.points_per_member() == 1 ? list_moving(group.points) : group.points;
-    watch(make_unseen_forces(group.kernel, points, forces_.mass_));
+    watch(make_force_features(group.kernel, points, forces_.mass_));
     formulas_.push_back(std::move(group));
   }
   void add(const PairForces& pairs) {

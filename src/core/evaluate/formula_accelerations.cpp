@@ -171,8 +171,8 @@ std::unique_ptr<FormulaFeatures> make_if_needed(const Kernel& kernel, const Rest
 
 }  // namespace
 
-std::unique_ptr<FormulaFeatures> make_unseen_forces(const ForceKernel& kernel, std::span<const Index> inner_points,
-                                                    std::span<const double> masses) {
+std::unique_ptr<FormulaFeatures> make_force_features(const ForceKernel& kernel, std::span<const Index> inner_points,
+                                                     std::span<const double> masses) {
   return make_if_needed<ForceFeatures>(kernel, inner_points, masses);
 }
 

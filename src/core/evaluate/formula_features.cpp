@@ -1,8 +1,8 @@
 #include "evaluate/formula_features.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numeric>
 
@@ -90,43 +90,35 @@ double FormulaFeatures::find(const Parallel& parallel, PointPath* path) {
     sides_.resize(groups * narrowness_.num_variables());
     is_doubtful_.resize(members);
   }
-  const double doubtful = parallel.max_over_ranges(
-      groups,
-      [&](std::size_t begin, std::size_t end) {
-        thread_local std::vector<Part> parts;
-        const double resolved = resolved_by(path->order);
-        bool any = false;
-        for (std::size_t group = begin; group < end; ++group) {
-          const std::size_t first = num_lanes * group, count = std::min(num_lanes, members - first);
-          const Counts counts = count_along(*path, group);
-          for (std::size_t k = 0; k < count; ++k) {
-            // Intervals overestimate on long paths, so they are evaluated once more for eighths of the pieces.
-            is_doubtful_[first + k] = !(counts[k] <= resolved) && !(divide(*path, first + k, 1, &parts) <= resolved);
-            any = any || is_doubtful_[first + k];
-          }
-        }
-        return any ? 1.0 : 0.0;
-      },
-      grain);
-  if (doubtful == 0.0) return 1.0;
+  const auto sort_out = [&](std::size_t begin, std::size_t end) {
+    thread_local std::vector<Part> parts;
+    const double resolved = resolved_by(path->order);
+    bool any = false;
+    for (std::size_t group = begin; group < end; ++group) {
+      const std::size_t first = num_lanes * group, count = std::min(num_lanes, members - first);
+      const Counts counts = count_along(*path, group);
+      for (std::size_t k = 0; k < count; ++k) {
+        // Intervals overestimate on long paths, so they are evaluated once more for eighths of the pieces.
+        is_doubtful_[first + k] = !(counts[k] <= resolved) && !(divide(*path, first + k, 1, &parts) <= resolved);
+        any = any || is_doubtful_[first + k];
+      }
+    }
+    return any;
+  };
+  if (!parallel.join_over_ranges(groups, false, sort_out, std::logical_or<>(), grain)) return 1.0;
   path->refine(1e-7);
   for (std::size_t k = 0; k < members && path->ends_at_jumps && may_jump(); ++k)
     if (is_doubtful_[k]) note_jumps(path, k);
   if (path->jump.exists()) return 1.0;  // what comes after the jump differs
-  std::atomic<double> part = 1.0;
+  const auto find_least = [&](std::size_t begin, std::size_t end) {
+    double least = 1.0;
+    for (std::size_t k = begin; k < end; ++k)
+      if (is_doubtful_[k]) least = std::min(least, examine(*path, k));
+    return least;
+  };
+  const auto smaller = [](double a, double b) { return std::min(a, b); };
   const Parallel serial(1);
-  (thread_safe_ ? parallel : serial)
-      .for_ranges(
-          members,
-          [&](std::size_t begin, std::size_t end) {
-            for (std::size_t k = begin; k < end; ++k) {
-              if (!is_doubtful_[k]) continue;
-              const double found = examine(*path, k);
-              for (double known = part; found < known && !part.compare_exchange_weak(known, found);) {
-              }
-            }
-          },
-          grain);
+  const double part = (thread_safe_ ? parallel : serial).join_over_ranges(members, 1.0, find_least, smaller, grain);
   if (part < 1.0) path->passed = &name;
   return part;
 }
@@ -358,11 +350,13 @@ double FormulaFeatures::examine(const PointPath& path, std::size_t member) const
 /// what is allowed is missed, or 2 if there is none.
 double FormulaFeatures::integrate(const PointPath& path, std::size_t member, std::span<const Part> parts,
                                   const Allowed& allowed, Integrals* sums) const {
-  thread_local std::vector<double> nodes, places, at_nodes, acting, hidden;
+  thread_local ChebyshevPolynomial polynomial;
+  thread_local std::vector<double> places, at_nodes, acting, hidden;
   const std::size_t count = num_accelerations();
   sums->clear(count);
   auto& [a, dv, end_v, end_x, dx, largest] = *sums;
-  place_chebyshev_points(std::clamp(static_cast<std::size_t>(path.order) + 1, least_nodes, most_nodes), &nodes);
+  polynomial.place(std::clamp(static_cast<std::size_t>(path.order) + 1, least_nodes, most_nodes));
+  const std::vector<double>& nodes = polynomial.points();
   places.clear();
   for (const auto& [begin, end] : parts)
     for (const double place : {0.5 - std::sqrt(1.0 / 12.0), 0.5 + std::sqrt(1.0 / 12.0)})
@@ -378,7 +372,7 @@ double FormulaFeatures::integrate(const PointPath& path, std::size_t member, std
   sample(places, &acting);
   hidden = acting;
   for (std::size_t i = 0; i < count; ++i)
-    subtract_polynomial(nodes, &at_nodes[i * nodes.size()], places, &hidden[i * places.size()]);
+    polynomial.subtract(&at_nodes[i * nodes.size()], places, &hidden[i * places.size()]);
   for (std::size_t j = 0; j < nodes.size(); ++j) {
     for (std::size_t i = 0; i < count; ++i) a[i] = at_nodes[i * nodes.size() + j];
     largest = std::max(largest, norm_of(a));

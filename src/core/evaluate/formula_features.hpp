@@ -139,8 +139,8 @@ class FormulaFeatures {
 
 /// Makes the features of forces on the p points of tuples, [member][p]; null if nothing is narrow, or if the kernel has
 /// no expression. `masses` [moving point], kg, must outlive them.
-std::unique_ptr<FormulaFeatures> make_unseen_forces(const ForceKernel& kernel, std::span<const Index> inner_points,
-                                                    std::span<const double> masses);
+std::unique_ptr<FormulaFeatures> make_force_features(const ForceKernel& kernel, std::span<const Index> inner_points,
+                                                     std::span<const double> masses);
 enum class Course { Continuous, Jumps };
 /// Makes the features of energies of p points, with each tuple's own constants, or null as above.
 std::unique_ptr<FormulaFeatures> make_energy_features(const PotentialKernel& kernel,

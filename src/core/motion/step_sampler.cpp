@@ -135,10 +135,6 @@ void StepSampler::refine(double error) {
     set_knots(0.0, 1.0, pieces, &knots_, this);
 }
 
-double StepSampler::look(Scheme& scheme, const State& from, const State& to) {
-  return look(scheme, from, to, false);
-}
-
 ///   x + h v + h^2/2 a,   v + h a
 void StepSampler::look_along_parabola(Scheme& scheme, const State& from, double time) {
   jump = {};

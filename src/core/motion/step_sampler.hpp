@@ -15,8 +15,8 @@ class StepSampler final : private PointPath {
   StepSampler(const IntegrationOptions& options, Mechanics& mechanics, const Scheme& scheme);
 
   /// Returns the part of the step to make instead; 1 if the step passes nothing unseen. The mechanics is not moved, and
-  /// the result depends only on the two states and on the scheme.
-  double look(Scheme& scheme, const State& from, const State& to);
+  /// the result depends only on the two states and on the scheme, or on the states alone if `by_ends` is true.
+  double look(Scheme& scheme, const State& from, const State& to, bool by_ends = false);
   /// Looks for jumps alone, along the parabola on which the motion leaves `from`. Where a step has failed at a jump its
   /// own end and what it knows of its inside are made of forces on both sides, and may show no jump at all.
   void look_along_parabola(Scheme& scheme, const State& from, double t);
@@ -39,7 +39,6 @@ class StepSampler final : private PointPath {
 
   const PointPath* magnify(double begin, double end) override;
   void refine(double error) override;
-  double look(Scheme& scheme, const State& from, const State& to, bool by_ends);
   void weigh_looks();
   void set_knots(double begin, double end, std::size_t pieces, Knots* room, PointPath* path);
   double measure_bend() const;
