@@ -57,8 +57,25 @@ void find_products(std::size_t size, const double* moves, double* v, const Phi& 
   }
 }
 
+template <class Append>
+void list_members(const LinearFamily&, const Append&) {}
+
+template <class Append>
+void list_members(const UserFamily& family, const Append& append) {
+  for (const UserGroup& group : family.kernel.groups) {
+    const std::size_t p = group.points_per_member();
+    for (std::size_t k = 0; k < group.size(); ++k) append(std::span(group.points).subspan(k * p, p));
+  }
+}
+
+template <class Kernel, class Append>
+void list_members(const Family<Kernel>& family, const Append& append) {
+  if constexpr (!is_rod_kernel<Kernel>) {
+    for (const auto& points : family.kernel.points) append(std::span<const Index>(points));
+  }
+}
+
 // These call body(member, phi) for all members of a family but rods and linear ones, whose Hessians are simpler.
-// Without positions r, phi must not be called.
 
 /// A member of a family, with its first row and its first block of K.
 struct CurvedMember {
@@ -83,7 +100,7 @@ void visit_curved(const UserFamily& family, const double* r, double*, const Body
     const auto first_block = static_cast<std::size_t>(family.first_block + group.first_block);
     for (std::size_t k = 0; k < group.size(); ++k) {
       const std::span<const Index> points = std::span(group.points).subspan(k * p, p);
-      for (std::size_t i = 0; i < p && r != nullptr; ++i) store(places.data(), i, load(r, points[i]));
+      for (std::size_t i = 0; i < p; ++i) store(places.data(), i, load(r, points[i]));
       body(CurvedMember{points, static_cast<std::size_t>(group.rows[k]), first_block + k * p}, phi);
     }
   }
@@ -138,9 +155,9 @@ void add_entry(std::size_t p, std::size_t i, std::size_t j, double value, Block3
 std::vector<Influence> Constraints::list_curved() const {
   std::vector<Influence> result;
   for_each_family([&](const auto& family) {
-    visit_curved(family, nullptr, nullptr, [&](const CurvedMember& member, const auto&) {
-      for (const Index on : member.points) {
-        for (const Index of : member.points) result.push_back({on, of});
+    list_members(family, [&](std::span<const Index> points) {
+      for (const Index on : points) {
+        for (const Index of : points) result.push_back({on, of});
       }
     });
   });

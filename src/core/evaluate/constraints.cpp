@@ -387,9 +387,7 @@ double Constraints::apply_transposed(const Parallel& parallel, const double* blo
 }
 
 void Constraints::measure(const double* r, const double* v, double* position, double* velocity) const {
-  for_each_family(everything_, [&](const auto& family, const IndexRanges& members) {
-    family.measure(members, r, v, position, velocity);
-  });
+  for_each_family([&](const auto& family) { family.measure(r, v, position, velocity); });
   tangents_.write_values(r, position);
   tangents_.evaluate_rates(v, velocity);
 }

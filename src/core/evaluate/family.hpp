@@ -17,97 +17,11 @@ struct Incidence {
   double sign;
 };
 
-/// The loops over the rows of a family, which all families share. Each quantity is one loop over the members, without
-/// virtual calls and allocations. The output index is the row, so members may run in any order and on any thread.
-/// `members` are those that take part.
-///
-/// Own::visit(parallel, members, r, v, take) calls take(member, m), which returns a number, for each row m of the
-/// members, and returns the largest of these numbers; without v, rate and phi are not wanted. Own::visit_stored does so
-/// with the gradients that `blocks` hold. A member has its first `row`, xi(m), rate(m), phi(m), the length norm(m) of
-/// its gradient, the length scale() that violations are measured by, transposed(m, x), which is row m of K'x, and
-/// store(m, blocks), which writes its gradient.
-template <class Own>
-class RowLoops {
- public:
-  /// Evaluates xi; returns the largest relative violation |xi|/|gradient|/length.
-  double evaluate_values(const Parallel& parallel, const IndexRanges& members, const double* r, double* xi) const {
-    return own().visit(parallel, members, r, nullptr, [=](const auto& member, int m) {
-      xi[member.row + m] = member.xi(m);
-      return violation(member, m);
-    });
-  }
-
-  /// Evaluates rate = K'v + xi_t; returns the largest |rate|/|gradient|, m/s.
-  double evaluate_rates(const Parallel& parallel, const IndexRanges& members, const double* r, const double* v,
-                        double* rate) const {
-    return own().visit(parallel, members, r, v, [=](const auto& member, int m) {
-      rate[member.row + m] = member.rate(m);
-      return std::abs(member.rate(m)) / member.norm(m);
-    });
-  }
-
-  /// Writes the blocks of K.
-  void evaluate_gradients(const Parallel& parallel, const IndexRanges& members, const double* r, double* blocks) const {
-    (void)own().visit(parallel, members, r, nullptr, [=](const auto& member, int m) {
-      member.store(m, blocks);
-      return 0.0;
-    });
-  }
-
-  /// Evaluates phi + K'w0, minus the right-hand side of S lambda, and writes the blocks of K if they are wanted.
-  /// Returns the largest |.|/|gradient|, m/s^2.
-  template <bool WithGradients>
-  double evaluate_right_side(const Parallel& parallel, const IndexRanges& members, const double* r, const double* v,
-                             const double* w0, double* phi, double* blocks) const {
-    return own().visit(parallel, members, r, v, [=](const auto& member, int m) {
-      const double value = member.phi(m) + member.transposed(m, w0);
-      phi[member.row + m] = value;
-      if constexpr (WithGradients) member.store(m, blocks);
-      return std::abs(value) / member.norm(m);
-    });
-  }
-
-  /// Computes y = K'x + shift from stored blocks; returns the largest |y|/|gradient|. A null `shift` is 0.
-  double apply_transposed(const Parallel& parallel, const IndexRanges& members, const double* blocks, const double* x,
-                          const double* shift, double* y) const {
-    return own().visit_stored(parallel, members, blocks, [=](const auto& member, int m) {
-      const double value = member.transposed(m, x) + (shift != nullptr ? shift[member.row + m] : 0.0);
-      y[member.row + m] = value;
-      return std::abs(value) / member.norm(m);
-    });
-  }
-
-  /// Writes |xi|/|gradient|/length and |rate|/|gradient| of each row, to find the worst one.
-  void measure(const IndexRanges& members, const double* r, const double* v, double* position, double* velocity) const {
-    (void)own().visit(Parallel(1), members, r, v, [=](const auto& member, int m) {
-      position[member.row + m] = violation(member, m);
-      velocity[member.row + m] = std::abs(member.rate(m)) / member.norm(m);
-      return 0.0;
-    });
-  }
-
- protected:
-  /// Returns the largest number(k) of some members.
-  template <class Number>
-  static double find_largest(const Parallel& parallel, const IndexRanges& members, const Number& number) {
-    return members.max_over_ranges(parallel, [&](std::size_t begin, std::size_t end) {
-      double worst = 0.0;
-      for (std::size_t k = begin; k < end; ++k) worst = larger(worst, number(k));
-      return worst;
-    });
-  }
-
- private:
-  const Own& own() const { return *static_cast<const Own*>(this); }
-  template <class Member>
-  static double violation(const Member& member, int m) {
-    return std::abs(member.xi(m)) / (member.norm(m) * member.scale());
-  }
-};
-
-/// All constraints of one kind as a structure of arrays.
+/// All constraints of one kind as a structure of arrays. Each quantity is one loop over the members, without virtual
+/// calls and allocations. The output index is the row, so members may run in any order and on any thread. `members` are
+/// those that take part.
 template <class Kernel>
-class Family : public RowLoops<Family<Kernel>> {
+class Family {
  public:
   static constexpr int P = Kernel::num_points, R = Kernel::num_rows, B = Kernel::num_blocks;
 
@@ -117,27 +31,94 @@ class Family : public RowLoops<Family<Kernel>> {
 
   std::size_t size() const { return rows.size(); }
 
-  template <class Take>
-  double visit(const Parallel& parallel, const IndexRanges& members, const double* r, const double* v,
-               const Take& take) const {
-    return this->find_largest(parallel, members, [&](std::size_t k) {
-      return take_rows(Member{*this, k, rows[k], kernel(k, r, v != nullptr ? v : r)}, take);
+  /// Evaluates xi; returns the largest relative violation |xi|/|gradient|/length.
+  double evaluate_values(const Parallel& parallel, const IndexRanges& members, const double* r, double* xi) const {
+    return members.max_over_ranges(parallel, [&](std::size_t begin, std::size_t end) {
+      double worst = 0.0;
+      for (std::size_t k = begin; k < end; ++k) {
+        const auto local = kernel(k, r, r);
+        for (int m = 0; m < R; ++m) {
+          xi[rows[k] + m] = local.xi[m];
+          worst = larger(worst, std::abs(local.xi[m]) / (norm_of(local, m) * kernel.scale(k)));
+        }
+      }
+      return worst;
     });
   }
-  template <class Take>
-  double visit_stored(const Parallel& parallel, const IndexRanges& members, const double* blocks,
-                      const Take& take) const {
-    return this->find_largest(parallel, members, [&](std::size_t k) {
-      Member member{*this, k, rows[k], {}};
-      for (int b = 0; b < B; ++b) member.local.gradient[b] = load(blocks, block(k) + b);
-      for (int m = 0; m < R && !Kernel::unit_gradient; ++m) {
-        double norm2 = 0.0;
-        for (int b = m * P; b < (m + 1) * P; ++b)
-          norm2 = std::max(norm2, dot(member.local.gradient[b], member.local.gradient[b]));
-        member.local.gradient_norm[m] = std::sqrt(norm2);
+
+  /// Evaluates rate = K'v + xi_t; returns the largest |rate|/|gradient|, m/s.
+  double evaluate_rates(const Parallel& parallel, const IndexRanges& members, const double* r, const double* v,
+                        double* rate) const {
+    return members.max_over_ranges(parallel, [&](std::size_t begin, std::size_t end) {
+      double worst = 0.0;
+      for (std::size_t k = begin; k < end; ++k) {
+        const auto local = kernel(k, r, v);
+        for (int m = 0; m < R; ++m) {
+          rate[rows[k] + m] = local.rate[m];
+          worst = larger(worst, std::abs(local.rate[m]) / norm_of(local, m));
+        }
       }
-      return take_rows(member, take);
+      return worst;
     });
+  }
+
+  /// Writes the blocks of K.
+  void evaluate_gradients(const Parallel& parallel, const IndexRanges& members, const double* r, double* blocks) const {
+    members.for_ranges(parallel, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) store_gradient(k, kernel(k, r, r), blocks);
+    });
+  }
+
+  /// Evaluates phi + K'w0, minus the right-hand side of S lambda, and writes the blocks of K if they are wanted.
+  /// Returns the largest |.|/|gradient|, m/s^2.
+  template <bool WithGradients>
+  double evaluate_right_side(const Parallel& parallel, const IndexRanges& members, const double* r, const double* v,
+                             const double* w0, double* phi, double* blocks) const {
+    return members.max_over_ranges(parallel, [&](std::size_t begin, std::size_t end) {
+      double worst = 0.0;
+      for (std::size_t k = begin; k < end; ++k) {
+        const auto local = kernel(k, r, v);
+        for (int m = 0; m < R; ++m) {
+          const double value = local.phi[m] + transposed(k, m, local.gradient, w0);
+          phi[rows[k] + m] = value;
+          worst = larger(worst, std::abs(value) / norm_of(local, m));
+        }
+        if constexpr (WithGradients) store_gradient(k, local, blocks);
+      }
+      return worst;
+    });
+  }
+
+  /// Computes y = K'x + shift from stored blocks; returns the largest |y|/|gradient|. A null `shift` is 0.
+  double apply_transposed(const Parallel& parallel, const IndexRanges& members, const double* blocks, const double* x,
+                          const double* shift, double* y) const {
+    return members.max_over_ranges(parallel, [&](std::size_t begin, std::size_t end) {
+      double worst = 0.0;
+      for (std::size_t k = begin; k < end; ++k) {
+        Vec3 gradient[B];
+        for (int b = 0; b < B; ++b) gradient[b] = load(blocks, block(k) + b);
+        for (int m = 0; m < R; ++m) {
+          double norm2 = 0.0;
+          for (int b = m * P; b < (m + 1) * P && !Kernel::unit_gradient; ++b)
+            norm2 = std::max(norm2, dot(gradient[b], gradient[b]));
+          const double value = transposed(k, m, gradient, x) + (shift != nullptr ? shift[rows[k] + m] : 0.0);
+          y[rows[k] + m] = value;
+          worst = larger(worst, Kernel::unit_gradient ? std::abs(value) : std::abs(value) / std::sqrt(norm2));
+        }
+      }
+      return worst;
+    });
+  }
+
+  /// Writes |xi|/|gradient|/length and |rate|/|gradient| of each row, to find the worst one.
+  void measure(const double* r, const double* v, double* position, double* velocity) const {
+    for (std::size_t k = 0; k < size(); ++k) {
+      const auto local = kernel(k, r, v);
+      for (int m = 0; m < R; ++m) {
+        position[rows[k] + m] = std::abs(local.xi[m]) / (norm_of(local, m) * kernel.scale(k));
+        velocity[rows[k] + m] = std::abs(local.rate[m]) / norm_of(local, m);
+      }
+    }
   }
 
   void write_lengths(double* lengths) const {
@@ -163,37 +144,26 @@ class Family : public RowLoops<Family<Kernel>> {
 
   Index block(std::size_t k) const { return first_block + static_cast<Index>(k) * B; }
 
-  struct Member {
-    const Family& family;
-    std::size_t k;
-    Index row;
-    Local<R, B> local;
+  template <class L>
+  static double norm_of(const L& local, int m) {
+    return Kernel::unit_gradient ? 1.0 : local.gradient_norm[m];
+  }
 
-    double xi(int m) const { return local.xi[m]; }
-    double rate(int m) const { return local.rate[m]; }
-    double phi(int m) const { return local.phi[m]; }
-    double norm(int m) const { return Kernel::unit_gradient ? 1.0 : local.gradient_norm[m]; }
-    double scale() const { return family.kernel.scale(k); }
-    void store(int m, double* blocks) const {
-      for (int b = m * (B / R); b < (m + 1) * (B / R); ++b)
-        detail::store(blocks, family.block(k) + b, local.gradient[b]);
+  template <class L>
+  void store_gradient(std::size_t k, const L& local, double* blocks) const {
+    for (int b = 0; b < B; ++b) store(blocks, block(k) + b, local.gradient[b]);
+  }
+
+  /// Returns row m of K'x.
+  double transposed(std::size_t k, int m, const Vec3* gradient, const double* x) const {
+    const auto& points = kernel.points[k];
+    if constexpr (antisymmetric) {
+      return dot(gradient[0], load(x, points[1]) - load(x, points[0]));
+    } else {
+      double sum = 0.0;
+      for (int p = 0; p < P; ++p) sum += dot(gradient[m * P + p], load(x, points[p]));
+      return sum;
     }
-    double transposed(int m, const double* x) const {
-      const auto& points = family.kernel.points[k];
-      if constexpr (antisymmetric) {
-        return dot(local.gradient[0], load(x, points[1]) - load(x, points[0]));
-      } else {
-        double sum = 0.0;
-        for (int p = 0; p < P; ++p) sum += dot(local.gradient[m * P + p], load(x, points[p]));
-        return sum;
-      }
-    }
-  };
-  template <class Take>
-  [[gnu::always_inline]] static double take_rows(const Member& member, const Take& take) {
-    double worst = 0.0;
-    for (int m = 0; m < R; ++m) worst = larger(worst, take(member, m));
-    return worst;
   }
 };
 
