@@ -40,6 +40,7 @@ ARGUMENTS = {"masses": "ArrayLike", "constraints": "Sequence[Any]", "cell": "Arr
              "ids": "ArrayLike", "lengths": "ArrayLike", "rates": "ArrayLike | None", "points": "ArrayLike",
              "from_": "ArrayLike", "flags": "ArrayLike", "function": "Callable[[float, numpy.ndarray, numpy.ndarray], float]", "saved": "bytes"}
 OPTIONS = {"find_equilibrium": "EquilibriumOptions", "modes": "ModesOptions", "find_buckling": "BucklingOptions"}
+EXCEPTIONS = {"InputError": "    where: str\n", "Failed": "    outcome: Outcome\n    trajectory: Trajectory\n"}
 NUMBERS = {"step", "max_step", "rtol", "atol", "t_end", "threads"}
 
 
@@ -131,7 +132,7 @@ def stubs(module: object) -> str:
     for name in sorted(module.__all__, key=lambda each: (each[0].islower(), each)):
         member = getattr(module, name)
         if isinstance(member, type) and issubclass(member, Exception):
-            text += "\nclass InputError(ValueError):\n    where: str\n"
+            text += f"\nclass {name}({member.__base__.__name__}):\n" + EXCEPTIONS[name]
         elif isinstance(member, type):
             text += "\n" + (data_class(member) if dataclasses.is_dataclass(member) else compiled_class(member))
         elif inspect.isfunction(member):

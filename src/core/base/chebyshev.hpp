@@ -59,7 +59,7 @@ class ChebyshevPolynomial {
     if (weights_.size() <= count) weights_.resize(count + 1);
     std::vector<double>& weights = weights_[count];
     if (weights.empty()) {
-      // What a unit value at one point leaves of 0 is minus the weights of that point.
+      // A unit value at one point leaves minus the weights of that point of a function that is 0.
       std::vector<double> unit(count, 0.0), left(count);
       weights.resize(count * count);
       for (std::size_t j = 0; j < count; ++j) {

@@ -112,15 +112,15 @@ void DriveControl::note(const State& from, double h) {
   missed_ += report_.velocity;
   if (report_.velocity <= most_) return;
   most_ = report_.velocity;
-  worst_drive_ = report_.drive;
-  worst_is_here_ = is_here_;
-  worst_begin_ = from.t;
-  worst_length_ = h;
+  worst_.drive = report_.drive;
+  worst_.is_here = is_here_;
+  worst_.begin = from.t;
+  worst_.length = h;
 }
 
 std::string DriveControl::describe() {
-  const auto [begin, end] = texts_apart(std::array{worst_begin_, worst_begin_ + worst_length_});
-  const std::string drive = mechanics_.first_text(worst_is_here_ ? monitor_->name_drive(worst_drive_) : "");
+  const auto [begin, end] = texts_apart(std::array{worst_.begin, worst_.begin + worst_.length});
+  const std::string drive = mechanics_.first_text(worst_.is_here ? monitor_->name_drive(worst_.drive) : "");
   return "steps may be too long: what " + drive + " does between t = " + begin + " and " + end + " is passed over";
 }
 

@@ -57,10 +57,14 @@ class DriveControl {
   // The last look: where it ends, the longest step that it serves, its length, the length of the next look, its pieces.
   double seen_until_ = 0.0, longest_seen_ = 0.0, length_ = 0.0, next_length_ = 0.0, pieces_ = 1.0;
   int step_pieces_ = 1;
-  DriveReport report_;  // result of the last look
-  double missed_ = 0.0, most_ = 0.0, worst_begin_ = 0.0, worst_length_ = 0.0;
-  std::size_t worst_drive_ = 0;
-  bool is_here_ = true, worst_is_here_ = true;  // the function looked at last, and the worst one, is of this process
+  DriveReport report_;   // result of the last look
+  bool is_here_ = true;  // the function looked at last is of this process
+  double missed_ = 0.0, most_ = 0.0;
+  struct {
+    double begin = 0.0, length = 0.0;  // s
+    std::size_t drive = 0;
+    bool is_here = true;
+  } worst_;  // the fixed step that passed over most
 };
 
 }  // namespace tanor::detail

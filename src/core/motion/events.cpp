@@ -62,25 +62,25 @@ void Events::restore_discrete_state(std::span<const int> state) {
 
 void Events::forget() {
   slopes_.clear();
-  repeated_ = 0;
+  without_progress_.num = 0;
   knows_start_ = false;
 }
 
 void Events::exchange_memory(Memory& memory) {
   resize();
-  memory.exchange(knows_start_, start_.values, start_.shapes, repeated_, series_begin_);
+  memory.exchange(knows_start_, start_.values, start_.shapes, without_progress_.num, without_progress_.begin);
 }
 
 /// Evaluates all functions, of all processes, at a state whose accelerations were found.
 Outcome Events::evaluate(const Kinematics& at, const Reactions& reactions, double* values) {
-  if (num_own_ < num_) {
+  if (own_.num < num_) {
     std::fill_n(values, num_, 0.0);
     std::ranges::fill(shapes_, 0.0);
   }
-  double* const own = values + first_own_;
-  if (num_own_ > 0) {
+  double* const own = values + own_.first;
+  if (own_.num > 0) {
     functions_->evaluate_events(at, reactions, own);
-    functions_->shape_events(reactions, own, shapes_.data() + first_own_);
+    functions_->shape_events(reactions, own, shapes_.data() + own_.first);
   }
   mechanics_.add({values, num_});
   mechanics_.add(shapes_);
@@ -93,11 +93,11 @@ Outcome Events::evaluate(const Kinematics& at, const Reactions& reactions, doubl
 }
 
 void Events::count_functions() {
-  num_ = num_own_ = functions_ != nullptr ? functions_->num_events() : 0;
+  num_ = own_.num = functions_ != nullptr ? functions_->num_events() : 0;
   if (functions_ == nullptr || mechanics_.is_alone()) return;
-  const Share share = mechanics_.share(num_own_);
+  const Share share = mechanics_.share(own_.num);
   num_ = share.all();
-  first_own_ = share.first;
+  own_.first = share.first;
 }
 
 /// Makes room for as many functions as the present equations have.
@@ -363,14 +363,14 @@ void Events::choose_vanishing(std::span<const double> values) {
 /// Switches the equations of this process if its functions vanish. A process whose equations stay the same finds its
 /// accelerations.
 Outcome Events::switch_own(State* to) {
-  which_own_.clear();
+  own_.which.clear();
   for (const std::size_t k : which_)
-    if (k >= first_own_ && k < first_own_ + num_own_) which_own_.push_back(k - first_own_);
+    if (k >= own_.first && k < own_.first + own_.num) own_.which.push_back(k - own_.first);
   const Request request = options_.request(Gradients::Keep);
   return mechanics_.solve_together(to->output(), [&] {
-    return which_own_.empty()
+    return own_.which.empty()
                ? mechanics_.accelerations(to->at(), request.evaluated_anew(), to->output())
-               : functions_->switch_equations(to->t, to->x.data(), to->v.data(), which_own_, request, to->output());
+               : functions_->switch_equations(to->t, to->x.data(), to->v.data(), own_.which, request, to->output());
   });
 }
 
@@ -385,21 +385,22 @@ Outcome Events::switch_equations(Scheme& scheme, const State& from, State* to) {
     found = evaluate(to->at(), to->reactions, start_.values.data());
     start_.shapes = shapes_;
   }
-  if (repeated_ == 0 || to->t - series_begin_ > static_cast<double>(most_switches) * time_resolution(to->t, h)) {
-    series_begin_ = to->t;
-    repeated_ = 0;
+  if (without_progress_.num == 0 ||
+      to->t - without_progress_.begin > static_cast<double>(most_switches) * time_resolution(to->t, h)) {
+    without_progress_.begin = to->t;
+    without_progress_.num = 0;
   }
-  if (found.ok() && ++repeated_ > most_switches) {
+  if (found.ok() && ++without_progress_.num > most_switches) {
     found = {Status::NotConverged, "equations switch without end at t = " + text(to->t)};
   }
   if (!found.ok()) {
     restore_discrete_state(before);
-    repeated_ = 0;
+    without_progress_.num = 0;
     knows_start_ = false;
     return found;
   }
   scheme.forget();
-  to->work.add(1.0, mechanics_.sum(which_own_.empty() ? Power{} : functions_->work_of_switch()));
+  to->work.add(1.0, mechanics_.sum(own_.which.empty() ? Power{} : functions_->work_of_switch()));
   slopes_.clear();
   ++count_;
   last_time_ = to->t;

@@ -98,9 +98,12 @@ class Events {
 
   IntegrationOptions options_;
   Mechanics& mechanics_;
-  EventFunctions* const functions_;          // null if the equations never change
-  std::size_t num_ = 0;                      // number of functions of all processes, and …
-  std::size_t num_own_ = 0, first_own_ = 0;  // … of this one, whose first is there
+  EventFunctions* const functions_;  // null if the equations never change
+  std::size_t num_ = 0;              // number of functions of all processes
+  struct {
+    std::size_t first = 0, num = 0;
+    std::vector<std::size_t> which;  // functions that vanish, numbered from `first`
+  } own_;                            // functions of this process
   bool knows_start_ = false;
   Sample start_;                 // sample at the start of the step
   std::vector<double> slopes_;   // slopes of the shapes over the previous step
@@ -113,14 +116,18 @@ class Events {
     double low = 0.0, high = 0.0;              // fractions between which the first root lies, …
     double least_low = 0.0, least_high = 0.0;  // … and the least values there, over their scales
   } bracket_;
-  std::vector<double> values_;                  // scratch
-  std::vector<std::size_t> which_, which_own_;  // functions that vanish; those of this process, by its numbers
+  std::vector<double> values_;      // scratch
+  std::vector<std::size_t> which_;  // functions that vanish
   struct {
     std::vector<double> x, v, a;
     Reactions reactions;
-  } inside_;                              // a state inside the step
-  std::size_t count_ = 0, repeated_ = 0;  // switches; those since `series_begin_` without progress
-  double last_time_ = 0.0, series_begin_ = 0.0;
+  } inside_;                // a state inside the step
+  std::size_t count_ = 0;   // switches
+  double last_time_ = 0.0;  // s, of the last one
+  struct {
+    double begin = 0.0;  // s
+    std::size_t num = 0;
+  } without_progress_;  // the latest switches that brought the motion no further
 };
 
 }  // namespace tanor::detail

@@ -123,7 +123,7 @@ void LaneGroups::Group::hand_over_roots(const Pack3<>* points) {
 
 void LaneGroups::Group::take_joints(Pack3<>* points) {
   for_separators([&](const Separator*, std::size_t lane) {
-    if (const Separator* const next = behind(lane)) set_lane(&points[group_.num_rods], lane, next->first_r);
+    if (const Separator* const next = behind(lane)) set_lane(&points[group_.num_rods], lane, next->r.first);
   });
   if (!group_.has_joints()) return;
   lanes::take_joints(joints(), all_.joints_.data(), points);
@@ -132,8 +132,8 @@ void LaneGroups::Group::take_joints(Pack3<>* points) {
 
 void LaneGroups::Group::hand_over_ends(const Pack3<>* points) {
   for_separators([&](Separator* own, std::size_t lane) {
-    own->before_r = points != nullptr ? lane_of(points[0], lane) : Vec3{};
-    own->behind_r = points != nullptr ? lane_of(points[group_.num_rods], lane) : Vec3{};
+    own->r.before = points != nullptr ? lane_of(points[0], lane) : Vec3{};
+    own->r.behind = points != nullptr ? lane_of(points[group_.num_rods], lane) : Vec3{};
   });
 }
 
@@ -217,9 +217,9 @@ void LaneGroups::Group::substitute_down(Pack3<>* points, const Pack3<>* known, b
   if (is_path() && points != nullptr) {
     lanes::accelerate_pieces(in_, lambda_is_known, {}, points, {}, points, nullptr);
     return for_separators([&](Separator* own, std::size_t lane) {
-      own->first_r = lane_of(points[0], lane);
-      if (const Separator* const one_before = before(lane)) own->first_r = own->first_r + one_before->behind_r;
-      set_lane(&points[0], lane, own->first_r);
+      own->r.first = lane_of(points[0], lane);
+      if (const Separator* const one_before = before(lane)) own->r.first = own->r.first + one_before->r.behind;
+      set_lane(&points[0], lane, own->r.first);
     });
   }
   const bool may_hang = is_tree() && !group_.stands_alone;
@@ -241,8 +241,8 @@ void LaneGroups::Group::substitute_down(const double* blocks, const Vec3* unifor
     lanes::accelerate_pieces(in_, false, upcoming({w, nullptr, blocks}), nullptr, everywhere,
                              uniform != nullptr ? work_.w.data() : nullptr, own_.residual);
     for_separators([&](Separator* own, std::size_t lane) {
-      own->first_dw = lane_of(in_.dw[0], lane);
-      own->last_dw = lane_of(in_.dw[group_.num_rods - 1], lane);
+      own->dw.first = lane_of(in_.dw[0], lane);
+      own->dw.last = lane_of(in_.dw[group_.num_rods - 1], lane);
     });
     return uniform != nullptr ? write_points(work_.w.data(), w) : add_points(in_.dw, w);
   }

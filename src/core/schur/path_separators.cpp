@@ -58,10 +58,10 @@ double factorize_separators(std::span<Separator> separators, bool is_ring) {
 void join_points(std::span<Separator> separators, bool is_ring) {
   for (std::size_t q = is_ring ? 0 : 1; q < separators.size(); ++q) {
     Separator &own = separators[q], &before = q > 0 ? separators[q - 1] : separators.back();
-    own.b_of_first = -dot(own.first, before.behind_r);
+    own.b_of_first = -dot(own.first, before.r.behind);
     own.y -= own.spread * own.b_of_first;
     own.taken_y -= own.taken * own.b_of_first;
-    before.y -= dot(before.u, own.before_r);
+    before.y -= dot(before.u, own.r.before);
   }
 }
 
@@ -93,8 +93,8 @@ double residual_of_separators(std::span<const Separator> separators, bool is_rin
   for (std::size_t q = 0; q < separators.size(); ++q) {
     const Separator& own = separators[q];
     const bool is_end = q + 1 == separators.size() && !is_ring;
-    const Vec3 behind = is_end ? own.inverse_mass_behind * own.force() : behind_of(separators, q, is_ring).first_dw;
-    result = larger(result, std::abs(dot(own.u, behind - own.last_dw) + own.b));
+    const Vec3 behind = is_end ? own.inverse_mass_behind * own.force() : behind_of(separators, q, is_ring).dw.first;
+    result = larger(result, std::abs(dot(own.u, behind - own.dw.last) + own.b));
   }
   return result;
 }

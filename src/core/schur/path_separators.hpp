@@ -25,10 +25,14 @@ struct Separator {
   double spike = 0.0;                   ///< product with the rod that closes a ring
   double b = 0.0, y = 0.0;              ///< of a right side: its own, and what the piece leaves of it
   double x = 0.0;                       ///< the solution
-  Vec3 first_dw, last_dw;               ///< dw of the first and the last point of the piece
-  Vec3 before_r, behind_r;              ///< what the piece adds to r of the points before and behind it
-  Vec3 first_r;                         ///< r of the first point
-  double b_of_first = 0.0;              ///< what the piece before adds to the right side of the first rod
+  struct {
+    Vec3 first, last;
+  } dw;  ///< of the first and the last point of the piece
+  struct {
+    Vec3 first;           ///< r of the first point
+    Vec3 before, behind;  ///< what the piece adds to r of the points before and behind it
+  } r;
+  double b_of_first = 0.0;  ///< what the piece before adds to the right side of the first rod
 
   Vec3 force() const { return x * u; }
 };

@@ -32,9 +32,10 @@ class Verifier : private AnswerMeasures {
   void add_row(double* figure, const Identity& identity, const Worst& worst, double allowed);
   void add_point(double* figure, const Identity& identity, const Worst& worst, double allowed);
   static constexpr double fewest_digits = Certificate::fewest_digits;
-  /// The given force as identities write it: f, with friction f + tau.
-  std::string given_force() const { return has_friction_ ? "f + tau" : "f"; }
-  std::string minus_given_force() const { return has_friction_ ? "- f - tau" : "- f"; }
+  /// Returns the given force as identities write it: f, with friction f + tau; after " - " each term has that sign.
+  std::string given_force(const std::string& sign = "") const {
+    return sign + "f" + (has_friction_ ? (sign.empty() ? " + " : sign) + "tau" : "");
+  }
 
   void verify_energies();
   void verify_free();

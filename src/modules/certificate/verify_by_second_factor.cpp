@@ -141,10 +141,10 @@ void Verifier::verify_direct_problem(double allowed) {
   Vector rest(n_, 0.0);
   for (std::size_t i = 0; i < moving_; ++i) rest[i] = force[i] - left[i] - answer_.eta[i];
   add_point(&result_.residual,
-            {"(M w " + minus_given_force() + ")_T = 0, the direct problem", "motion from the given forces"},
+            {"(M w" + given_force(" - ") + ")_T = 0, the direct problem", "motion from the given forces"},
             worst_point(left, largest), allowed);
   add_point(&result_.residual,
-            {"K Gamma^-1 K'(M w " + minus_given_force() + ") = eta, the direct problem", "reactions from the motion"},
+            {"K Gamma^-1 K'(M w" + given_force(" - ") + ") = eta, the direct problem", "reactions from the motion"},
             worst_point(rest, largest), allowed);
 }
 

@@ -39,7 +39,7 @@ void Verifier::verify_coordinates() {
   // A'(M w - f - tau) = 0, measured as the acceleration A H^-1 A'(M w - f - tau)
   Vector rest(n_, 0.0);
   for (std::size_t i = 0; i < moving_; ++i) rest[i] = answer_.w[i] - w0_[i];
-  add_point(&result_.residual, {"A'(M w " + minus_given_force() + ") = 0", "Newton's law along the coordinates"},
+  add_point(&result_.residual, {"A'(M w" + given_force(" - ") + ") = 0", "Newton's law along the coordinates"},
             worst_point(project_by_coordinates(rest), acceleration_), 1e-11 + 1e2 * eps / rcond);
 
   if (forms_.is_tangent()) verify_curve();
