@@ -22,7 +22,7 @@ FAMILIES = {"Chains": ["chain 1e3", "chain 1e4", "chain 1e5", "chain 1e6"],
 REMARKS = {"Chains": """Only the recurrences (`find_pivots`, `substitute_forward`, `substitute_backward`) are not side by side, a third of the time
 in the caches. Eight pieces of a path in lanes would save most of that, and bring r, v, w, K and lambda in and out of lanes at
 each evaluation instead: clusters, and the melt's chains of 99 rods, which are so computed, take as long a rod (`linear_solvers.md`).
-Series keep their coefficients in lanes over all orders of a step, so they do have the pieces (`solve/path_lanes.hpp`).
+Series keep their coefficients in lanes over all orders of a step, so they do have the pieces (`schur/group_series.hpp`).
 `linear_solvers.md` has a step of `rk4`, too: about half of it are its four evaluations, the rest is what ends a step."""}
 LEAST_SHOWN = 0.3  # ns
 SERIES = {"an error of 1e-6 m": "1e-4", "of 1e-9 m": "1e-7"}  # relative tolerances
@@ -89,7 +89,7 @@ def main() -> None:
     print("\n## A step by power series\n")
     print("Chain of 1000 rods released level, 1 s, at the tolerances that meet two errors (problem P1 of `rivals.md`); "
           "ns a rod")
-    print("and step. `advance` and `begin` are the series themselves (`solve/path_lanes.hpp`), what follows is the "
+    print("and step. `advance` and `begin` are the series themselves (`schur/group_series.hpp`), what follows is the "
           "step: sums,")
     print("projections, the acceleration at its end, error estimates.")
     print("A third of `advance` is products of coefficients, the rest elimination, substitution and the moving of points "
