@@ -294,8 +294,8 @@ class TANOR_API Simulation {
   const Outcome& outcome() const;  ///< outcome of the start, the last advance_to or restore
   const MotionReport& report() const;
   double time() const;
-  /// Returns the rank of K at the present state; see Dynamics::rank. On several ranks all call it together, and the rank
-  /// and the degrees of freedom are those of the whole system.
+  /// Returns the rank of K at the present state; see Dynamics::rank. On several ranks all call it together, and the
+  /// rank and the degrees of freedom are those of the whole system.
   RankReport rank();
 
   /// Returns the present state as a value. Inside an observer accelerations and forces are computed again for it.
