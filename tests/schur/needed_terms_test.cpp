@@ -24,8 +24,8 @@ struct Island {
   double speed;
 };
 
-/// Long chains, whose pieces share groves, and rings, eight of which share one, that move at random at speeds
-/// from 1 to 1e-3 m/s.
+/// Long chains, whose pieces share a grove, short ones, and rings, eight of which share one, that move at random at
+/// speeds from 1 to 1e-3 m/s.
 struct MovingIslands {
   System system;
   std::vector<Island> chains, rings;
@@ -46,7 +46,7 @@ struct MovingIslands {
       if (is_ring) rods.pairs.push_back({first + size - 1, first});
       return Island{static_cast<std::size_t>(first), system.masses.size(), speed};
     };
-    for (int k = 0; k < 6; ++k) chains.push_back(add(90, false, std::pow(10.0, -0.6 * k)));
+    for (int k = 0; k < 6; ++k) chains.push_back(add(k % 2 == 0 ? 90 : 20, false, std::pow(10.0, -0.6 * k)));
     for (int k = 0; k < 24; ++k) rings.push_back(add(6, true, k % apart == 0 ? 1.0 : 1e-3));
     system.constraints = {rods};
     system.forces = {Gravity{"g", {0.0, 0.0, -9.81}}};
