@@ -157,7 +157,7 @@ Needs Condition::needs() const {
 
 std::optional<Thing> Condition::thing() const {
   const Quantity* const quantity = left_->quantity();
-  if (quantity == nullptr || (!is_any_ && seen_.member.empty() && quantity->num_members() > 1)) return {};
+  if (quantity == nullptr || (!is_any_ && seen_.member.empty() && quantity->num_members > 1)) return {};
   return quantity->thing(member_);
 }
 

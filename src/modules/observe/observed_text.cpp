@@ -36,18 +36,18 @@ const QuantityKind* find_kind(std::string_view name) {
 }  // namespace
 
 std::size_t ObservedText::Term::num_members() const {
-  const bool is_one = is_reduced() || word == Word::Sum || (word == Word::None && quantity->is_sum());
-  return is_one ? 1 : quantity->num_members();
+  const bool is_one = is_reduced() || word == Word::Sum || (word == Word::None && quantity.is_sum);
+  return is_one ? 1 : quantity.num_members;
 }
 
 std::size_t ObservedText::Term::num_parts() const {
-  return part || is_reduced() ? 1 : quantity->num_parts();
+  return part || is_reduced() ? 1 : quantity.num_parts();
 }
 
 std::size_t ObservedText::Term::evaluate(const ObservedInstant& at) const {
-  const std::size_t members = quantity->num_members(), parts = quantity->num_parts();
+  const std::size_t members = quantity.num_members, parts = quantity.num_parts();
   values.resize(members * parts);
-  quantity->evaluate(at, values.data());
+  quantity.evaluate(at, values.data());
   const auto number_of = [&](std::size_t k) {
     const double* const first = values.data() + k * parts;
     if (part && *part < parts) return first[*part];
@@ -116,7 +116,7 @@ class ObservedText::Reader {
     if (!has_bracket) throw TextFault{at, std::string(name) + " takes (" + std::string(kind->arguments) + ")"};
     const Arguments arguments = read_arguments(text, name, at, &bracket);
     term.quantity = kind->make(things_, arguments);
-    if (term.quantity->num_members() == 0)
+    if (term.quantity.num_members == 0)
       throw TextFault{at, std::string(text.substr(at, bracket - at)) + " has no members"};
     read_part(text, &bracket, &term);
     *place = bracket;
@@ -154,7 +154,7 @@ class ObservedText::Reader {
 
   static std::string list_parts(const Term& term) {
     std::string list;
-    for (const std::string& part : term.quantity->parts()) list += "." + part + ", ";
+    for (const std::string& part : term.quantity.parts) list += "." + part + ", ";
     return list + "or .norm";
   }
 
@@ -162,7 +162,7 @@ class ObservedText::Reader {
   static void read_part(std::string_view text, std::size_t* place, Term* term) {
     if (*place + 1 >= text.size() || text[*place] != '.' || !is_letter(text[*place + 1])) return;
     const std::string_view word = word_at(text, *place + 1);
-    const std::vector<std::string> parts = term->quantity->parts();
+    const std::vector<std::string>& parts = term->quantity.parts;
     const auto found = std::ranges::find(parts, word);
     if (found == parts.end() && (word != "norm" || parts.empty())) {
       throw TextFault{*place, parts.empty() ? "." + std::string(word) + " is asked of a number, which has no parts"
@@ -191,7 +191,7 @@ ObservedText::ObservedText(const Things& things, const std::string& text, const 
     }
     formula_ = std::move(formula);
   }
-  for (const Term& term : terms_) needs_ |= term.quantity->needs();
+  for (const Term& term : terms_) needs_ |= term.quantity.needs;
   variables_.resize(1 + terms_.size());
 }
 
@@ -201,10 +201,10 @@ Observed ObservedText::describe(const Units& units) const {
     observed.values.resize(1);
   } else {
     const Term& term = terms_[0];
-    observed.unit = units.letters(term.quantity->dimension);
-    if (term.num_parts() > 1) observed.parts = term.quantity->parts();
+    observed.unit = units.letters(term.quantity.dimension);
+    if (term.num_parts() > 1) observed.parts = term.quantity.parts;
     if (term.num_members() > 1)
-      for (std::size_t k = 0; k < term.num_members(); ++k) observed.members.push_back(term.quantity->name_member(k));
+      for (std::size_t k = 0; k < term.num_members(); ++k) observed.members.push_back(term.quantity.name_member(k));
     observed.values.resize(term.columns());
   }
   observed.least.resize(std::max<std::size_t>(1, observed.parts.size()));
@@ -219,7 +219,7 @@ std::size_t ObservedText::evaluate(const ObservedInstant& at, Observed* to) cons
   }
   const std::size_t member = terms_[0].evaluate(at);
   std::ranges::copy(terms_[0].numbers, to->values.begin());
-  if (terms_[0].is_reduced()) to->member = terms_[0].quantity->name_member(member);
+  if (terms_[0].is_reduced()) to->member = terms_[0].quantity.name_member(member);
   return member;
 }
 

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -37,11 +36,11 @@ class ObservedText {
   bool is_any() const { return terms_.size() == 1 && terms_[0].word == Word::Any; }
   /// Returns true if something of which the text speaks was taken out as a whole.
   bool is_gone() const {
-    return std::ranges::any_of(terms_, [](const Term& term) { return term.quantity->is_gone(); });
+    return std::ranges::any_of(terms_, [](const Term& term) { return term.quantity.is_gone; });
   }
   bool is_number() const { return !lone() || (terms_[0].columns() == 1); }
   /// Returns the quantity and its thing for a term alone; null for a formula.
-  const Quantity* quantity() const { return lone() ? terms_[0].quantity.get() : nullptr; }
+  const Quantity* quantity() const { return lone() ? &terms_[0].quantity : nullptr; }
   /// Takes the largest (1) or the smallest (-1) member for `any`.
   void take_any(int sign);
 
@@ -49,7 +48,7 @@ class ObservedText {
   enum class Word { None, Max, Min, Sum, Each, Any };
   struct Term {
     Word word = Word::None;
-    std::unique_ptr<Quantity> quantity;
+    Quantity quantity;
     std::optional<std::size_t> part;  ///< num_parts() for the norm
     mutable std::vector<double> values, numbers;
 

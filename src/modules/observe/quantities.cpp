@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
-#include <functional>
+#include <limits>
+#include <memory>
 
 #include "base/parallel.hpp"
 #include "evaluate/definitions.hpp"
@@ -21,147 +22,141 @@ constexpr List supports_alone[] = {List::Supports};
 constexpr List supports_or_constraints[] = {List::Supports, List::Constraints};
 
 /// The members of a thing that a quantity speaks of: one of them or all.
-class Members : public Quantity {
- public:
+struct Members {
   Members(const Things& things, const Thing& thing)
-      : thing_(thing),
-        name_(things.name({thing.list, thing.index})),
-        first_(thing.member.value_or(0)),
-        count_(thing.member ? 1 : things.num_members(thing)),
-        numbers_(things.numbers(thing)) {
-    for (std::size_t k = 0; k < count_; ++k)
-      if (things.is_absent({thing.list, thing.index, first_ + k})) absent_.push_back(k);
+      : whole{thing.list, thing.index},
+        name(things.name(whole)),
+        first(thing.member.value_or(0)),
+        count(thing.member ? 1 : things.num_members(thing)),
+        numbers(things.numbers(thing)) {
+    for (std::size_t k = 0; k < count; ++k)
+      if (things.is_absent({whole.list, whole.index, first + k})) absent.push_back(k);
   }
 
-  std::size_t num_members() const override { return count_; }
-  std::string name_member(std::size_t k) const override {
-    return name_ + "[" + std::to_string(numbers_.empty() ? first_ + k : numbers_[first_ + k]) + "]";
-  }
-  bool is_gone() const override { return count_ > 0 && absent_.size() == count_; }
-  std::optional<Thing> thing(std::size_t k) const override { return Thing{thing_.list, thing_.index, first_ + k}; }
-
- protected:
-  /// Members that were taken out have no number.
-  void forget_absent(std::size_t num_parts, double* values) const {
-    for (const std::size_t k : absent_)
-      std::fill_n(values + k * num_parts, num_parts, std::numeric_limits<double>::quiet_NaN());
-  }
-
-  Thing thing_;
-  std::string name_;
-  std::size_t first_, count_;
-
- private:
-  std::span<const std::size_t> numbers_;
-  std::vector<std::size_t> absent_;
+  Thing whole;
+  std::string name;
+  std::size_t first, count;
+  std::span<const std::size_t> numbers;
+  std::vector<std::size_t> absent;
 };
 
-// ---- scalars of constraints and springs ----
-
-/// The multipliers of constraints, times a factor: -1 gives the tension of rods and of ropes on pulleys.
-class Multipliers final : public Members {
- public:
-  Multipliers(const Things& things, const Thing& thing, double factor) : Members(things, thing), factor_(factor) {
-    for (std::size_t group = 0; group < thing.index; ++group) {
-      const GroupShape shape = shape_of(things.system().constraints[group]);
-      first_row_ += shape.members * shape.rows_per_member;
-    }
-    rows_per_member_ = shape_of(things.system().constraints[thing.index]).rows_per_member;
-    first_row_ += first_ * rows_per_member_;
-  }
-  std::vector<std::string> parts() const override {
-    return rows_per_member_ == 2 ? std::vector<std::string>{"0", "1"} : std::vector<std::string>{};
-  }
-  std::size_t num_parts() const override { return rows_per_member_; }
-  Needs needs() const override { return {.multipliers = true}; }
-  void evaluate(const ObservedInstant& at, double* values) const override {
-    read(at, values);
-    forget_absent(rows_per_member_, values);
-  }
-  /// Does the same with 0 for members that were taken out.
-  void read(const ObservedInstant& at, double* values) const {
-    for (std::size_t k = 0; k < count_ * rows_per_member_; ++k)
-      values[k] = factor_ * at.multipliers[first_row_ + k] + 0.0;  // no -0
-  }
-
- private:
-  std::size_t first_row_ = 0, rows_per_member_ = 1;
-  double factor_;
-};
-
-/// The pull of springs and bonds between two points: -dU/dL and what damping adds.
-template <class Group>
-class Pull final : public Members {
- public:
-  Pull(const Things& things, const Thing& thing)
-      : Members(things, thing), group_(std::get<Group>(things.system().forces[thing.index])) {
-    for (std::size_t k = first_; k < first_ + count_; ++k) numbers_.push_back(numbers_of(things.system(), k));
-  }
-  Needs needs() const override { return {.places = true}; }
-  void evaluate(const ObservedInstant& at, double* values) const override {
-    for (std::size_t k = 0; k < count_; ++k) {
-      const auto [i, j] = group_.pairs[first_ + k];
-      const Vec3 a = load(at.positions.data(), j) - load(at.positions.data(), i);
-      const double length = norm(a);
-      values[k] = slope(length, k);
-      if constexpr (std::is_same_v<Group, Springs>)
-        values[k] += group_.damping * dot(a, load(at.velocities.data(), j) - load(at.velocities.data(), i)) / length;
-    }
-    forget_absent(1, values);
-  }
-
- private:
-  using Slope = Forward<1>;
-  auto numbers_of(const System& system, std::size_t k) const {
-    if constexpr (std::is_same_v<Group, Springs>) {
-      const Parameter& rest = group_.rest_length;
-      const auto [i, j] = group_.pairs[k];
-      if (rest.is_initial()) return norm(load(system.positions.data(), j) - load(system.positions.data(), i));
-      return rest.constants[rest.constants.size() == 1 ? 0 : k];
-    } else {
-      return law_numbers_of(system, group_, k);
-    }
-  }
-  double slope(double length, std::size_t k) const {
-    if constexpr (std::is_same_v<Group, Springs>) {
-      return group_.stiffness * (length - numbers_[k]);
-    } else {
-      std::array<Slope, KindOf<Group>::most_numbers> numbers;
-      std::ranges::copy(numbers_[k], numbers.begin());
-      const std::array<TripleOf<Slope>, 2> r{TripleOf<Slope>{}, {Slope::variable(length, 0), 0.0, 0.0}};
-      return typename KindOf<Group>::template Definition<Slope>(group_).energy(r, numbers).d[0];
-    }
-  }
-
-  const Group group_;
-  std::vector<decltype(std::declval<const Pull&>().numbers_of(std::declval<const System&>(), 0))> numbers_;
-};
-
-std::unique_ptr<Quantity> make_tension(const Things& things, const Arguments& arguments) {
-  arguments.require(1, 1, "rods, pulleys, springs or bonds");
-  const Thing thing = things.find(arguments[0], constraints_or_forces);
-  std::unique_ptr<Quantity> result;
-  if (thing.list == List::Constraints) {
-    const Constraint& constraint = things.system().constraints[thing.index];
-    if (std::holds_alternative<Rods>(constraint) || std::holds_alternative<Pulleys>(constraint))
-      result = std::make_unique<Multipliers>(things, thing, -1.0);
-    else
-      arguments[0].fail("'" + things.name(thing) + "' is a " + std::string(kind_name(constraint)) +
-                        ", which has no tension; force(" + things.name(thing) + ") is its force");
-  } else if (std::holds_alternative<Springs>(things.system().forces[thing.index])) {
-    result = std::make_unique<Pull<Springs>>(things, thing);
-  } else if (std::holds_alternative<Bonds>(things.system().forces[thing.index])) {
-    result = std::make_unique<Pull<Bonds>>(things, thing);
-  } else {
-    arguments[0].fail("'" + things.name(thing) + "' has no tension; rods, pulleys, springs and bonds have one");
-  }
-  result->dimension = Dimension::Forces;
+/// Returns a quantity of members, whose numbers `evaluate` writes. Members that were taken out have no number.
+template <class Evaluate>
+Quantity of_members(const Members& members, Needs needs, Evaluate evaluate, std::vector<std::string> parts = {}) {
+  Quantity result{.needs = needs, .parts = std::move(parts), .num_members = members.count};
+  result.evaluate = [=, n = result.num_parts(), absent = members.absent](const ObservedInstant& at, double* values) {
+    evaluate(at, values);
+    for (const std::size_t k : absent) std::fill_n(values + k * n, n, std::numeric_limits<double>::quiet_NaN());
+  };
+  result.name_member = [members](std::size_t k) {
+    const std::size_t member = members.first + k;
+    return members.name + "[" + std::to_string(members.numbers.empty() ? member : members.numbers[member]) + "]";
+  };
+  result.thing = [members](std::size_t k) { return Thing{members.whole.list, members.whole.index, members.first + k}; };
+  result.is_gone = members.count > 0 && members.absent.size() == members.count;
   return result;
 }
 
-std::unique_ptr<Quantity> make_multiplier(const Things& things, const Arguments& arguments) {
+// ---- scalars of constraints and springs ----
+
+/// Reads the multipliers of constraints, times a factor: -1 gives the tension of rods and of ropes on pulleys. They are
+/// 0 for members that were taken out.
+struct Multipliers {
+  Multipliers(const System& system, const Members& members, double by) : factor(by) {
+    for (std::size_t group = 0; group < members.whole.index; ++group) {
+      const GroupShape shape = shape_of(system.constraints[group]);
+      first += shape.members * shape.rows_per_member;
+    }
+    rows_per_member = shape_of(system.constraints[members.whole.index]).rows_per_member;
+    first += members.first * rows_per_member;
+    count = members.count * rows_per_member;
+  }
+  void operator()(const ObservedInstant& at, double* values) const {
+    for (std::size_t k = 0; k < count; ++k) values[k] = factor * at.multipliers[first + k] + 0.0;  // no -0
+  }
+
+  double factor;
+  std::size_t first = 0, rows_per_member = 1, count = 0;
+};
+
+Quantity multipliers_of(const Things& things, const Thing& thing, double factor) {
+  const Members members(things, thing);
+  const Multipliers read(things.system(), members, factor);
+  return of_members(members, {.multipliers = true}, read,
+                    read.rows_per_member == 2 ? std::vector<std::string>{"0", "1"} : std::vector<std::string>{});
+}
+
+/// Returns the pull of springs or bonds between two points: slope(instant, pair, r_j - r_i, number of the member).
+template <class Slope>
+Quantity pulls_of(const Members& members, const std::vector<std::array<Index, 2>>& all, Slope slope) {
+  return of_members(members, {.places = true}, [=, first = members.first](const ObservedInstant& at, double* values) {
+    for (std::size_t k = 0; k < members.count; ++k) {
+      const auto& [i, j] = all[first + k];
+      values[k] = slope(at, all[first + k], load(at.positions.data(), j) - load(at.positions.data(), i), k);
+    }
+  });
+}
+
+/// The pull of a spring is -dU/dL and what damping adds.
+Quantity pulls_of_springs(const Things& things, const Thing& thing, const Springs& springs) {
+  const Members members(things, thing);
+  const Parameter& given = springs.rest_length;
+  const double* const positions = things.system().positions.data();
+  std::vector<double> rest;
+  for (std::size_t k = members.first; k < members.first + members.count; ++k) {
+    const auto [i, j] = springs.pairs[k];
+    rest.push_back(given.is_initial() ? norm(load(positions, j) - load(positions, i))
+                                      : given.constants[given.constants.size() == 1 ? 0 : k]);
+  }
+  return pulls_of(members, springs.pairs,
+                  [rest, stiffness = springs.stiffness, damping = springs.damping](
+                      const ObservedInstant& at, const std::array<Index, 2>& pair, const Vec3& a, std::size_t k) {
+                    const double length = norm(a), *const v = at.velocities.data();
+                    return stiffness * (length - rest[k]) +
+                           damping * dot(a, load(v, pair[1]) - load(v, pair[0])) / length;
+                  });
+}
+
+/// The pull of a bond is -dU/dL, from the definition of its law.
+Quantity pulls_of_bonds(const Things& things, const Thing& thing, const Bonds& bonds) {
+  using Slope = Forward<1>;
+  const Members members(things, thing);
+  std::vector<decltype(law_numbers_of(things.system(), bonds, 0))> numbers;
+  for (std::size_t k = 0; k < members.count; ++k)
+    numbers.push_back(law_numbers_of(things.system(), bonds, members.first + k));
+  return pulls_of(members, bonds.pairs, [=](const auto&, const auto&, const Vec3& a, std::size_t k) {
+    std::array<Slope, KindOf<Bonds>::most_numbers> constants;
+    std::ranges::copy(numbers[k], constants.begin());
+    const std::array<TripleOf<Slope>, 2> r{TripleOf<Slope>{}, {Slope::variable(norm(a), 0), 0.0, 0.0}};
+    return KindOf<Bonds>::Definition<Slope>(bonds).energy(r, constants).d[0];
+  });
+}
+
+Quantity tension_of(const Things& things, const Argument& argument) {
+  const Thing thing = things.find(argument, constraints_or_forces);
+  if (thing.list == List::Constraints) {
+    const Constraint& constraint = things.system().constraints[thing.index];
+    if (std::holds_alternative<Rods>(constraint) || std::holds_alternative<Pulleys>(constraint))
+      return multipliers_of(things, thing, -1.0);
+    argument.fail("'" + things.name(thing) + "' is a " + std::string(kind_name(constraint)) +
+                  ", which has no tension; force(" + things.name(thing) + ") is its force");
+  }
+  const Force& force = things.system().forces[thing.index];
+  if (const auto* springs = std::get_if<Springs>(&force)) return pulls_of_springs(things, thing, *springs);
+  if (const auto* bonds = std::get_if<Bonds>(&force)) return pulls_of_bonds(things, thing, *bonds);
+  argument.fail("'" + things.name(thing) + "' has no tension; rods, pulleys, springs and bonds have one");
+}
+
+Quantity make_tension(const Things& things, const Arguments& arguments) {
+  arguments.require(1, 1, "rods, pulleys, springs or bonds");
+  Quantity result = tension_of(things, arguments[0]);
+  result.dimension = Dimension::Forces;
+  return result;
+}
+
+Quantity make_multiplier(const Things& things, const Arguments& arguments) {
   arguments.require(1, 1, "constraints");
-  return std::make_unique<Multipliers>(things, things.find(arguments[0], constraints_alone), 1.0);
+  return multipliers_of(things, things.find(arguments[0], constraints_alone), 1.0);
 }
 
 // ---- vectors of points ----
@@ -170,73 +165,47 @@ std::vector<std::string> xyz() {
   return {"x", "y", "z"};
 }
 
-/// Vectors of some points: positions, velocities, loads, …
-class PointVectors final : public Quantity {
- public:
-  using Array = std::span<const double> ObservedInstant::*;
-  PointVectors(const Things& things, std::vector<Index> points, Array array, Needs needs, bool is_sum = false)
-      : points_(std::move(points)), array_(array), needs_(needs), is_sum_(is_sum) {
-    for (const Index point : points_) names_.push_back(things.name_point(point));
-  }
-  std::size_t num_members() const override { return points_.size(); }
-  std::string name_member(std::size_t k) const override { return names_[k]; }
-  std::vector<std::string> parts() const override { return xyz(); }
-  std::size_t num_parts() const override { return 3; }
-  bool is_sum() const override { return is_sum_; }
-  Needs needs() const override { return needs_; }
-  void evaluate(const ObservedInstant& at, double* values) const override {
-    for (std::size_t k = 0; k < points_.size(); ++k)
-      store(values, k, (at.*array_).empty() ? Vec3{} : load((at.*array_).data(), points_[k]));
-  }
-  std::optional<Thing> thing(std::size_t k) const override {
-    if (support_) return Thing{List::Supports, support_->index, support_->member.value_or(0) + k};
-    return {};
-  }
-  const std::vector<Index>& points() const { return points_; }
-  /// Tells that the points are those of an entry of supports, or one of them.
-  void belong_to(const Thing& support) { support_ = support; }
+using Array = std::span<const double> ObservedInstant::*;
 
- private:
-  std::optional<Thing> support_;
-  std::vector<Index> points_;
-  std::vector<std::string> names_;
-  Array array_;
-  Needs needs_;
-  bool is_sum_;
-};
+/// Returns vectors of some points: positions, velocities, loads, …
+Quantity vectors_of(const Things& things, std::vector<Index> points, Dimension dimension, Array array, Needs needs) {
+  std::vector<std::string> names;
+  for (const Index point : points) names.push_back(things.name_point(point));
+  Quantity result{dimension, needs, {}, xyz(), points.size()};
+  result.name_member = [names = std::move(names)](std::size_t k) { return names[k]; };
+  result.evaluate = [points = std::move(points), array](const ObservedInstant& at, double* values) {
+    for (std::size_t k = 0; k < points.size(); ++k)
+      store(values, k, (at.*array).empty() ? Vec3{} : load((at.*array).data(), points[k]));
+  };
+  return result;
+}
 
-template <Dimension dimension, std::span<const double> ObservedInstant::*array, bool needs_forces>
-std::unique_ptr<Quantity> make_of_points(const Things& things, const Arguments& arguments) {
+template <Dimension dimension, Array array, bool needs_forces>
+Quantity make_of_points(const Things& things, const Arguments& arguments) {
   arguments.require(1, 1, "points");
-  auto result = std::make_unique<PointVectors>(things, things.points(arguments[0]), array,
-                                               Needs{.places = true, .forces = needs_forces});
-  result->dimension = dimension;
-  return result;
+  return vectors_of(things, things.points(arguments[0]), dimension, array, {.places = true, .forces = needs_forces});
 }
 
-std::unique_ptr<PointVectors> make_load_of(const Things& things, const Argument& argument) {
-  const Thing thing = things.find(argument, supports_alone);
+std::vector<Index> points_of_support(const Things& things, const Thing& thing) {
   const std::vector<Index>& all = things.system().supports[thing.index].points;
-  auto result = std::make_unique<PointVectors>(things, thing.member ? std::vector{all[*thing.member]} : all,
-                                               &ObservedInstant::support_forces, Needs{.forces = true}, true);
-  result->belong_to(thing);
-  return result;
+  return thing.member ? std::vector{all[*thing.member]} : all;
 }
 
-std::unique_ptr<Quantity> make_load(const Things& things, const Arguments& arguments) {
+Quantity make_load(const Things& things, const Arguments& arguments) {
   arguments.require(1, 1, "supports");
-  auto result = make_load_of(things, arguments[0]);
-  result->dimension = Dimension::Forces;
+  const Thing thing = things.find(arguments[0], supports_alone);
+  Quantity result = vectors_of(things, points_of_support(things, thing), Dimension::Forces,
+                               &ObservedInstant::support_forces, {.forces = true});
+  result.is_sum = true;
+  result.thing = [thing](std::size_t k) { return Thing{List::Supports, thing.index, thing.member.value_or(0) + k}; };
   return result;
 }
 
-std::unique_ptr<Quantity> make_friction(const Things& things, const Arguments& arguments) {
+Quantity make_friction(const Things& things, const Arguments& arguments) {
   arguments.require(1, 1, "points");
   things.require_forces(arguments);
-  auto result = std::make_unique<PointVectors>(things, things.points(arguments[0]), &ObservedInstant::friction,
-                                               Needs{.friction = true});
-  result->dimension = Dimension::Forces;
-  return result;
+  return vectors_of(things, things.points(arguments[0]), Dimension::Forces, &ObservedInstant::friction,
+                    {.friction = true});
 }
 
 // ---- forces of constraints, and moments ----
@@ -244,7 +213,8 @@ std::unique_ptr<Quantity> make_friction(const Things& things, const Arguments& a
 /// The forces with which constraints act on their points, from their definitions.
 class ConstraintForces {
  public:
-  ConstraintForces(const Things& things, const Thing& thing) : members_(things, thing, 1.0), system_(things.system()) {
+  ConstraintForces(const Things& things, const Thing& thing)
+      : read_(things.system(), Members(things, thing), 1.0), system_(things.system()) {
     system_.constraints = {things.system().constraints[thing.index]};
     system_.forces.clear();
     system_.friction.clear();
@@ -267,103 +237,72 @@ class ConstraintForces {
 
   const std::vector<Index>& points() const { return points_; }
   /// Returns eta [3n] of these constraints alone.
-  const double* evaluate(const ObservedInstant& at) const {
+  const double* evaluate(const ObservedInstant& at) {
     std::ranges::fill(rows_, 0.0);
-    members_.read(at, rows_.data() + first_row_);
+    read_(at, rows_.data() + first_row_);
     definitions_->reactions(at.time, at.positions, rows_, eta_);
     return eta_.data();
   }
 
  private:
-  Multipliers members_;
+  Multipliers read_;
   System system_;
   std::optional<Definitions> definitions_;
   std::vector<Index> points_;
   std::size_t first_row_ = 0;
-  mutable std::vector<double> rows_, eta_;
+  std::vector<double> rows_, eta_;
 };
 
 /// The sum of the forces with which constraints act on their points. What they are fixed to feels the opposite.
-class ForceOfConstraints final : public Quantity {
- public:
-  ForceOfConstraints(const Things& things, const Thing& thing) : forces_(things, thing) {
-    dimension = Dimension::Forces;
-  }
-  std::vector<std::string> parts() const override { return xyz(); }
-  std::size_t num_parts() const override { return 3; }
-  Needs needs() const override { return {.forces = true}; }
-  void evaluate(const ObservedInstant& at, double* values) const override {
-    const double* const eta = forces_.evaluate(at);
-    Vec3 sum{};
-    for (const Index point : forces_.points()) sum = sum + load(eta, point);
-    store(values, 0, sum);
-  }
-
- private:
-  ConstraintForces forces_;
-};
-
-std::unique_ptr<Quantity> make_force(const Things& things, const Arguments& arguments) {
+Quantity make_force(const Things& things, const Arguments& arguments) {
   arguments.require(1, 1, "constraints");
-  return std::make_unique<ForceOfConstraints>(things, things.find(arguments[0], constraints_alone));
+  const auto forces = std::make_shared<ConstraintForces>(things, things.find(arguments[0], constraints_alone));
+  const auto evaluate = [forces](const ObservedInstant& at, double* values) {
+    const double* const eta = forces->evaluate(at);
+    Vec3 sum{};
+    for (const Index point : forces->points()) sum = sum + load(eta, point);
+    store(values, 0, sum);
+  };
+  return {Dimension::Forces, {.forces = true}, evaluate, xyz()};
 }
 
 /// The moment about an axis of the forces with which a thing acts on the mechanism: the torque of a motor.
-class Moment final : public Quantity {
- public:
-  Moment(const Things& things, const Arguments& arguments) : axis_(things.axis(arguments[1])) {
-    dimension = Dimension::Moment;
-    const Thing thing = things.find(arguments[0], supports_or_constraints);
-    if (thing.list == List::Supports)
-      loads_ = make_load_of(things, arguments[0]);
-    else
-      constraints_.emplace(things, thing);
-    if (arguments.size() < 3) return;
-    const std::optional<Vec3> place = things.vector(arguments[2]);
-    if (place)
-      about_ = *place;
-    else
-      about_point_ = things.point(arguments[2]);
-  }
-  Needs needs() const override { return {.forces = true}; }
-  void evaluate(const ObservedInstant& at, double* values) const override {
-    const Vec3 about = about_point_ ? load(at.positions.data(), *about_point_) : about_;
-    const double* const forces = loads_ ? at.support_forces.data() : constraints_->evaluate(at);
-    double sum = 0.0;
-    for (const Index point : loads_ ? loads_->points() : constraints_->points())
-      sum += dot(axis_, cross(load(at.positions.data(), point) - about, load(forces, point)));
-    values[0] = loads_ ? -sum : sum;
-  }
-
- private:
-  Vec3 axis_, about_{};
-  std::optional<Index> about_point_;
-  std::unique_ptr<PointVectors> loads_;
-  std::optional<ConstraintForces> constraints_;
-};
-
-std::unique_ptr<Quantity> make_moment(const Things& things, const Arguments& arguments) {
+Quantity make_moment(const Things& things, const Arguments& arguments) {
   if (arguments.size() == 1)
     throw TextFault{arguments.place,
                     "a moment needs an axis: moment(" + std::string(arguments[0].text) + ", z, [0, 0, 0])"};
   arguments.require(2, 3, "supports or constraints, axis, about");
-  return std::make_unique<Moment>(things, arguments);
+  const Vec3 axis = things.axis(arguments[1]);
+  const Thing thing = things.find(arguments[0], supports_or_constraints);
+  const bool is_load = thing.list == List::Supports;
+  const auto forces = is_load ? nullptr : std::make_shared<ConstraintForces>(things, thing);
+  const std::vector<Index> points = is_load ? points_of_support(things, thing) : forces->points();
+  const std::optional<Vec3> place = arguments.size() < 3 ? Vec3{} : things.vector(arguments[2]);
+  const Index about_point = place ? 0 : things.point(arguments[2]);
+  return one_number(Dimension::Moment, {.forces = true}, [=](const ObservedInstant& at) {
+    const Vec3 about = place ? *place : load(at.positions.data(), about_point);
+    const double* const acting = is_load ? at.support_forces.data() : forces->evaluate(at);
+    double sum = 0.0;
+    for (const Index point : points)
+      sum += dot(axis, cross(load(at.positions.data(), point) - about, load(acting, point)));
+    return is_load ? -sum : sum;
+  });
 }
 
 // ---- geometry ----
 
-std::unique_ptr<Quantity> make_distance(const Things& things, const Arguments& arguments) {
+Quantity make_distance(const Things& things, const Arguments& arguments) {
   arguments.require(2, 2, "point, point");
   const Index i = things.point(arguments[0]), j = things.point(arguments[1]);
-  return std::make_unique<Number>(Dimension::Length, Needs{.places = true}, [=](const ObservedInstant& at) {
+  return one_number(Dimension::Length, {.places = true}, [=](const ObservedInstant& at) {
     return norm(load(at.positions.data(), j) - load(at.positions.data(), i));
   });
 }
 
-std::unique_ptr<Quantity> make_angle(const Things& things, const Arguments& arguments) {
+Quantity make_angle(const Things& things, const Arguments& arguments) {
   arguments.require(3, 3, "point, corner, point");
   const Index i = things.point(arguments[0]), corner = things.point(arguments[1]), j = things.point(arguments[2]);
-  return std::make_unique<Number>(Dimension::Angle, Needs{.places = true}, [=](const ObservedInstant& at) {
+  return one_number(Dimension::Angle, {.places = true}, [=](const ObservedInstant& at) {
     const Vec3 here = load(at.positions.data(), corner);
     const Vec3 a = load(at.positions.data(), i) - here, b = load(at.positions.data(), j) - here;
     return std::atan2(norm(cross(a, b)), dot(a, b));
@@ -373,52 +312,45 @@ std::unique_ptr<Quantity> make_angle(const Things& things, const Arguments& argu
 // ---- energies ----
 
 /// The potential energy of one force.
-class PotentialOfForce final : public Quantity {
- public:
-  PotentialOfForce(const Things& things, const Thing& thing)
-      : system_(with_force(things.system(), thing.index)), numbering_(number(system_)), forces_(system_, numbering_) {
-    dimension = Dimension::Energy;
-    r_.resize(system_.positions.size());
+struct PotentialOfForce {
+  PotentialOfForce(const System& all, std::size_t force) : system(all), numbering(number(all)) {
+    system.forces = {all.forces[force]};
+    forces.emplace(system, numbering);
+    r.resize(system.positions.size());
   }
-  Needs needs() const override { return {.places = true}; }
-  void evaluate(const ObservedInstant& at, double* values) const override {
-    numbering_.gather_points(at.positions, r_);
-    forces_.set_time(at.time);
-    values[0] = forces_.potential(Parallel(1), at.time, r_.data());
+  double evaluate(const ObservedInstant& at) {
+    numbering.gather_points(at.positions, r);
+    forces->set_time(at.time);
+    return forces->potential(Parallel(1), at.time, r.data());
   }
 
- private:
-  static System with_force(const System& system, std::size_t index) {
-    System one = system;
-    one.forces = {system.forces[index]};
-    return one;
-  }
-
-  System system_;
-  Numbering numbering_;
-  mutable Forces forces_;
-  mutable std::vector<double> r_;
+  System system;
+  Numbering numbering;
+  std::optional<Forces> forces;
+  std::vector<double> r;
 };
 
-std::unique_ptr<Quantity> make_kinetic(const Things&, const Arguments& arguments) {
+Quantity make_kinetic(const Things&, const Arguments& arguments) {
   arguments.require(0, 0, "");
-  return std::make_unique<Number>(Dimension::Energy, Needs{.energy = true},
-                                  [](const ObservedInstant& at) { return at.kinetic; });
+  return one_number(Dimension::Energy, {.energy = true}, [](const ObservedInstant& at) { return at.kinetic; });
 }
 
-std::unique_ptr<Quantity> make_potential(const Things& things, const Arguments& arguments) {
+Quantity make_potential(const Things& things, const Arguments& arguments) {
   arguments.require(0, 1, "force");
   things.require_forces(arguments);
-  if (arguments.size() == 1) return std::make_unique<PotentialOfForce>(things, things.find(arguments[0], forces_alone));
-  return std::make_unique<Number>(Dimension::Energy, Needs{.energy = true},
-                                  [](const ObservedInstant& at) { return at.potential; });
+  if (arguments.size() == 0)
+    return one_number(Dimension::Energy, {.energy = true}, [](const ObservedInstant& at) { return at.potential; });
+  const Thing thing = things.find(arguments[0], forces_alone);
+  const auto one = std::make_shared<PotentialOfForce>(things.system(), thing.index);
+  return one_number(Dimension::Energy, {.places = true},
+                    [one](const ObservedInstant& at) { return one->evaluate(at); });
 }
 
-std::unique_ptr<Quantity> make_energy(const Things& things, const Arguments& arguments) {
+Quantity make_energy(const Things& things, const Arguments& arguments) {
   arguments.require(0, 0, "");
   things.require_forces(arguments);
-  return std::make_unique<Number>(Dimension::Energy, Needs{.energy = true},
-                                  [](const ObservedInstant& at) { return at.kinetic + at.potential; });
+  return one_number(Dimension::Energy, {.energy = true},
+                    [](const ObservedInstant& at) { return at.kinetic + at.potential; });
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <memory>
 
 #include "base/parallel.hpp"
 #include "evaluate/definitions.hpp"
@@ -110,30 +111,6 @@ class Virial {
   mutable std::vector<double> lambda_, r_, v_, f_, eta_;
 };
 
-/// The virial tensor, or the pressure (m v^2 + virial)/(3 V).
-class Stress final : public Quantity {
- public:
-  Stress(const System& system, bool is_tensor) : system_(system), virial_(system), is_tensor_(is_tensor) {
-    dimension = is_tensor ? Dimension::Energy : Dimension::Pressure;
-  }
-  std::vector<std::string> parts() const override {
-    return is_tensor_ ? std::vector<std::string>{"xx", "yy", "zz", "xy", "xz", "yz"} : std::vector<std::string>{};
-  }
-  Needs needs() const override { return {.forces = true, .energy = true}; }
-  void evaluate(const ObservedInstant& at, double* values) const override {
-    const std::array<double, 6> virial = virial_.evaluate(at);
-    if (is_tensor_)
-      std::ranges::copy(virial, values);
-    else
-      values[0] = (2.0 * at.kinetic + virial[0] + virial[1] + virial[2]) / (3.0 * system_.cell->volume());
-  }
-
- private:
-  const System& system_;
-  Virial virial_;
-  bool is_tensor_;
-};
-
 void require_cell(const Things& things, const Arguments& arguments) {
   arguments.require(0, 0, "");
   things.require_forces(arguments);
@@ -144,24 +121,31 @@ void require_cell(const Things& things, const Arguments& arguments) {
 
 }  // namespace
 
-std::unique_ptr<Quantity> make_temperature(const Things& things, const Arguments& arguments) {
+Quantity make_temperature(const Things& things, const Arguments& arguments) {
   arguments.require(0, 0, "");
   const System& system = things.system();
-  const auto find = [&system](const ObservedInstant& at) {
+  return one_number(Dimension::Temperature, {.energy = true, .rank = true}, [&system](const ObservedInstant& at) {
     const double degrees = degrees_of_freedom(system, at.rank);
     return degrees > 0.0 ? 2.0 * at.kinetic / (degrees * system.units.boltzmann) : 0.0;
+  });
+}
+
+/// The pressure is (m v^2 + virial)/(3 V).
+Quantity make_pressure(const Things& things, const Arguments& arguments) {
+  require_cell(things, arguments);
+  const auto find = [&system = things.system(), all = std::make_shared<Virial>(things.system())](const auto& at) {
+    const std::array<double, 6> virial = all->evaluate(at);
+    return (2.0 * at.kinetic + virial[0] + virial[1] + virial[2]) / (3.0 * system.cell->volume());
   };
-  return std::make_unique<Number>(Dimension::Temperature, Needs{.energy = true, .rank = true}, find);
+  return one_number(Dimension::Pressure, {.forces = true, .energy = true}, find);
 }
 
-std::unique_ptr<Quantity> make_pressure(const Things& things, const Arguments& arguments) {
+Quantity make_virial(const Things& things, const Arguments& arguments) {
   require_cell(things, arguments);
-  return std::make_unique<Stress>(things.system(), false);
-}
-
-std::unique_ptr<Quantity> make_virial(const Things& things, const Arguments& arguments) {
-  require_cell(things, arguments);
-  return std::make_unique<Stress>(things.system(), true);
+  const auto evaluate = [all = std::make_shared<Virial>(things.system())](const ObservedInstant& at, double* values) {
+    std::ranges::copy(all->evaluate(at), values);
+  };
+  return {Dimension::Energy, {.forces = true, .energy = true}, evaluate, {"xx", "yy", "zz", "xy", "xz", "yz"}};
 }
 
 }  // namespace tanor::detail
