@@ -23,6 +23,7 @@ SolverOptions without_reuse(SolverOptions options) {
 ConstrainedHost::ConstrainedHost(System system, const SolverOptions& options)
     : forms(std::move(system), without_reuse(options)) {
   w.resize(3 * num_points());
+  eta.resize(3 * num_points());
   for (std::vector<double>* array : {&rows, &sum}) array->resize(model.num_rows());
 }
 
@@ -78,17 +79,70 @@ Outcome ConstrainedHost::check_place(double h) {
 /// Takes the host's positions and projects them onto the constraints. If rows depend on others, the step may not be
 /// along K, and the velocities are moved with it; otherwise they are moved when they are written.
 ProjectionReport ConstrainedHost::step_positions(const PositionStep& step) {
-  LargestSquare largest;
-  IncomingPoints incoming(transfer, &largest);
-  moved.follow(step.positions, may_move_in_place(), &incoming);
+  IncomingPoints incoming(transfer);
+  follow(step.positions, &incoming);
   double* const v = velocities.use_copy();
   has_moved_velocities = step.velocities && linearization.dependences().is_found();
   if (has_moved_velocities) transfer.gather(step.velocities, v);
   ProjectionReport found =
-      form.steps().project_step(step.time, step.step, moved.r(), place.images ? nullptr : &incoming,
+      form.steps().project_step(step.time, step.step, moved.data(), place.images ? nullptr : &incoming,
                                 has_moved_velocities ? v : nullptr, step.tolerance);
-  moved.points().note_moved();
+  moved.note_moved();
   return found;
+}
+
+void ConstrainedHost::gather_positions(const ConstPointArray& positions) {
+  double* const r = moved.use_copy();
+  if (!place.images) return transfer.gather(positions, r);
+  place.set_offsets(place.images->cell());
+  before.resize(place.r.size());
+  transfer.gather(positions, before.data());
+  place.images->unwrap(model.parallel, place.images->lattice(), before.data(), r);
+  before.assign(r, r + before.size());
+}
+
+void ConstrainedHost::follow(const PointArray& positions, IncomingPoints* incoming) {
+  if (!place.images) return moved.take(positions, may_move_in_place(), incoming);
+  place.set_offsets(place.images->cell());
+  double* const r = moved.use_copy();
+  transfer.gather(positions, r);
+  place.images->follow(model.parallel, Lattice(place.cell), place.r.data(), r);
+  before.assign(r, r + place.r.size());
+}
+
+double ConstrainedHost::write_moved(const PointArray& positions, bool measures) {
+  if (!place.images) return moved.give_back(positions, model.num_moving(), measures);
+  const double* const r = moved.data();
+  model.parallel.for_ranges(before.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) before[k] = r[k] - before[k];
+  });
+  return transfer.add(before.data(), model.num_moving(), positions);
+}
+
+void ConstrainedHost::write_reactions(double factor, const ConstraintForces& wanted) {
+  const double* const blocks = linearization.blocks().data();
+  if (!wanted.multipliers.empty()) {
+    model.parallel.for_ranges(host_row.size(), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t a = begin; a < end; ++a) wanted.multipliers[host_row[a]] = factor * multipliers[a];
+    });
+  }
+  if (wanted.forces) {
+    model.gather.reactions(model.parallel, blocks, multipliers, eta.data());
+    model.parallel.for_ranges(eta.size(), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) eta[k] *= factor;
+    });
+    transfer.write(eta.data(), model.num_moving(), wanted.forces);
+  }
+  if (wanted.stress) {
+    stress.resize(9 * num_points());
+    sums.share_virial(multipliers, factor, blocks, place.r.data(), stress.data());
+    transfer.scatter_tensors(stress.data(), model.num_moving(), wanted.stress);
+  }
+}
+
+void ConstrainedHost::add_to_supports(const ConstraintForces& wanted) const {
+  if (wanted.forces) transfer.add_last(eta.data(), model.num_moving(), 3, wanted.forces);
+  if (wanted.stress) transfer.add_last(stress.data(), model.num_moving(), 9, wanted.stress);
 }
 
 /// Adds M^-1 K mu/h to the host's velocities, in place if they are packed in the inner order.
@@ -104,7 +158,7 @@ void ConstrainedHost::write_step_velocities(const PointArray& host) {
 }
 
 void ConstrainedHost::restore() {
-  moved.points().restore();
+  moved.restore();
   velocities.restore();
 }
 
@@ -125,9 +179,15 @@ void ConstrainedHost::note_worst(std::size_t row, double size, PartReport* repor
   report->worst = size;
 }
 
+/// Notes the largest of the rates in `rows`.
+void ConstrainedHost::note_worst_rate(PartReport* report) const {
+  const std::size_t row = RowSums::worst_row(rows);
+  note_worst(row, std::abs(rows[row]), report);
+}
+
 void ConstrainedHost::note_worst_position(PartReport* report) {
   if (rows.empty()) return;
-  (void)linearization.evaluate_values(moved.r(), rows.data());
+  (void)linearization.evaluate_values(moved.data(), rows.data());
   const std::size_t row = sums.worst_position_row(rows);
   note_worst(row, std::abs(rows[row]) / sums.lengths()[row], report);
 }
@@ -139,13 +199,13 @@ void ConstrainedHost::measure_step(const PositionStep& step, PartReport* report)
   const double factor = 2.0 / step.step;
   const double* const blocks = linearization.blocks().data();
   report->virial = sums.virial(multipliers, factor, blocks, place.r.data());
-  report->largest_turn = sums.largest_turn(blocks, place.r.data(), moved.r(), place.offset_changes());
+  report->largest_turn = sums.largest_turn(blocks, place.r.data(), moved.data(), place.offset_changes());
   double* const v = velocities.data();
   if (step.velocities) {
     transfer.gather_last(step.velocities, model.num_moving(), v);
   } else {
     for (std::size_t k = 3 * model.num_moving(); k < place.r.size(); ++k)
-      v[k] = (moved.r()[k] - place.r[k]) / step.step;
+      v[k] = (moved.data()[k] - place.r[k]) / step.step;
   }
   place.set_offsets(place.cell);
   report->work = factor * support_work(step.step, v);

@@ -8,7 +8,6 @@
 
 #include "base/live.hpp"
 #include "base/quiet_traps.hpp"
-#include "host/handle_state.hpp"
 #include "host/host_input.hpp"
 #include "host/host_observables.hpp"
 #include "host/host_parts.hpp"
@@ -35,7 +34,7 @@ struct Constrainer::Implementation : HostParts {
   void clear_supports(const PointArray& array, std::size_t width) const;
   ConstraintReport sum_up();
   template <class Find, class Write>
-  ConstraintReport call(const Find& find, const Write& write);
+  ConstraintReport call(const Find& find, const Write& write, const ConstraintForces& wanted = {});
   template <class Find>
   ConstraintReport call(const Find& find) {
     return call(find, [](ConstrainedHost&, PartReport*) {});
@@ -98,10 +97,11 @@ ConstraintReport Constrainer::Implementation::sum_up() {
   return all;
 }
 
-/// Calls find(part, its report) for all parts and, if all of them have succeeded, write(part, its report). Otherwise no
-/// array of the host has changed.
+/// Calls find(part, its report) for all parts and, if all of them have succeeded, write(part, its report), and writes
+/// what is wanted at supports. Otherwise no array of the host has changed.
 template <class Find, class Write>
-ConstraintReport Constrainer::Implementation::call(const Find& find, const Write& write) {
+ConstraintReport Constrainer::Implementation::call(const Find& find, const Write& write,
+                                                   const ConstraintForces& wanted) {
   const auto restore = [&] { for_each([](ConstrainedHost& part, PartReport*) { part.restore(); }); };
   try {
     for_each([&](ConstrainedHost& part, PartReport* report) {
@@ -113,10 +113,12 @@ ConstraintReport Constrainer::Implementation::call(const Find& find, const Write
     throw;
   }
   const auto is_ok = [](const PartReport& report) { return report.outcome.ok(); };
-  if (std::ranges::all_of(reports(), is_ok))
-    for_each(write);
-  else
+  if (!std::ranges::all_of(reports(), is_ok)) {
     restore();
+    return sum_up();
+  }
+  for_each(write);
+  write_supports(wanted);
   return sum_up();
 }
 
@@ -124,7 +126,7 @@ ConstraintReport Constrainer::Implementation::call(const Find& find, const Write
 void Constrainer::Implementation::write_supports(const ConstraintForces& wanted) {
   clear_supports(wanted.forces, 3);
   clear_supports(wanted.stress, 9);
-  for (std::size_t k = 0; k < size(); ++k) (*this)[k].reactions.add_to_supports(wanted);
+  for (std::size_t k = 0; k < size(); ++k) (*this)[k].add_to_supports(wanted);
 }
 
 // ---- life ----
@@ -269,12 +271,10 @@ Counters Constrainer::counters() const {
 }
 
 std::vector<std::byte> Constrainer::save() {
-  Call self(implementation_);
-  return save_state(&*self);
+  return Call(implementation_)->save();
 }
 void Constrainer::restore(std::span<const std::byte> bytes) {
-  Call self(implementation_);
-  restore_state(bytes, &*self);
+  Call(implementation_)->restore(bytes);
 }
 
 // ---- a step ----
@@ -287,11 +287,8 @@ ConstraintReport Constrainer::constrain_positions(const PositionStep& step) {
   check_finite(step.step, "step");
   if (step.step == 0.0) throw InputError("", "step = 0: a step of no length has no velocities");
   if (!(step.tolerance >= 0.0)) throw InputError("", "tolerance = " + text(step.tolerance) + " is negative");
-  ConstraintReport report =
-      self->call([&](ConstrainedHost& part, PartReport* own) { part.find_positions(step, own); },
-                 [&](ConstrainedHost& part, PartReport* own) { part.write_positions(step, own); });
-  if (report.outcome.ok()) self->write_supports(step.wanted);
-  return report;
+  return self->call([&](ConstrainedHost& part, PartReport* own) { part.find_positions(step, own); },
+                    [&](ConstrainedHost& part, PartReport* own) { part.write_positions(step, own); }, step.wanted);
 }
 
 ConstraintReport Constrainer::constrain_velocities(const VelocityStep& step) {
@@ -303,10 +300,8 @@ ConstraintReport Constrainer::constrain_velocities(const VelocityStep& step) {
       self->call([&](ConstrainedHost& part, PartReport* own) { own->correction = part.find_speed(step, own); });
   const double speed = std::exchange(report.correction, 0.0);
   if (!report.outcome.ok()) return report;
-  report = self->call([&](ConstrainedHost& part, PartReport* own) { part.find_velocities(step, speed, own); },
-                      [&](ConstrainedHost& part, PartReport* own) { part.write_velocities(step, own); });
-  if (report.outcome.ok()) self->write_supports(step.wanted);
-  return report;
+  return self->call([&](ConstrainedHost& part, PartReport* own) { part.find_velocities(step, speed, own); },
+                    [&](ConstrainedHost& part, PartReport* own) { part.write_velocities(step, own); }, step.wanted);
 }
 
 // ---- an instant ----
@@ -337,11 +332,8 @@ ConstraintReport Constrainer::project_forces(ConstPointArray positions, PointArr
   Call self(implementation_);
   self->check(positions, time, wanted);
   require_array(forces, self->num_points(), "forces");
-  ConstraintReport report =
-      self->call([&](ConstrainedHost& part, PartReport* own) { part.find_forces(positions, forces, time, own); },
-                 [&](ConstrainedHost& part, PartReport* own) { part.write_forces(forces, wanted, own); });
-  if (report.outcome.ok()) self->write_supports(wanted);
-  return report;
+  return self->call([&](ConstrainedHost& part, PartReport* own) { part.find_forces(positions, forces, time, own); },
+                    [&](ConstrainedHost& part, PartReport* own) { part.write_forces(forces, wanted, own); }, wanted);
 }
 
 ConstraintReport Constrainer::project_positions(PointArray positions, double time) {
@@ -399,11 +391,7 @@ LogDeterminant Constrainer::log_det(ConstPointArray positions, PointArray gradie
   }
   if (!gradient || !sum.outcome.ok()) return sum;
   self->clear_supports(gradient, 3);
-  for (std::size_t k = 0; k < self->size(); ++k) {
-    ConstrainedHost& part = (*self)[k];
-    part.write_gradient(gradient);
-    part.add_gradient_to_supports(gradient);
-  }
+  for (std::size_t k = 0; k < self->size(); ++k) (*self)[k].write_gradient(gradient);
   return sum;
 }
 

@@ -13,8 +13,7 @@ namespace tanor::detail {
 
 void ConstrainedHost::find_positions(const PositionStep& step, PartReport* report) {
   const double start = step.time - step.step;
-  LargestSquare largest;
-  IncomingPoints incoming(transfer, &largest);
+  IncomingPoints incoming(transfer);
   report->outcome = place.stand_at(step.old_positions, start, step.old_cell, &incoming);
   if (!report->outcome.ok()) return;
   if (report->outcome = check_place(step.step); !report->outcome.ok()) return;
@@ -22,14 +21,12 @@ void ConstrainedHost::find_positions(const PositionStep& step, PartReport* repor
   if (!found.outcome.ok()) {
     // The guess may have come from another motion. The second try begins without it.
     form.steps().forget_steps();
-    moved.points().restore();
+    moved.restore();
     place.set_offsets(place.cell);
     if (report->outcome = linearization.update(start, place.r.data()); report->outcome.ok())
       found = step_positions(step);
   }
-  report->outcome = std::move(found.outcome);
-  report->iterations = found.iterations;
-  report->violation = found.violation;
+  report->take(std::move(found));
   if (!report->outcome.ok()) {
     place.stands = false;
     note_worst_position(report);
@@ -42,14 +39,13 @@ void ConstrainedHost::find_positions(const PositionStep& step, PartReport* repor
 }
 
 void ConstrainedHost::write_positions(const PositionStep& step, PartReport* report) {
-  reactions.write(multipliers, 2.0 / step.step, place.r.data(), step.wanted);  // the multipliers are a sum over h
-  report->correction = moved.write(step.positions, step.measures);
+  write_reactions(2.0 / step.step, step.wanted);  // the multipliers are a sum over h
+  report->correction = write_moved(step.positions, step.measures);
   if (step.velocities) write_step_velocities(step.velocities);
 }
 
 double ConstrainedHost::find_speed(const VelocityStep& step, PartReport* report) {
-  LargestSquare largest;
-  IncomingPoints incoming(transfer, &largest);
+  IncomingPoints incoming(transfer);
   velocities.take(step.velocities, true, &incoming, true);
   report->outcome = place.stand_at(step.positions, step.time, place.present_cell(), &incoming);
   if (!report->outcome.ok()) return 0.0;
@@ -69,14 +65,11 @@ void ConstrainedHost::find_velocities(const VelocityStep& step, double speed, Pa
   ProjectionReport found =
       form.projector().project_velocities(step.time, place.r.data(), v, sums_multipliers ? sum.data() : nullptr, speed);
   velocities.note_moved();
-  report->outcome = std::move(found.outcome);
-  report->iterations = found.iterations;
-  report->violation = found.violation;
+  report->take(std::move(found));
   if (!report->outcome.ok()) place.stands = false;
   if (model.num_rows() > 0 && (step.measures || !report->outcome.ok())) {
     (void)linearization.evaluate_rates(place.r.data(), v, rows.data());
-    const std::size_t row = RowSums::worst_row(rows);
-    note_worst(row, std::abs(rows[row]), report);
+    note_worst_rate(report);
   }
   if (!report->outcome.ok() || !step.measures) return;
   const double factor = step.step != 0.0 ? 2.0 / step.step : 1.0;
@@ -85,15 +78,14 @@ void ConstrainedHost::find_velocities(const VelocityStep& step, double speed, Pa
 }
 
 void ConstrainedHost::write_velocities(const VelocityStep& step, PartReport* report) {
-  reactions.write(multipliers, step.step != 0.0 ? 2.0 / step.step : 1.0, place.r.data(), step.wanted);
+  write_reactions(step.step != 0.0 ? 2.0 / step.step : 1.0, step.wanted);
   report->correction = velocities.give_back(step.velocities, model.num_moving(), step.measures);
 }
 
 // ---- an instant ----
 
 void ConstrainedHost::find_accelerations(const HostState& at, PartReport* report) {
-  LargestSquare largest;
-  IncomingPoints incoming(transfer, &largest);
+  IncomingPoints incoming(transfer);
   const bool stood = place.find(at.positions, at.time, place.present_cell(), &incoming);
   const double* v = transfer.straight(at.velocities);
   if (v == nullptr) {
@@ -113,20 +105,18 @@ void ConstrainedHost::find_accelerations(const HostState& at, PartReport* report
   multipliers = dynamics.multipliers().data();
   if (!at.measures || model.num_rows() == 0) return;
   work.constraints.evaluate_right_side(model.parallel, place.r.data(), v, w.data(), rows.data(), nullptr);
-  const std::size_t row = RowSums::worst_row(rows);
-  note_worst(row, std::abs(rows[row]), report);
+  note_worst_rate(report);
   report->virial = sums.virial(multipliers, 1.0, linearization.blocks().data(), place.r.data());
 }
 
 void ConstrainedHost::write_accelerations(const HostState& at) {
   if (at.accelerations) transfer.write(w.data(), model.num_moving(), at.accelerations);
-  reactions.write(multipliers, 1.0, place.r.data(), at.wanted);
+  write_reactions(1.0, at.wanted);
 }
 
 void ConstrainedHost::find_forces(const ConstPointArray& positions, const PointArray& forces, double time,
                                   PartReport* report) {
-  LargestSquare largest;
-  IncomingPoints incoming(transfer, &largest);
+  IncomingPoints incoming(transfer);
   incoming.scale(forces, std::span(model.inverse_mass).first(model.num_moving()), w.data());  // w = M^-1 f
   std::fill(w.begin() + static_cast<std::ptrdiff_t>(3 * model.num_moving()), w.end(), 0.0);
   report->outcome = place.stand_at(positions, time, place.present_cell(), &incoming);
@@ -146,13 +136,12 @@ void ConstrainedHost::find_forces(const ConstPointArray& positions, const PointA
   };
   report->iterations = linearization.refine({rows.data(), w.data(), sum.data(), 5, 5}, measure,
                                             [](double violation) { return !(violation > target); });
-  const std::size_t row = RowSums::worst_row(rows);
-  note_worst(row, std::abs(rows[row]), report);
+  note_worst_rate(report);
   report->virial = sums.virial(multipliers, 1.0, linearization.blocks().data(), place.r.data());
 }
 
 void ConstrainedHost::write_forces(const PointArray& forces, const ConstraintForces& wanted, PartReport* report) {
-  reactions.write(multipliers, 1.0, place.r.data(), wanted);
+  write_reactions(1.0, wanted);
   if (report->iterations == 0) return;  // the forces are right as they are
   model.parallel.for_ranges(model.num_moving(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) store(w.data(), i, model.mass[i] * load(w.data(), i));
@@ -162,30 +151,28 @@ void ConstrainedHost::write_forces(const PointArray& forces, const ConstraintFor
 
 void ConstrainedHost::find_nearest(const PointArray& positions, double time, PartReport* report) {
   place.stands = false;
-  moved.gather(positions);
-  std::copy_n(moved.r(), w.size(), w.begin());
+  gather_positions(positions);
+  std::copy_n(moved.data(), w.size(), w.begin());
   NearestPoint nearest(work, linearization, form.projector());
-  ProjectionReport found = nearest.find(time, moved.r());
-  report->outcome = std::move(found.outcome);
-  report->iterations = found.iterations;
-  report->violation = found.violation;
+  ProjectionReport found = nearest.find(time, moved.data());
+  report->take(std::move(found));
   note_worst_position(report);
   if (!report->outcome.ok()) return;
   // The start is off the constraints, so the rods there are seen from those at the end, whose lengths are known.
   std::vector<double> blocks(linearization.blocks().size());
-  work.constraints.evaluate_gradients(model.parallel, moved.r(), blocks.data());
-  report->largest_turn = sums.largest_turn(blocks.data(), moved.r(), w.data(), {});
+  work.constraints.evaluate_gradients(model.parallel, moved.data(), blocks.data());
+  report->largest_turn = sums.largest_turn(blocks.data(), moved.data(), w.data(), {});
 }
 
 void ConstrainedHost::write_nearest(const PointArray& positions, PartReport* report) {
-  report->correction = moved.write(positions, true);
+  report->correction = write_moved(positions, true);
 }
 
 // ---- questions ----
 
 void ConstrainedHost::find_violation(const ConstPointArray& positions, double time, PartReport* report) {
-  moved.gather(positions);
-  report->violation = work.position_violation(time, moved.r());
+  gather_positions(positions);
+  report->violation = work.position_violation(time, moved.data());
   note_worst_position(report);
 }
 
@@ -201,21 +188,16 @@ LogDeterminant ConstrainedHost::find_log_det(const ConstPointArray& positions, b
     return result;
   }
   if (!with_gradient) return result;
-  gradient.resize(3 * num_points());
   work.set_time(time);
-  determinant->write_gradient(place.r.data(), blocks, gradient.data());
   const auto is_finite = [](double x) { return std::isfinite(x); };
-  if (!std::ranges::all_of(gradient, is_finite))
+  if (!std::ranges::all_of(determinant->find_gradient(place.r.data(), blocks), is_finite))
     result.outcome = {Status::NotFinite, "second derivatives of constraints are not finite at these positions"};
   return result;
 }
 
-void ConstrainedHost::write_gradient(const PointArray& wanted) {
-  transfer.write(gradient.data(), model.num_moving(), wanted);
-}
-
-void ConstrainedHost::add_gradient_to_supports(const PointArray& wanted) const {
-  transfer.add_last(gradient.data(), model.num_moving(), 3, wanted);
+void ConstrainedHost::write_gradient(const PointArray& wanted) const {
+  transfer.write(determinant->gradient().data(), model.num_moving(), wanted);
+  transfer.add_last(determinant->gradient().data(), model.num_moving(), 3, wanted);
 }
 
 RankReport ConstrainedHost::find_rank(const ConstPointArray& positions, double time) {

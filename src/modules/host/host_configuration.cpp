@@ -54,33 +54,4 @@ Outcome HostConfiguration::stand_at(const ConstPointArray& positions, double t, 
   return outcome;
 }
 
-void MovedPositions::gather(const ConstPointArray& positions) {
-  double* const r = points_.use_copy();
-  if (!place_.images) return place_.transfer.gather(positions, r);
-  place_.set_offsets(place_.images->cell());
-  before_.resize(place_.r.size());
-  place_.transfer.gather(positions, before_.data());
-  place_.images->unwrap(place_.work.model().parallel, place_.images->lattice(), before_.data(), r);
-  before_.assign(r, r + before_.size());
-}
-
-void MovedPositions::follow(const PointArray& positions, bool in_place, IncomingPoints* incoming) {
-  if (!place_.images) return points_.take(positions, in_place, incoming);
-  place_.set_offsets(place_.images->cell());
-  double* const r = points_.use_copy();
-  place_.transfer.gather(positions, r);
-  place_.images->follow(place_.work.model().parallel, Lattice(place_.cell), place_.r.data(), r);
-  before_.assign(r, r + place_.r.size());
-}
-
-double MovedPositions::write(const PointArray& positions, bool measures) {
-  const Model& model = place_.work.model();
-  if (!place_.images) return points_.give_back(positions, model.num_moving(), measures);
-  const double* const r = points_.data();
-  model.parallel.for_ranges(before_.size(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) before_[k] = r[k] - before_[k];
-  });
-  return place_.transfer.add(before_.data(), model.num_moving(), positions);
-}
-
 }  // namespace tanor::detail

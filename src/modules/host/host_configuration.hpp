@@ -6,8 +6,6 @@
 #include <tanor/constrainer.hpp>
 
 #include "dynamics/linearization.hpp"
-#include "host/incoming_points.hpp"
-#include "host/moved_points.hpp"
 #include "host/periodic_images.hpp"
 #include "host/point_transfer.hpp"
 
@@ -49,35 +47,9 @@ struct HostConfiguration {
                    IncomingPoints* incoming);
   /// Does the same in the present cell.
   Outcome stand_at(const ConstPointArray& positions, double t) {
-    LargestSquare largest;
-    IncomingPoints incoming(transfer, &largest);
+    IncomingPoints incoming(transfer);
     return stand_at(positions, t, present_cell(), &incoming);
   }
-};
-
-/// Positions of a host that a call moves.
-class MovedPositions {
- public:
-  /// The configuration outlives it. If `keeps_copy` is true, nothing is moved in place.
-  MovedPositions(HostConfiguration& from, bool keeps_copy)
-      : place_(from), points_(from.transfer, from.r.size(), keeps_copy) {}
-
-  double* r() { return points_.data(); }  ///< [3n]
-  MovedPoints& points() { return points_; }
-
-  /// Copies the host's positions, to the images that constraints mean in the present cell.
-  void gather(const ConstPointArray& positions);
-  /// Takes the host's positions after a step from `place`, in place if that is allowed and there is no cell. Without a
-  /// cell `incoming` copies them.
-  void follow(const PointArray& positions, bool in_place, IncomingPoints* incoming);
-  /// Moves the host's positions to r. In a cell it adds the moves, so each point stays at the host's image. Returns the
-  /// largest move if that is wanted, else 0.
-  double write(const PointArray& positions, bool measures);
-
- private:
-  HostConfiguration& place_;
-  MovedPoints points_;
-  std::vector<double> before_;  // r before it moved, in a cell only
 };
 
 }  // namespace tanor::detail

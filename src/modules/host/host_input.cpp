@@ -85,18 +85,8 @@ HostPoints make_points(std::span<const double> masses, const ConstPointArray& at
 }
 
 System make_system(const HostPoints& points, std::vector<Constraint> constraints) {
-  System system;
+  System system = points.make_system(points.of_host);
   system.constraints = std::move(constraints);
-  Support supports{"supports", {}, {}};
-  for (std::size_t i = 0; i < points.of_host.size(); ++i) {
-    const Index point = points.of_host[i];
-    const bool is_support = points.is_support(point);
-    if (is_support) supports.points.push_back(static_cast<Index>(i));
-    system.masses.push_back(is_support ? 1.0 : points.mass[static_cast<std::size_t>(point)]);
-    const Vec3 r = load(points.positions.data(), point);
-    system.positions.insert(system.positions.end(), {r.x, r.y, r.z});
-  }
-  if (!supports.points.empty()) system.supports = {std::move(supports)};
   return system;
 }
 

@@ -1,15 +1,21 @@
 #include "host/host_parts.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
+#include <cstring>
+#include <string>
 #include <utility>
 
-#include "host/group_names.hpp"
+#include "base/checksum.hpp"
+#include "base/memory.hpp"
 
 namespace tanor::detail {
 
 namespace {
 
-constexpr std::int64_t most_after_edits = 2048;  // points and rows of a part
+/// Points and rows from which threads of its own pay for a part.
+constexpr std::int64_t least_for_threads = 16384;
 
 template <class Value>
 void unite(const std::vector<Value>& from, std::vector<Value>* to) {
@@ -23,14 +29,10 @@ void unite(const std::vector<Value>& from, std::vector<Value>* to) {
 HostParts::HostParts(HostPoints points, std::optional<PeriodicCell> cell, const SolverOptions& options)
     : points_(std::move(points)),
       cell_(cell),
+      options_(options),
       parallel_(options.threads),
-      builder_(points_, inventory_, cell_, options),
       supports_(points_.list_supports()) {
   if (cell_) points_.cell = *cell_;
-}
-
-std::string HostParts::with_names(const HostPart& part, const std::string& text) const {
-  return with_host_names(inventory_, part.members, text);
 }
 
 // ---- edits ----
@@ -111,15 +113,15 @@ void HostParts::set_cell(const PeriodicCell& cell) {
   cell_ = cell;
 }
 
-/// Cuts into parts of at most `most_of_part` points and rows. All is planned anew.
-void HostParts::cut(std::int64_t most_of_part) {
-  if (most_of_part == partition_.most_of_part()) return;
-  partition_.cut(most_of_part);
+/// Cuts the islands into parts, or puts them all into one. All is planned anew.
+void HostParts::cut(bool is_cut) {
+  if (is_cut == partition_.is_cut()) return;
+  partition_.cut(is_cut);
   has_changed_ = true;
 }
 
 void HostParts::expect_edits() {
-  cut(most_after_edits);
+  cut(true);
 }
 
 // ---- plans ----
@@ -135,7 +137,12 @@ std::size_t HostParts::plan_changes() {
   std::size_t result = 0;
   for (const auto& part : parts()) {
     if (part->host != nullptr) continue;
-    builder_.build(part.get());
+    try {
+      part->host = make_host(part.get());
+    } catch (const InputError& wrong) {
+      throw InputError(wrong.where(), with_names(*part, wrong.what()));
+    }
+    part->number_points(points_);
     history_.hand_over(part.get());
     result += part->islands.size();
   }
@@ -145,15 +152,99 @@ std::size_t HostParts::plan_changes() {
   return result;
 }
 
+std::unique_ptr<ConstrainedHost> HostParts::make_host(HostPart* part) {
+  System system = make_system_of(part);
+  SolverOptions options = options_;
+  std::int64_t weight = 0;
+  for (const HostIsland& island : part->islands) weight += island.weight;
+  if (weight < least_for_threads) options.threads = 1;
+  part->has_own_threads = options.threads != 1;
+  std::unique_ptr<PeriodicImages> images;
+  if (cell_) {
+    images = std::make_unique<PeriodicImages>(system, Periodicity{points_.cell, inventory_.take_images(part->members)});
+    images->prepare(&system);
+    images->set_cell(*cell_);
+    images->set_offsets(&system);
+  }
+  auto host = std::make_unique<ConstrainedHost>(std::move(system), options);
+  if (images) {
+    images->use(host->model.system, host->model.numbering);
+    host->set_images(std::move(images));
+  }
+  return host;
+}
+
+System HostParts::make_system_of(HostPart* part) {
+  part->places = part->moving;
+  for (const ConstraintId id : part->members) {
+    for (const Index point : inventory_.points(id)) {
+      if (points_.is_support(point)) part->places.push_back(point);
+    }
+  }
+  std::ranges::sort(part->places);
+  part->places.erase(std::unique(part->places.begin(), part->places.end()), part->places.end());
+  local_.resize(points_.size(), -1);
+  for (std::size_t k = 0; k < part->places.size(); ++k)
+    local_[static_cast<std::size_t>(part->places[k])] = static_cast<Index>(k);
+  System system = points_.make_system(part->places);
+  system.constraints =
+      inventory_.take(part->members, [&](Index point) { return local_[static_cast<std::size_t>(point)]; });
+  std::size_t first = 0;
+  for (Constraint& constraint : system.constraints) {
+    const std::string name = Inventory::part_name(inventory_.group_number(part->members[first]));
+    std::visit([&](auto& group) { group.name = name; }, constraint);
+    first += shape_of(constraint).members;
+  }
+  return system;
+}
+
+// ---- memory ----
+
+/// Returns the header of saved bytes, with a fingerprint of the masses and of the constraints by the host's numbers.
+SavedHeader HostParts::header() const {
+  Checksum sum;
+  const auto add = [&]<class Number>(Number number) { sum.add(std::span<const Number>(&number, 1)); };
+  for (const Index point : points_.of_host) add(points_.mass[static_cast<std::size_t>(point)]);
+  for (ConstraintId id = 0; id < inventory_.next_id(); ++id) {
+    if (!inventory_.has(id)) continue;
+    add(inventory_.kind(id));
+    for (const Index point : inventory_.points(id)) add(points_.host_point[static_cast<std::size_t>(point)]);
+  }
+  return {.magic = {'t', 'a', 'n', 'o', 'r', ' ', 'c', 'o'}, .version = 1, .fingerprint = sum.value()};
+}
+
+std::vector<std::byte> HostParts::save() {
+  std::vector<double> numbers;
+  Memory memory(&numbers);
+  exchange_memory(memory);
+  std::vector<std::uint64_t> words;
+  for (const std::uint64_t word : std::bit_cast<std::array<std::uint64_t, 3>>(header())) words.push_back(word);
+  for (const double number : numbers) words.push_back(std::bit_cast<std::uint64_t>(number));
+  words.push_back(checksum_of(std::as_bytes(std::span(words))));
+  const auto bytes = std::as_bytes(std::span(words));
+  return {bytes.begin(), bytes.end()};
+}
+
+void HostParts::restore(std::span<const std::byte> bytes) {
+  constexpr SavedBy by{"/state", "a Constrainer", "other points or constraints"};
+  const std::span<const std::byte> body = check_frame(bytes, header(), by);
+  std::vector<double> numbers(body.size() / sizeof(double));
+  if (!numbers.empty()) std::memcpy(numbers.data(), body.data(), numbers.size() * sizeof(double));
+  Memory memory{std::span<const double>(numbers)};
+  exchange_memory(memory);
+  memory.finish();
+}
+
+/// Writes what parts remember, and the numbers of points, to `memory`, or reads it from there.
 void HostParts::exchange_memory(Memory& memory) {
   (void)plan();
   std::vector<Index> of_host = points_.of_host;
   std::size_t size = points_.size();
   memory.exchange(size, of_host);
   if (memory.reads() && (of_host != points_.of_host || size != points_.size())) rename_points(of_host, size);
-  bool is_cut = partition_.most_of_part() < IslandPartition::no_limit;
+  bool is_cut = partition_.is_cut();
   memory.exchange(is_cut);
-  cut(is_cut ? most_after_edits : IslandPartition::no_limit);
+  cut(is_cut);
   (void)plan_changes();
   for (const auto& part : parts()) {
     part->host->form.exchange_memory(memory);

@@ -9,8 +9,8 @@
 
 #include "base/memory.hpp"
 #include "base/parallel.hpp"
+#include "base/saved_frame.hpp"
 #include "host/island_partition.hpp"
-#include "host/part_builder.hpp"
 
 namespace tanor::detail {
 
@@ -69,29 +69,40 @@ class HostParts {
   /// Returns the text of a part's outcome with the host's names in it.
   std::string with_names(std::size_t part, const std::string& text) const { return with_names(*parts()[part], text); }
 
-  /// Writes what parts remember from call to call, and the numbers of points, to `memory`, or reads it from there.
-  void exchange_memory(Memory& memory);
+  /// Returns what the parts remember from call to call as bytes: "tanor co", the numbers of the format and of the byte
+  /// order, a fingerprint of points and constraints, the numbers, and a checksum of everything before.
+  std::vector<std::byte> save();
+  /// Restores what `save` saved. Throws InputError if the bytes are of another kind or damaged, or belong to other
+  /// points or constraints.
+  void restore(std::span<const std::byte> bytes);
 
  private:
   std::span<const std::unique_ptr<HostPart>> parts() const { return partition_.parts(); }
-  std::string with_names(const HostPart& part, const std::string& text) const;
-  void cut(std::int64_t most_of_part);
+  std::string with_names(const HostPart& part, const std::string& text) const {
+    return inventory_.with_host_names(part.members, text);
+  }
+  void cut(bool is_cut);
   void rename_points(const std::vector<Index>& of_host, std::size_t size);
   std::size_t plan_changes();
+  std::unique_ptr<ConstrainedHost> make_host(HostPart* part);
+  System make_system_of(HostPart* part);
+  SavedHeader header() const;
+  void exchange_memory(Memory& memory);
   void summarise();
 
   HostPoints points_;
   Inventory inventory_;
   std::optional<PeriodicCell> cell_;
+  const SolverOptions options_;
   const Parallel parallel_;
   IslandPartition partition_{points_, inventory_};
-  PartBuilder builder_;
   PartHistory history_{&points_, inventory_};
   bool has_changed_ = true;  // since the last plan
   std::size_t num_edits_ = 0;
   std::vector<std::size_t> large_, small_;  // numbers of parts
   std::vector<PartReport> reports_;         // [part] of the last call
   std::vector<Index> supports_;
+  std::vector<Index> local_;  // scratch [point]: its number in the part that is planned
   PlanSummary summary_;
 };
 

@@ -58,6 +58,19 @@ HostPoints HostPoints::renamed(const std::vector<Index>& numbers, std::size_t co
   return result;
 }
 
+System HostPoints::make_system(std::span<const Index> numbers) const {
+  System system;
+  Support supports{"supports", {}, {}};
+  for (const Index point : numbers) {
+    if (is_support(point)) supports.points.push_back(static_cast<Index>(system.masses.size()));
+    system.masses.push_back(is_support(point) ? 1.0 : mass[static_cast<std::size_t>(point)]);
+    const auto position = positions.begin() + 3 * static_cast<std::ptrdiff_t>(point);
+    system.positions.insert(system.positions.end(), position, position + 3);
+  }
+  if (!supports.points.empty()) system.supports.push_back(std::move(supports));
+  return system;
+}
+
 void copy_points(const ConstPointArray& from, std::span<const Index> number, double* to) {
   for (std::size_t i = 0; i < number.size(); ++i)
     std::ranges::copy(read_point(from, i), to + 3 * static_cast<std::size_t>(number[i]));

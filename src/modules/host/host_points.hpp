@@ -31,6 +31,9 @@ struct HostPoints {
   /// are out of range or occur twice.
   HostPoints renamed(const std::vector<Index>& numbers, std::size_t count) const;
 
+  /// Makes a system of some points, in this order, whose supports have the name "supports".
+  System make_system(std::span<const Index> numbers) const;
+
   static constexpr double infinite_mass = std::numeric_limits<double>::infinity();
 };
 

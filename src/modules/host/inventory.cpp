@@ -11,6 +11,9 @@ namespace tanor::detail {
 
 namespace {
 
+/// The first character of a group's name in a part: "\x1f3" is the host's group 3.
+constexpr char mark = '\x1f';
+
 /// Returns the Parameter of a kind that has one, else null.
 template <class Kind>
 auto* parameter_of(Kind& group) {
@@ -124,6 +127,31 @@ std::string Inventory::row_name(std::size_t row) const {
   const ConstraintId id = id_of_row(row);
   const std::string name = member_name(id);
   return num_rows(id) == 1 ? name : name + "." + text(row - first_row(id));
+}
+
+std::string Inventory::part_name(std::size_t group) {
+  return mark + std::to_string(group);
+}
+
+std::string Inventory::with_host_names(std::span<const ConstraintId> members, const std::string& text) const {
+  std::string result;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t begin = text.find(mark, at);
+    result += text.substr(at, begin - at);
+    if (begin == std::string::npos) break;
+    const std::size_t open = text.find('[', begin), close = text.find(']', begin);
+    at = text.find_first_not_of("0123456789", begin + 1);
+    const auto group = std::stoul(text.substr(begin + 1));
+    const auto is_there = [&](ConstraintId id) { return group_number(id) == group; };
+    const auto first = std::ranges::find_if(members, is_there);
+    if (open != at || first == members.end()) {
+      result += group_name(group);
+      continue;
+    }
+    result += member_name(*(first + static_cast<std::ptrdiff_t>(std::stoul(text.substr(open + 1)))));
+    at = close + 1;
+  }
+  return result;
 }
 
 // ---- lengths ----

@@ -85,6 +85,11 @@ class Inventory {
   ConstraintId id_of_row(std::size_t row) const;
   /// Returns a name such as "rods[17]" or "wire[4].1".
   std::string row_name(std::size_t row) const;
+  /// Returns the name of a group inside a part, which may hold only some of its members.
+  static std::string part_name(std::size_t group);
+  /// Returns the text of a part, whose constraints are `members`, with the host's names in it. "\x1f3[5]" becomes the
+  /// name of member 5, counted from 0, of group 3 in this part.
+  std::string with_host_names(std::span<const ConstraintId> members, const std::string& text) const;
 
   // ---- members together ----
 

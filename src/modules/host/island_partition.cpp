@@ -31,7 +31,6 @@ void IslandPartition::add_points(std::span<const Index> points) {
   key_of_point_.resize(points_.size(), -1);
   part_of_key_.resize(points_.size(), nullptr);
   place_.resize(points_.size(), -1);
-  sums_.resize(points_.size());
 }
 
 void IslandPartition::drop_left_points() {
@@ -52,19 +51,15 @@ void IslandPartition::touch_all() {
   for (const auto& part : parts_) touch(part->key());
 }
 
-void IslandPartition::cut(std::int64_t most_of_part) {
-  if (most_of_part == most_of_part_) return;
-  for (const auto& part : parts_) {
-    weigh(part->islands, -1);
-    touch(part->key());
-  }
-  most_of_part_ = most_of_part;
-  for (const auto& part : parts_) weigh(part->islands, 1);
+void IslandPartition::cut(bool is_cut) {
+  if (is_cut == std::exchange(is_cut_, is_cut)) return;
+  touch_all();
+  part_of_slot_.clear();
 }
 
 void IslandPartition::restart() {
-  for (const auto& part : parts_) weigh(part->islands, -1);
   parts_.clear();
+  part_of_slot_.clear();
   key_of_point_.assign(points_.size(), -1);
   part_of_key_.assign(points_.size(), nullptr);
   new_points_.clear();
@@ -86,67 +81,70 @@ Index IslandPartition::key_of(ConstraintId id) const {
   return *std::ranges::min_element(points);
 }
 
+/// Islands that share a part have the same slot.
+Index IslandPartition::slot_of(const HostIsland& island) const {
+  constexpr std::int64_t most_shared = 1024;  // points and rows
+  constexpr Index keys_of_part = 1024;
+  if (!is_cut_) return -1;
+  return island.weight > most_shared ? island.key : -1 - island.key / keys_of_part;
+}
+
 // ---- dividing ----
 
 void IslandPartition::divide_changes(PartHistory* history) {
-  Pool pool{*history};
-  collect_changes(&pool);
-  std::vector<Index> old_keys;
-  for (const HostPart* const part : pool.old) {
-    weigh(part->islands, -1);
-    for (const HostIsland& island : part->islands) {
-      part_of_key_[static_cast<std::size_t>(island.key)] = nullptr;
-      old_keys.push_back(island.key);
-    }
-  }
-  find_islands(&pool.all);
-  weigh(pool.all.islands, 1);
-  while (take_in_neighbours(&pool, old_keys)) {
+  HostPart pool;  // contents of old parts, and what is new
+  collect_changes(history, &pool);
+  find_islands(&pool);
+  // The parts in the slots of these islands belong together with them now.
+  const std::vector<HostIsland> found = pool.islands;
+  for (const HostIsland& island : found) {
+    if (const auto old = part_of_slot_.find(slot_of(island)); old != part_of_slot_.end())
+      take_in(old->second, history, &pool);
   }
   divide(&pool);
 }
 
 /// Collects the parts of islands that have changed, and what is new.
-void IslandPartition::collect_changes(Pool* pool) {
-  std::set<HostPart*> old;
+void IslandPartition::collect_changes(PartHistory* history, HostPart* pool) {
   const auto add = [&](Index key) {
-    if (key >= 0 && part_at(key) != nullptr) old.insert(part_at(key));
+    if (key >= 0 && part_at(key) != nullptr) take_in(part_at(key), history, pool);
   };
   for (const Index key : std::exchange(touched_, {})) add(key);
   for (ConstraintId id = first_new_; id < inventory_.next_id(); ++id) {
     if (!inventory_.has(id)) continue;
-    pool->all.members.push_back(id);
+    pool->members.push_back(id);
     add(key_of(id));
     for (const Index point : inventory_.points(id)) add(key_of_point_[static_cast<std::size_t>(point)]);
   }
-  append(std::exchange(new_points_, {}), &pool->all.moving);
+  append(std::exchange(new_points_, {}), &pool->moving);
   first_new_ = inventory_.next_id();
-  for (HostPart* const part : old) take_in(part, pool);
   // A point may have left, and another one may have its number.
-  std::erase_if(pool->all.moving, [&](Index point) {
+  std::erase_if(pool->moving, [&](Index point) {
     return points_.host_point[static_cast<std::size_t>(point)] < 0 || points_.is_support(point);
   });
-  std::erase_if(pool->all.members, [&](ConstraintId id) { return !inventory_.has(id); });
-  pool->all.islands.clear();
+  std::erase_if(pool->members, [&](ConstraintId id) { return !inventory_.has(id); });
+  pool->islands.clear();
 }
 
-void IslandPartition::take_in(HostPart* part, Pool* pool) {
-  pool->history.read(part);
-  pool->old.push_back(part);
-  append(part->islands, &pool->all.islands);
-  append(part->moving, &pool->all.moving);
-  append(part->members, &pool->all.members);
-  append(part->guesses, &pool->all.guesses);
+/// Moves the contents of a part into the pool. A part without islands is gone.
+void IslandPartition::take_in(HostPart* part, PartHistory* history, HostPart* pool) {
+  history->read(part);
+  part_of_slot_.erase(slot_of(part->islands.front()));
+  for (const HostIsland& island : part->islands) part_of_key_[static_cast<std::size_t>(island.key)] = nullptr;
+  append(std::exchange(part->islands, {}), &pool->islands);
+  append(part->moving, &pool->moving);
+  append(part->members, &pool->members);
+  append(part->guesses, &pool->guesses);
 }
 
 /// Sorts points and members, and finds the islands that they form.
-void IslandPartition::find_islands(HostPart* all) {
-  std::ranges::sort(all->moving);
-  std::ranges::sort(all->members);
-  all->moving.erase(std::unique(all->moving.begin(), all->moving.end()), all->moving.end());
+void IslandPartition::find_islands(HostPart* pool) {
+  std::ranges::sort(pool->moving);
+  std::ranges::sort(pool->members);
+  pool->moving.erase(std::unique(pool->moving.begin(), pool->moving.end()), pool->moving.end());
   Index* const parent = key_of_point_.data();
-  for (const Index point : all->moving) parent[point] = point;
-  for (const ConstraintId id : all->members) {
+  for (const Index point : pool->moving) parent[point] = point;
+  for (const ConstraintId id : pool->members) {
     Index first = -1;
     for (const Index point : inventory_.points(id)) {
       if (points_.is_support(point)) continue;
@@ -155,101 +153,44 @@ void IslandPartition::find_islands(HostPart* all) {
     }
   }
   std::map<Index, std::int64_t> without_points;
-  for (const Index point : all->moving) {
+  for (const Index point : pool->moving) {
     const Index key = parent[point] = parent[parent[point]];  // smaller points have their key
     if (key == point) {
-      place_[static_cast<std::size_t>(key)] = static_cast<Index>(all->islands.size());
-      all->islands.push_back({key, 0});
+      place_[static_cast<std::size_t>(key)] = static_cast<Index>(pool->islands.size());
+      pool->islands.push_back({key, 0});
     }
-    ++all->islands[static_cast<std::size_t>(place_[static_cast<std::size_t>(key)])].weight;
+    ++pool->islands[static_cast<std::size_t>(place_[static_cast<std::size_t>(key)])].weight;
   }
-  for (const ConstraintId id : all->members) {
+  for (const ConstraintId id : pool->members) {
     const Index key = key_of(id);
     const auto rows = static_cast<std::int64_t>(inventory_.num_rows(id));
     if (points_.is_support(key))
       without_points[key] += rows;
     else
-      all->islands[static_cast<std::size_t>(place_[static_cast<std::size_t>(key)])].weight += rows;
+      pool->islands[static_cast<std::size_t>(place_[static_cast<std::size_t>(key)])].weight += rows;
   }
-  for (const auto& [key, weight] : without_points) all->islands.push_back({key, weight});
-}
-
-void IslandPartition::weigh(const std::vector<HostIsland>& islands, int sign) {
-  for (const HostIsland& island : islands) {
-    if (island.weight <= most_of_part_) sums_.add(island.key, sign * island.weight);
-  }
-}
-
-/// Takes in the parts whose islands belong together with those of the pool, or with one another where islands of the
-/// pool have been. Returns true if there are any.
-bool IslandPartition::take_in_neighbours(Pool* pool, const std::vector<Index>& keys) {
-  std::ranges::sort(pool->all.islands, {}, &HostIsland::key);
-  bool result = false;
-  Index end = -1;
-  const std::vector<HostIsland> islands = pool->all.islands;
-  for (const HostIsland& island : islands) {
-    if (island.key < end || island.weight > most_of_part_) continue;
-    const DyadicSums::Interval interval = sums_.around(island.key, most_of_part_);
-    end = interval.end;
-    result |= take_in_interval(pool, interval, true);
-  }
-  for (const Index key : keys) result |= take_in_interval(pool, sums_.around(key, most_of_part_), false);
-  return result;
-}
-
-bool IslandPartition::take_in_interval(Pool* pool, DyadicSums::Interval interval, bool holds_pool) {
-  const auto is_small = [&](const HostPart& part) {
-    return part_at(part.key()) == &part &&
-           part.islands.front().weight <= most_of_part_;  // parts in the pool have no keys
-  };
-  auto part = std::ranges::lower_bound(parts_, interval.begin, {}, [](const auto& each) { return each->key(); });
-  while (part != parts_.begin() && !is_small(**std::prev(part))) --part;
-  if (part != parts_.begin() && (*std::prev(part))->islands.back().key >= interval.begin) --part;
-  std::vector<HostPart*> found;
-  for (; part != parts_.end() && (*part)->key() < interval.end; ++part) {
-    if (is_small(**part)) found.push_back(part->get());
-  }
-  if (found.empty() || (found.size() == 1 && !holds_pool)) return false;
-  for (HostPart* const each : found) {
-    take_in(each, pool);
-    for (const HostIsland& island : each->islands) part_of_key_[static_cast<std::size_t>(island.key)] = nullptr;
-  }
-  return true;
+  for (const auto& [key, weight] : without_points) pool->islands.push_back({key, weight});
 }
 
 /// Divides the pool into new parts, which replace the old ones.
-void IslandPartition::divide(Pool* pool) {
-  std::ranges::sort(pool->old);
-  std::erase_if(parts_, [&](const auto& part) { return std::ranges::binary_search(pool->old, part.get()); });
-  HostPart& all = pool->all;
-  std::ranges::sort(all.islands, {}, &HostIsland::key);
-  std::ranges::sort(all.moving);
-  std::ranges::sort(all.members);
-  HostPart* shared = nullptr;
-  Index end = -1;
-  const std::size_t num_kept = parts_.size();
-  for (const HostIsland& island : all.islands) {
-    const bool is_alone = island.weight > most_of_part_;
-    if (is_alone || island.key >= end) {
-      parts_.push_back(std::make_unique<HostPart>());
-      if (!is_alone) {
-        shared = parts_.back().get();
-        end = sums_.around(island.key, most_of_part_).end;
-      }
-    }
-    HostPart* const part = is_alone ? parts_.back().get() : shared;
+void IslandPartition::divide(HostPart* pool) {
+  std::erase_if(parts_, [](const auto& part) { return part->islands.empty(); });
+  std::ranges::sort(pool->islands, {}, &HostIsland::key);
+  std::ranges::sort(pool->moving);
+  std::ranges::sort(pool->members);
+  for (const HostIsland& island : pool->islands) {
+    HostPart*& part = part_of_slot_[slot_of(island)];
+    if (part == nullptr) part = parts_.emplace_back(std::make_unique<HostPart>()).get();
     part->islands.push_back(island);
     part_of_key_[static_cast<std::size_t>(island.key)] = part;
   }
-  for (const Index point : all.moving) part_at(key_of_point_[static_cast<std::size_t>(point)])->moving.push_back(point);
-  for (const ConstraintId id : all.members) part_of(id)->members.push_back(id);
-  for (const MultiplierGuess& guess : all.guesses) {
+  for (const Index point : pool->moving)
+    part_at(key_of_point_[static_cast<std::size_t>(point)])->moving.push_back(point);
+  for (const ConstraintId id : pool->members) part_of(id)->members.push_back(id);
+  for (const MultiplierGuess& guess : pool->guesses) {
     if (inventory_.has(guess.id)) part_of(guess.id)->guesses.push_back(guess);
   }
-  std::ranges::sort(parts_.begin() + static_cast<std::ptrdiff_t>(num_kept), parts_.end(), {},
-                    [](const auto& part) { return part->key(); });
-  std::ranges::inplace_merge(parts_, parts_.begin() + static_cast<std::ptrdiff_t>(num_kept), {},
-                             [](const auto& part) { return part->key(); });
+  std::ranges::sort(parts_, {}, [](const auto& part) { return part->key(); });
 }
 
 }  // namespace tanor::detail

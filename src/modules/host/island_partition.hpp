@@ -1,24 +1,20 @@
 #pragma once
 
-#include <cstdint>
-#include <limits>
+#include <map>
 #include <memory>
 #include <set>
 #include <span>
 #include <vector>
 
-#include "host/dyadic_sums.hpp"
-#include "host/part_history.hpp"
+#include "host/host_part.hpp"
 
 namespace tanor::detail {
 
-/// The division of a host's islands into parts that are planned together. All islands are one part, until `cut` limits
-/// what a part holds.
+/// The division of a host's islands into parts that are planned together. All islands are one part until `cut`.
 ///
-/// Islands within that limit of points and rows are put together by their keys. A part holds all those with keys in the
-/// largest interval [k 2^m, (k + 1) 2^m) whose sum is within the limit. A larger island is a part by itself. So the
-/// parts do not depend on how the constraints came together, and an edit divides anew only the parts of the islands
-/// that it touches, with those neighbours that now belong together with them.
+/// From then on a part holds the islands whose keys lie in one interval of 1024 numbers. An island of more than 1024
+/// points and rows is a part by itself. So the parts do not depend on how the constraints came together, and an edit
+/// divides anew only the parts of the islands that it touches, with those to which these belong now.
 class IslandPartition {
  public:
   /// Points and inventory outlive it. At first all moving points and all constraints are new.
@@ -39,9 +35,9 @@ class IslandPartition {
   void touch_point(Index point);
   void touch_constraint(ConstraintId id);
   void touch_all();
-  /// Limits parts of several islands to this many points and rows from now on.
-  void cut(std::int64_t most_of_part);
-  std::int64_t most_of_part() const { return most_of_part_; }
+  /// Cuts the islands into parts from now on, or puts them all into one.
+  void cut(bool is_cut);
+  bool is_cut() const { return is_cut_; }
   /// Starts anew after points and constraints were renumbered; all of them are new.
   void restart();
   /// True if the islands were divided before and something has changed since.
@@ -50,35 +46,24 @@ class IslandPartition {
   /// Divides what has changed. What the old parts knew goes to `history` and to the new parts.
   void divide_changes(PartHistory* history);
 
-  static constexpr std::int64_t no_limit = std::numeric_limits<std::int64_t>::max();
-
  private:
-  /// Islands on their way from old parts to new ones.
-  struct Pool {
-    PartHistory& history;
-    std::vector<HostPart*> old{};
-    HostPart all{};  // contents of `old`, and what is new
-  };
-
   HostPart* part_at(Index key) const { return part_of_key_[static_cast<std::size_t>(key)]; }
   Index key_of(ConstraintId id) const;
-  void collect_changes(Pool* pool);
-  void take_in(HostPart* part, Pool* pool);
-  void find_islands(HostPart* all);
-  void weigh(const std::vector<HostIsland>& islands, int sign);
-  bool take_in_neighbours(Pool* pool, const std::vector<Index>& keys);
-  bool take_in_interval(Pool* pool, DyadicSums::Interval interval, bool holds_pool);
-  void divide(Pool* pool);
+  Index slot_of(const HostIsland& island) const;
+  void collect_changes(PartHistory* history, HostPart* pool);
+  void take_in(HostPart* part, PartHistory* history, HostPart* pool);
+  void find_islands(HostPart* pool);
+  void divide(HostPart* pool);
 
   const HostPoints& points_;
   const Inventory& inventory_;
-  std::int64_t most_of_part_ = no_limit;
+  bool is_cut_ = false;
   std::vector<std::unique_ptr<HostPart>> parts_;  // ascending by key
+  std::map<Index, HostPart*> part_of_slot_;       // the same
   // [point]
   std::vector<Index> key_of_point_;  // key of the point's island; -1 for supports
   std::vector<HostPart*> part_of_key_;
   std::vector<Index> place_;  // scratch: place of the island with that key in a list
-  DyadicSums sums_;           // by key, of islands that share parts
   std::set<Index> touched_;   // keys of islands that have changed
   std::vector<Index> new_points_;
   ConstraintId first_new_ = 0;  // constraints from this id on have no part yet

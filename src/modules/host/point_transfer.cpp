@@ -1,8 +1,6 @@
 #include "host/point_transfer.hpp"
 
 #include <algorithm>
-#include <atomic>
-#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <numeric>
@@ -158,6 +156,66 @@ void PointTransfer::add_last(const double* from, std::size_t first, std::size_t 
     for (std::size_t k = 0; k < width; ++k) sum[k] += from[width * i + k];
     std::memcpy(point, sum, width * sizeof(double));
   }
+}
+
+// ---- into the inner order ----
+
+void IncomingPoints::bring(std::size_t first, std::size_t count) const {
+  double square = 0.0;
+  for (const Array& array : std::span(arrays_).first(count_)) {
+    for (std::size_t k = 0; k < count; k += PointTransfer::piece) {
+      const double of_piece = bring_piece(array, first + k, std::min(PointTransfer::piece, count - k));
+      square = larger(square, of_piece);
+    }
+  }
+  double seen = largest_.load(std::memory_order_relaxed);
+  while ((square > seen || std::isnan(square)) && !std::isnan(seen)) {
+    if (largest_.compare_exchange_weak(seen, square, std::memory_order_relaxed)) return;
+  }
+}
+
+/// Copies a piece of the array. Returns the largest square of its points if that is measured, else 0.
+double IncomingPoints::bring_piece(const Array& array, std::size_t first, std::size_t count) const {
+  double* const own = array.to + 3 * first;
+  if (!array.factors.empty()) {
+    if (first >= array.factors.size()) return 0.0;
+    const std::size_t size = std::min(count, array.factors.size() - first);
+    const double* const x = transfer_.load(array.from, first, size, own);
+    return detail::scale(x, &array.factors[first], size, own);
+  }
+  const double* const x = transfer_.load(array.from, first, count, own);
+  if (x == own) return array.is_measured ? largest_square(own, count) : 0.0;
+  if (array.is_measured) return detail::copy(x, count, own);
+  std::memcpy(own, x, bytes_of_point * count);
+  return 0.0;
+}
+
+// ---- moved points ----
+
+double* MovedPoints::use_copy() {
+  has_moved_ = false;
+  return moved_ = copy_.data();
+}
+
+void MovedPoints::take(const PointArray& host, bool in_place, IncomingPoints* incoming, bool measures) {
+  double* const there = in_place && !keeps_copy_ ? transfer_.straight(host) : nullptr;
+  use_copy();
+  measures ? incoming->measure(host, copy_.data()) : incoming->copy(host, copy_.data());
+  if (there != nullptr) moved_ = there;
+}
+
+double MovedPoints::give_back(const PointArray& host, std::size_t count, bool measures) {
+  const double* const moved = moved_;
+  double* const copy = use_copy();
+  if (moved != copy) return measures ? transfer_.largest_change(moved, copy, count) : 0.0;
+  if (measures) return transfer_.scatter(copy, count, host);
+  transfer_.write(copy, count, host);
+  return 0.0;
+}
+
+void MovedPoints::restore() {
+  if (has_moved_ && moved_ != copy_.data()) std::ranges::copy(copy_, moved_);
+  use_copy();
 }
 
 }  // namespace tanor::detail

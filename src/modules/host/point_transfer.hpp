@@ -1,5 +1,8 @@
 #pragma once
 
+#include <array>
+#include <atomic>
+#include <cmath>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -7,6 +10,7 @@
 #include <tanor/constrainer.hpp>
 
 #include "base/parallel.hpp"
+#include "dynamics/instant.hpp"
 #include "system/numbering.hpp"
 
 namespace tanor::detail {
@@ -66,6 +70,73 @@ class PointTransfer {
   const Parallel& parallel_;
   std::vector<Index> host_point_;  // [inner point]
   bool is_natural_ = false;        // the inner order is the host's, from its point `host_point_[0]` on
+};
+
+/// Arrays of a host that are copied into arrays in the inner order. Whoever works on some points copies those points.
+class IncomingPoints final : public GivenMotion {
+ public:
+  /// `transfer` outlives the object.
+  explicit IncomingPoints(const PointTransfer& transfer) : transfer_(transfer) {}
+
+  /// Copies the host's points to `to` [3n].
+  void copy(const ConstPointArray& from, double* to) { arrays_[count_++] = {from, to, {}, false}; }
+  /// Does the same and measures the largest of them.
+  void measure(const ConstPointArray& from, double* to) { arrays_[count_++] = {from, to, {}, true}; }
+  /// Sets `to` to factor_i times the host's points, for as many points as there are factors, and measures the largest
+  /// product.
+  void scale(const ConstPointArray& from, std::span<const double> factors, double* to) {
+    arrays_[count_++] = {from, to, factors, true};
+  }
+
+  void bring(std::size_t first, std::size_t count) const override;
+  /// Returns the largest measured length of the points copied so far, or NaN if any is not finite.
+  double largest() const override { return std::sqrt(largest_.load(std::memory_order_relaxed)); }
+
+ private:
+  struct Array {
+    ConstPointArray from;
+    double* to = nullptr;
+    std::span<const double> factors;
+    bool is_measured = false;
+  };
+  static constexpr std::size_t most_arrays = 3;
+
+  double bring_piece(const Array& array, std::size_t first, std::size_t count) const;
+
+  const PointTransfer& transfer_;
+  std::array<Array, most_arrays> arrays_;
+  std::size_t count_ = 0;
+  mutable std::atomic<double> largest_{0.0};  // square that threads have found; NaN if one of them is NaN
+};
+
+/// Points of a host that a call moves. Those that are packed in the inner order may be moved in place, and a copy keeps
+/// what they were; else the copy is moved, and written to the host once the call has succeeded.
+class MovedPoints {
+ public:
+  /// `transfer` outlives the object. If `keeps_copy` is true, nothing is moved in place.
+  MovedPoints(const PointTransfer& transfer, std::size_t size, bool keeps_copy)
+      : transfer_(transfer), keeps_copy_(keeps_copy), copy_(size) {}
+
+  /// The points that are moved, [3n] in the inner order.
+  double* data() { return moved_; }
+  /// Moves the copy, which the caller fills. Returns it.
+  double* use_copy();
+  /// Moves the host's points. `incoming` copies them, and measures the largest one if `measures` is true.
+  void take(const PointArray& host, bool in_place, IncomingPoints* incoming, bool measures = false);
+  /// Tells that points were moved, all of which had been copied before.
+  void note_moved() { has_moved_ = true; }
+  /// Leaves the first `count` inner points in the host's array as they were moved. Returns the largest change if that
+  /// is wanted, else 0.
+  double give_back(const PointArray& host, std::size_t count, bool measures);
+  /// Undoes a move in place. Does nothing after `give_back`.
+  void restore();
+
+ private:
+  const PointTransfer& transfer_;
+  const bool keeps_copy_;
+  std::vector<double> copy_;
+  double* moved_ = copy_.data();  // that, or the host's
+  bool has_moved_ = false;
 };
 
 }  // namespace tanor::detail

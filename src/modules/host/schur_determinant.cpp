@@ -114,7 +114,7 @@ void SchurDeterminant::invert() {
 }
 
 /// With y_a = M^-1 K Z_a, the gradient is the sum of 2 Hess(xi_a) y_a over all rows.
-void SchurDeterminant::write_gradient(const double* r, const double* blocks, double* gradient) {
+const std::vector<double>& SchurDeterminant::find_gradient(const double* r, const double* blocks) {
   invert();
   const auto entry = [&](Index a, Index b) {
     const auto [low, high] = std::minmax(a, b);
@@ -130,8 +130,9 @@ void SchurDeterminant::write_gradient(const double* r, const double* blocks, dou
       }
     }
   }
-  std::fill(gradient, gradient + 3 * model_.num_points(), 0.0);
-  work_.constraints.add_hessian_products(r, moves.data(), gradient);
+  gradient_.assign(3 * model_.num_points(), 0.0);
+  work_.constraints.add_hessian_products(r, moves.data(), gradient_.data());
+  return gradient_;
 }
 
 }  // namespace tanor::detail

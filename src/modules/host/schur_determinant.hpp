@@ -21,8 +21,9 @@ class SchurDeterminant {
   /// Returns ln det S for K in blocks, or minus infinity if `dependent_row()` depends on others to rounding.
   double evaluate(const double* blocks);
   std::size_t dependent_row() const { return dependent_row_; }
-  /// Writes the gradient [3n] at the last `evaluate`, whose positions r and K are given.
-  void write_gradient(const double* r, const double* blocks, double* gradient);
+  /// Returns the gradient [3n] at the last `evaluate`, whose positions r and K are given.
+  const std::vector<double>& find_gradient(const double* r, const double* blocks);
+  const std::vector<double>& gradient() const { return gradient_; }  ///< found last
 
  private:
   struct Entry {
@@ -42,6 +43,7 @@ class SchurDeterminant {
   std::vector<double> lower_, diagonal_;                  // L and D; S before the elimination
   std::vector<double> inverse_lower_, inverse_diagonal_;  // Z, where L has entries
   std::size_t dependent_row_ = 0;
+  std::vector<double> gradient_;
 };
 
 }  // namespace tanor::detail
