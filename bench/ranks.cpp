@@ -19,8 +19,7 @@
 
 #include "dynamics/workspace.hpp"
 #include "mpi/tanor_mpi.hpp"
-#include "ranks/cut_solver.hpp"
-#include "ranks/replicated_rows.hpp"
+#include "ranks/cut_factor.hpp"
 #include "schur/gram_solver.hpp"
 
 namespace {
@@ -89,7 +88,7 @@ class TimedRanks final : public Ranks {
   void exchange(std::span<const Message> messages) override { ranks_.exchange(messages); }
   std::unique_ptr<SharedRows> make_shared_rows(std::size_t num_rows, std::span<const std::size_t> own) override {
     std::unique_ptr<SharedRows> rows = ranks_.make_shared_rows(num_rows, own);
-    if (rows == nullptr) rows = std::make_unique<ReplicatedRows>(ranks_, num_rows, own, 1);
+    if (rows == nullptr) rows = make_replicated_rows(ranks_, num_rows, own, 1);
     return std::make_unique<TimedRows>(std::move(rows), &shared_seconds);
   }
   double shared_seconds = 0.0;
@@ -155,7 +154,7 @@ void measure(MpiRanks& ranks, const std::string& kind, int size, bool in_strips,
     return own.equations[static_cast<std::size_t>(model.numbering.user_row[a])];
   };
   for (std::size_t a = 0; a < b.size(); ++a) b[a] = any_number(equation(a));
-  CutSolver solver(model, own.part, Ordering::Auto, true);
+  CutFactor solver(work, own.part, {.threads = 1}, blocks);
   std::vector<double> factor, solve;
   std::size_t factor_bytes = 0, solve_bytes = 0;
   for (int k = 0; k < repetitions; ++k) {
@@ -163,12 +162,12 @@ void measure(MpiRanks& ranks, const std::string& kind, int size, bool in_strips,
     timed.shared_seconds = 0.0;
     std::size_t before = ranks.traffic().bytes();
     double begin = thread_seconds();
-    (void)solver.factorize(blocks.data());
+    (void)solver.factorize(0.0, r.data());
     factor.push_back(thread_seconds() - begin - timed.shared_seconds);
     factor_bytes = ranks.traffic().bytes() - before;
     before = ranks.traffic().bytes();
     begin = thread_seconds();
-    solver.solve_negative(b.data(), x.data());
+    solver.solve_negative(model.parallel, b.data(), x.data());
     solve.push_back(thread_seconds() - begin);
     solve_bytes = ranks.traffic().bytes() - before;
   }
@@ -178,7 +177,7 @@ void measure(MpiRanks& ranks, const std::string& kind, int size, bool in_strips,
   double numbers[4] = {median(factor), median(solve), error / largest, -serial.factor_seconds};
   ranks.find_largest(numbers);
   if (ranks.rank() != 0) return;
-  const auto g = static_cast<double>(solver.num_all_shared());
+  const auto g = static_cast<double>(own.part.num_shared_rows);
   const double triangle = 4.0 * g * (g + 1.0);
   std::printf(
       "%s %d%s on %d ranks: %zu rows, %.0f shared | own elimination %.2f ms, serial %.2f ms (%.2f) | "

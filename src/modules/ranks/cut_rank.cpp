@@ -3,11 +3,19 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
+#include <map>
 
 #include "base/text.hpp"
 
 namespace tanor::detail {
+
+std::vector<const Part::SharedRow*> find_shared_rows(const Model& model, const Part& part) {
+  std::vector<const Part::SharedRow*> of_equation(model.num_rows(), nullptr), result;
+  for (const Part::SharedRow& shared : part.shared_rows) of_equation[shared.equation] = &shared;
+  for (const Index equation : model.numbering.user_row)
+    result.push_back(of_equation[static_cast<std::size_t>(equation)]);
+  return result;
+}
 
 CutRank::CutRank(Workspace& work, const Part& part)
     : Dependences(work),
@@ -15,21 +23,16 @@ CutRank::CutRank(Workspace& work, const Part& part)
       model_(work.model()),
       row_number_(model_.numbering.first_idle_row()),
       is_counted_(row_number_.size(), 1) {
-  std::vector<const Part::SharedRow*> shared_of(model_.num_rows(), nullptr);  // [equation]
-  for (const Part::SharedRow& shared : part.shared_rows) shared_of[shared.equation] = &shared;
-  const auto shared_at = [&](std::size_t row) {
-    return shared_of[static_cast<std::size_t>(model_.numbering.user_row[row])];
-  };
   const Share rows = work.team().share(row_number_.size() - part.shared_rows.size());
   const Share points = work.team().share(model_.num_moving());
   first_point_ = points.first;
   num_all_points_ = points.all();
   num_all_rows_ = rows.all() + part.num_shared_rows;
   std::size_t next = rows.first;
+  const std::vector<const Part::SharedRow*> shared = find_shared_rows(model_, part);
   for (std::size_t a = 0; a < row_number_.size(); ++a) {
-    const Part::SharedRow* const shared = shared_at(a);
-    row_number_[a] = shared != nullptr ? rows.all() + shared->place : next++;
-    if (shared != nullptr) is_counted_[a] = shared->is_counted ? 1 : 0;
+    row_number_[a] = shared[a] != nullptr ? rows.all() + shared[a]->place : next++;
+    if (shared[a] != nullptr) is_counted_[a] = shared[a]->is_counted ? 1 : 0;
   }
 }
 
@@ -49,25 +52,18 @@ SparseColumns CutRank::gather_columns(const double* blocks, Scaling scaling) {
   std::vector<double> all(place.all(), 0.0);
   std::ranges::copy(own, all.begin() + static_cast<std::ptrdiff_t>(place.first));
   work_.team().add(all);
-  std::vector<std::size_t> order(place.all() / width);
-  std::iota(order.begin(), order.end(), 0);
-  const auto key = [&](std::size_t entry) { return std::array{all[width * entry], all[width * entry + 1]}; };
-  std::ranges::sort(order, {}, key);
+  std::map<std::array<std::size_t, 2>, Vec3> gradients;  // by row and point; a tuple may name a point twice
+  for (std::size_t e = 0; e < all.size(); e += width) {
+    Vec3& sum = gradients[{static_cast<std::size_t>(all[e]), static_cast<std::size_t>(all[e + 1])}];
+    sum = sum + Vec3{all[e + 2], all[e + 3], all[e + 4]};
+  }
   SparseColumns columns;
   columns.num_rows = static_cast<int>(3 * num_all_points_);
-  for (const std::size_t entry : order) {
-    const auto [row, point] = key(entry);
-    while (static_cast<double>(columns.num_columns()) <= row) columns.start.push_back(columns.start.back());
-    const auto first = static_cast<int>(3.0 * point);
-    const bool is_new =
-        columns.rows.size() == static_cast<std::size_t>(columns.start.end()[-2]) || columns.rows.end()[-3] != first;
-    if (is_new) {
-      columns.rows.insert(columns.rows.end(), {first, first + 1, first + 2});
-      columns.values.insert(columns.values.end(), 3, 0.0);
-    }
-    // A tuple may name a point twice.
-    for (std::size_t c = 0; c < 3; ++c)
-      columns.values.end()[static_cast<std::ptrdiff_t>(c) - 3] += all[width * entry + 2 + c];
+  for (const auto& [place_in_k, g] : gradients) {
+    while (columns.num_columns() <= place_in_k[0]) columns.start.push_back(columns.start.back());
+    const auto first = static_cast<int>(3 * place_in_k[1]);
+    columns.rows.insert(columns.rows.end(), {first, first + 1, first + 2});
+    columns.values.insert(columns.values.end(), {g.x, g.y, g.z});
     columns.start.back() = static_cast<int>(columns.rows.size());
   }
   while (columns.num_columns() < num_all_rows_) columns.start.push_back(columns.start.back());
@@ -86,12 +82,8 @@ bool CutRank::decide(const std::vector<double>& blocks, const double* r) {
   std::vector<char> active(row_number_.size());
   for (std::size_t a = 0; a < active.size(); ++a) active[a] = depends[row_number_[a]] == 0 ? 1 : 0;
   if (active_.empty()) active_.assign(active.size(), 1);
-  const auto count = [&](const std::vector<char>& of) {
-    std::size_t result = 0;
-    for (std::size_t a = 0; a < of.size(); ++a) result += is_counted_[a] != 0 && of[a] == 0 ? 1 : 0;
-    return result;
-  };
-  work_.rank = work_.rank + count(active_) - count(active);
+  for (std::size_t a = 0; a < active.size(); ++a)
+    if (is_counted_[a] != 0) work_.rank += static_cast<std::size_t>(active[a]) - static_cast<std::size_t>(active_[a]);
   const bool has_changed = team.any(active != active_);
   active_ = std::move(active);
   note_change(blocks);

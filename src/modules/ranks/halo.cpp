@@ -68,7 +68,7 @@ void Halo::make(std::span<const Vec3> own, double skin) {
   });
   // The lists of two ranks name the same points in the same order, since distances are the same from both sides, bit by
   // bit.
-  std::vector<PointExchange::Link> found;
+  std::vector<Part::Link> found;
   for (auto& [rank, link] : links)
     found.push_back({rank, {link.second.begin(), link.second.end()}, std::move(link.first)});
   exchange_.emplace(ranks_, std::move(found));

@@ -13,13 +13,9 @@ namespace tanor::detail {
 /// Vectors of points that ranks send each other.
 class PointExchange {
  public:
-  /// The points that a rank is sent, and those that it sends. Its own list of them has the same order.
-  struct Link {
-    int rank;
-    std::vector<Index> sent, received;
-  };
-  PointExchange(Ranks& ranks, std::vector<Link> links) : ranks_(ranks), links_(std::move(links)) {
-    for (const Link& link : links_) {
+  /// The list of points of the other rank of a link has the same order.
+  PointExchange(Ranks& ranks, std::vector<Part::Link> links) : ranks_(ranks), links_(std::move(links)) {
+    for (const Part::Link& link : links_) {
       Buffers& here = buffers_.emplace_back(
           Buffers{std::vector<double>(3 * link.sent.size()), std::vector<double>(3 * link.received.size())});
       messages_.push_back({link.rank, here.sent, here.received});
@@ -46,7 +42,7 @@ class PointExchange {
   };
 
   Ranks& ranks_;
-  std::vector<Link> links_;
+  std::vector<Part::Link> links_;
   std::vector<Buffers> buffers_;
   std::vector<Ranks::Message> messages_;
 };

@@ -1,6 +1,7 @@
 #include <tanor/ranks.hpp>
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 #include <set>
 #include <string>
@@ -9,6 +10,7 @@
 #include <variant>
 
 #include "base/text.hpp"
+#include "dynamics/decisions.hpp"
 #include "system/loops.hpp"
 #include "system/members.hpp"
 #include "system/neighbourhoods.hpp"
@@ -71,18 +73,6 @@ Group with_members(const Group& group, const std::vector<std::size_t>& members) 
       *numbers = rows_of(*numbers, members, static_cast<std::size_t>(group.kernel.num_coordinates));
   }
   return result;
-}
-
-/// Returns a force with some of its tuples and all that belongs to these.
-template <class Force>
-Force with_tuples(const Force& force, const std::vector<std::size_t>& chosen) {
-  if constexpr (requires { force.tuples; }) {
-    Force result = force;
-    select(chosen, force.tuples.size(), &result.tuples);
-    return result;
-  } else {
-    return with_members(force, chosen);
-  }
 }
 
 /// True if the group means all points, as an empty list of single points does.
@@ -301,9 +291,13 @@ class PartTaker {
   template <class Group>
   void add_tuples(const Group& group, const std::string& name, const std::vector<std::size_t>& chosen) {
     if (chosen.empty()) return;
-    Group own = with_local_points(with_tuples(group, chosen));
+    Group own = group;
+    if constexpr (requires { own.tuples; })
+      select(chosen, group.tuples.size(), &own.tuples);
+    else
+      own = with_members(group, chosen);
     own.name = name;
-    result_.system.forces.emplace_back(std::move(own));
+    result_.system.forces.emplace_back(with_local_points(std::move(own)));
   }
 
   template <class Group>
@@ -430,6 +424,7 @@ class PartTaker {
   void take_points() {
     System& own = result_.system;
     own.name = whole_.name;
+    own.units = whole_.units;
     own.positions = rows_of(whole_.positions, result_.points, 3);
     own.velocities = rows_of(whole_.velocities, result_.points, 3);
     own.masses = rows_of(whole_.masses, result_.points, 1);
@@ -475,6 +470,26 @@ class PartTaker {
 
 RankSystem take_part(const System& system, std::span<const int> owner, Ranks& ranks) {
   return PartTaker(system, owner, ranks).take();
+}
+
+RankSystem join_parts(System own, Ranks& ranks) {
+  Decisions all(&ranks);
+  const bool has_coordinates = all.any(!own.coordinates.empty());
+  if (has_coordinates && !all.all(!own.coordinates.empty()))
+    throw InputError("/coordinates", "are given on some ranks alone; every point that moves is covered, or none is");
+  const Share points = all.share(own.num_points()), equations = all.share(num_equations(own));
+  constexpr auto most = static_cast<std::size_t>(std::numeric_limits<Index>::max());
+  if (points.all() > most)
+    throw InputError("", text(points.all()) + " points on all ranks together; their numbers end at " + text(most));
+  RankSystem result;
+  result.num_owned = own.num_points();
+  result.points.resize(own.num_points());
+  std::iota(result.points.begin(), result.points.end(), static_cast<Index>(points.first));
+  result.equations.resize(num_equations(own));
+  std::iota(result.equations.begin(), result.equations.end(), equations.first);
+  result.part.ranks = &ranks;
+  result.system = std::move(own);
+  return result;
 }
 
 }  // namespace tanor
