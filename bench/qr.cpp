@@ -13,9 +13,8 @@
 #include <string>
 #include <vector>
 
-#include "factor/multifrontal_qr.hpp"
 #include "factor/patterns.hpp"
-#include "factor/suitesparse_qr.hpp"
+#include "factor/sparse_qr.hpp"
 #include "timing.hpp"
 
 namespace {

@@ -1,7 +1,7 @@
 /// The rods that may depend on others at all are held against nets whose self-stresses are known and against dense null
 /// spaces.
 
-#include "factor/columns_in_question.hpp"
+#include "factor/dependent_columns.hpp"
 
 #include <algorithm>
 #include <numeric>

@@ -1,6 +1,6 @@
 /// QR by fronts has R'R = C'C and leaves out dependent columns.
 
-#include "factor/multifrontal_qr.hpp"
+#include "factor/sparse_qr.hpp"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -23,16 +23,6 @@ Matrix dense(const SparseColumns& C) {
   for (std::size_t j = 0; j < C.num_columns(); ++j) {
     for (auto k = static_cast<std::size_t>(C.start[j]); k < static_cast<std::size_t>(C.start[j + 1]); ++k)
       result(C.rows[k], static_cast<Eigen::Index>(j)) += C.values[k];
-  }
-  return result;
-}
-
-Matrix dense(const TriangularFactor& R) {
-  const auto rank = static_cast<Eigen::Index>(R.rank());
-  Matrix result = Matrix::Zero(rank, rank);
-  for (std::size_t j = 0; j < R.rank(); ++j) {
-    for (auto k = static_cast<std::size_t>(R.start[j]); k < static_cast<std::size_t>(R.start[j + 1]); ++k)
-      result(R.rows[k], static_cast<Eigen::Index>(j)) = R.values[k];
   }
   return result;
 }

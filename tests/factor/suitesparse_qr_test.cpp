@@ -1,11 +1,10 @@
 /// SuiteSparseQR is the reference of the QR by fronts, whichever of them the library was built with.
 
-#include "factor/suitesparse_qr.hpp"
+#include "factor/sparse_qr.hpp"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-#include "factor/multifrontal_qr.hpp"
 #include "factor/rank_solver.hpp"
 #include "molecule.hpp"
 #include "patterns.hpp"

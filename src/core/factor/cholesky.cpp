@@ -4,13 +4,11 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <string>
 #include <utility>
 
 #include "base/counts.hpp"
 #include "factor/cholmod_common.hpp"
-#include "factor/inertia.hpp"
 #include "factor/multifrontal.hpp"
 #include "plan/thresholds.hpp"
 

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -43,6 +44,11 @@ using FindPoints = std::function<RowsInSpace()>;
 /// Without points, orderings that need them are replaced by METIS on the rows. Throws std::bad_alloc, and
 /// std::length_error if a simplicial L has more than 2^31 - 1 nonzeros.
 SymbolicAnalysis analyze(const TrianglePattern& lower, Ordering wanted, const FindPoints& find_points = {});
+
+/// Counts the negative eigenvalues of a symmetric matrix by the signs of the pivots of L D L', in the order in which
+/// its rows stand (Sylvester). `upper` is its upper triangle, with `values` beside its rows. Returns nothing if a pivot
+/// vanishes, because the matrix is singular or needs another order.
+std::optional<std::size_t> count_negative_eigenvalues(const TrianglePattern& upper, std::vector<double> values);
 
 /// Factorizes L L' = S. The rows of S already stand in the order of elimination. The symbolic analysis is made once,
 /// the numeric factorization many times. Different objects may work in different threads.

@@ -1,5 +1,3 @@
-#include "factor/columns_in_question.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,6 +8,7 @@
 #include "base/groups.hpp"
 #include "base/numbers.hpp"
 #include "base/vec3.hpp"
+#include "factor/dependent_columns.hpp"
 
 namespace tanor::detail {
 

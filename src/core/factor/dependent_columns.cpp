@@ -1,14 +1,104 @@
 #include "factor/dependent_columns.hpp"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 #include <utility>
 
 #include "base/numbers.hpp"
-#include "factor/independent_columns.hpp"
 
 namespace tanor::detail {
+
+namespace {
+
+/// Estimates from above of some of the smallest singular values, increasing, and orthonormal vectors that have them.
+struct SmallestSingularValues {
+  Eigen::VectorXd values;
+  Eigen::MatrixXd vectors;  ///< [rho x number]
+};
+
+/// Iterates `number` vectors with (R'R)^-1 (subspace iteration).
+SmallestSingularValues find_smallest_singular_values(const TriangularFactor& R, Eigen::Index number,
+                                                     int most_iterations) {
+  const auto rank = static_cast<Eigen::Index>(R.rank());
+  number = std::min(number, rank);
+  SmallestSingularValues smallest{Eigen::VectorXd::Constant(number, std::numeric_limits<double>::infinity()),
+                                  Eigen::MatrixXd(rank, number)};
+  if (rank == 0) return smallest;
+  // The start vectors are fixed, and no structure of a scene is orthogonal to them.
+  for (Eigen::Index k = 0; k < rank; ++k) {
+    for (Eigen::Index l = 0; l < number; ++l)
+      smallest.vectors(k, l) = 1.0 + std::sin(12.9898 * static_cast<double>((k + 1) * (l + 1)));
+  }
+  Eigen::MatrixXd& V = smallest.vectors;
+  const auto orthonormalize = [&] {
+    V = Eigen::HouseholderQR<Eigen::MatrixXd>(V).householderQ() * Eigen::MatrixXd::Identity(rank, number);
+  };
+  orthonormalize();
+  for (int iteration = 0; iteration < most_iterations; ++iteration) {
+    // V := R^-T V, whose singular values are at most 1/sigma.
+    for (Eigen::Index l = 0; l < number; ++l) R.solve_transposed(V.col(l).data());
+    const Eigen::MatrixXd triangle =
+        Eigen::HouseholderQR<Eigen::MatrixXd>(V).matrixQR().topRows(number).triangularView<Eigen::Upper>();
+    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(triangle, Eigen::ComputeFullV);
+    const Eigen::VectorXd values = svd.singularValues().cwiseInverse();
+    V = V * svd.matrixV();
+    for (Eigen::Index l = 0; l < number; ++l) R.solve(V.col(l).data());
+    orthonormalize();
+    const bool settled = (values.array() > 0.9 * smallest.values.array()).all();
+    smallest.values = smallest.values.cwiseMin(values);
+    if (settled) break;
+  }
+  return smallest;
+}
+
+/// Leaves out a column for each of the smallest singular values that is below the tolerance: the columns that pivots of
+/// QR choose in the rows of their vectors.
+void leave_out_columns(const TriangularFactor& R, double tolerance, std::vector<int>* left_out) {
+  constexpr Eigen::Index most_at_once = 16;
+  const auto [values, vectors] = find_smallest_singular_values(R, most_at_once, 3);
+  const Eigen::Index number = std::max<Eigen::Index>(1, (values.array() < tolerance).count());
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> pivots(vectors.leftCols(number).transpose());
+  for (Eigen::Index k = 0; k < number; ++k)
+    left_out->push_back(R.independent[static_cast<std::size_t>(pivots.colsPermutation().indices()(k))]);
+  std::ranges::sort(*left_out);
+}
+
+}  // namespace
+
+double find_smallest_singular_value(const TriangularFactor& R) {
+  if (R.rank() == 0) return std::numeric_limits<double>::infinity();
+  return find_smallest_singular_values(R, 1, 30).values(0);
+}
+
+TriangularFactor factorize_without(const std::vector<int>& left_out, const SparseColumns& C, double tolerance,
+                                   QrFunction& factorize) {
+  std::vector<int> wanted;
+  for (int j = 0; j < static_cast<int>(C.num_columns()); ++j)
+    if (!std::ranges::binary_search(left_out, j)) wanted.push_back(j);
+  TriangularFactor factor = factorize(columns_of(C, wanted), tolerance);
+  for (std::vector<int>* names : {&factor.independent, &factor.dependent})
+    for (int& j : *names) j = wanted[static_cast<std::size_t>(j)];
+  return factor;
+}
+
+DependentColumns find_independent_columns(const SparseColumns& C, double tolerance, QrFunction& factorize) {
+  DependentColumns found{factorize(C, tolerance), 0.0};
+  std::vector<int> left_out;
+  while (true) {
+    found.smallest_singular_value = find_smallest_singular_value(found.factor);
+    // A number that is not finite ends the loop, too.
+    if (!(found.smallest_singular_value < tolerance)) break;
+    leave_out_columns(found.factor, tolerance, &left_out);
+    found.factor = factorize_without(left_out, C, tolerance, factorize);
+  }
+  std::vector<int>& dependent = found.factor.dependent;
+  dependent.insert(dependent.end(), left_out.begin(), left_out.end());
+  std::ranges::sort(dependent);
+  return found;
+}
 
 namespace {
 
@@ -135,8 +225,7 @@ class Decision {
       : C_(C), transposed_C_(transpose(C)), tolerance_(tolerance), factorize_(factorize) {}
 
   DependentColumns make() {
-    IndependentColumns independent = find_independent_columns(C_, tolerance_, factorize_);
-    found_ = {{}, {}, std::move(independent.factor), independent.smallest_singular_value};
+    found_ = find_independent_columns(C_, tolerance_, factorize_);
     combine_dependent_columns();
     exchange_columns();
     return std::move(found_);
@@ -146,8 +235,7 @@ class Decision {
   /// Finds X_j = argmin |C_I x - c_j|.
   void combine_dependent_columns() {
     const TriangularFactor& R = found_.factor;
-    R_ = {static_cast<int>(R.rank()), R.start, R.rows, R.values};
-    transposed_R_ = transpose(R_);
+    transposed_R_ = transpose(R);
     place_.assign(C_.num_columns(), -1);
     for (std::size_t k = 0; k < R.rank(); ++k) place_[static_cast<std::size_t>(R.independent[k])] = static_cast<int>(k);
     for (const int j : R.dependent) {
@@ -205,12 +293,14 @@ class Decision {
       const double dx = dx_[k] / diagonal(k);
       if (!counts(k, dx)) continue;
       x_[k] += dx;
-      add_column(R_, static_cast<int>(k), -dx, dx_.data());
+      add_column(found_.factor, static_cast<int>(k), -dx, dx_.data());
       add_column(C_, found_.factor.independent[k], -dx, residual_.data());
     }
   }
 
-  double diagonal(std::size_t k) const { return R_.values[static_cast<std::size_t>(R_.start[k + 1]) - 1]; }
+  double diagonal(std::size_t k) const {
+    return found_.factor.values[static_cast<std::size_t>(found_.factor.start[k + 1]) - 1];
+  }
 
   /// Exchanges columns until |X| <= 2; R11 is then the factor of the new independent columns.
   void exchange_columns() {
@@ -219,7 +309,7 @@ class Decision {
     std::vector<int> dependent = combinations.columns();
     for (const int j : dependent) found_.dependences.push_back({j, combinations.terms_of(j)});
     if (!has_exchanged) return;
-    found_.factor = factorize_columns(C_, all_but(dependent, C_.num_columns()), -1.0, factorize_);
+    found_.factor = factorize_without(dependent, C_, -1.0, factorize_);
     found_.factor.dependent = std::move(dependent);
     found_.smallest_singular_value = find_smallest_singular_value(found_.factor);
   }
@@ -229,7 +319,7 @@ class Decision {
   const double tolerance_;
   QrFunction& factorize_;
   DependentColumns found_;
-  SparseColumns R_, transposed_R_;
+  SparseColumns transposed_R_;
   std::vector<int> place_;                 // [column] its place among the independent ones, or -1
   std::vector<double> x_, dx_, residual_;  // of the present dependent column
 };

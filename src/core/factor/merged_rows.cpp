@@ -1,13 +1,11 @@
-#include "factor/merged_rows.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <span>
 #include <utility>
 
-#include "base/groups.hpp"
-#include "factor/triangular_rows.hpp"
+#include "factor/sparse_qr.hpp"
 
+/// \file The QR factorization of orders that make no fill.
 namespace tanor::detail {
 
 namespace {
@@ -80,61 +78,30 @@ class RotatedRows {
   std::vector<Row> rows_;  // [column at which it begins]
 };
 
-/// An entry of C at a point.
-struct EntryPlace {
-  int column, entry;
-};
-
-/// Lists the entries of C at each point, by increasing column.
-Groups<EntryPlace> group_by_point(const PointColumns& C) {
-  return {static_cast<std::size_t>(C.num_points), [&](const auto& add) {
-            for (std::size_t j = 0; j < C.num_columns(); ++j) {
-              for (int k = C.start[j]; k < C.start[j + 1]; ++k)
-                add(C.entries[static_cast<std::size_t>(k)].point, EntryPlace{static_cast<int>(j), k});
-            }
-          }};
-}
-
 /// Merges the rows of C in the order of their last columns, so that they get no columns before these are there.
-RotatedRows merge_all_rows(const PointColumns& C) {
-  const Groups<EntryPlace> by_point = group_by_point(C);
+RotatedRows merge_all_rows(const SparseColumns& C) {
+  const SparseColumns by_row = transpose(C);
   const Groups<int> by_last_column(C.num_columns(), [&](const auto& add) {
-    for (std::size_t point = 0; point < by_point.size(); ++point)
-      if (!by_point[point].empty()) add(by_point[point].back().column, static_cast<int>(point));
+    for (std::size_t row = 0; row < by_row.num_columns(); ++row)
+      if (!by_row.rows_of(row).empty()) add(by_row.rows_of(row).back(), static_cast<int>(row));
   });
-  RotatedRows R(C.num_columns(), C.entries.size());
-  std::vector<RotatedEntry> row;
-  for (const int point : by_last_column.entries) {
-    for (const auto component : {&Vec3::x, &Vec3::y, &Vec3::z}) {
-      row.clear();
-      for (const auto& [column, entry] : by_point[static_cast<std::size_t>(point)])
-        row.push_back({column, C.entries[static_cast<std::size_t>(entry)].value.*component});
-      R.merge(&row);
-    }
+  RotatedRows R(C.num_columns(), C.rows.size());
+  std::vector<RotatedEntry> entries;
+  for (const int row : by_last_column.entries) {
+    entries.clear();
+    for_each_entry(by_row, row, [&](int column, double value) { entries.push_back({column, value}); });
+    R.merge(&entries);
   }
   return R;
 }
 
 }  // namespace
 
-SparseColumns PointColumns::expand() const {
-  SparseColumns C;
-  C.num_rows = 3 * num_points;
-  C.rows.reserve(3 * entries.size());
-  C.values.reserve(3 * entries.size());
-  for (const auto& [point, value] : entries) {
-    for (int c = 0; c < 3; ++c) C.rows.push_back(3 * point + c);
-    C.values.insert(C.values.end(), {value.x, value.y, value.z});
-  }
-  C.start = start;
-  for (int& first : C.start) first *= 3;
-  return C;
-}
-
-TriangularFactor merge_rows(const PointColumns& C, double tolerance) {
+TriangularFactor merge_rows(const SparseColumns& C, double tolerance) {
   RotatedRows merged = merge_all_rows(C);
   TriangularFactor R;
-  TriangularRows rows;
+  SparseColumns rows;
+  rows.num_rows = static_cast<int>(C.num_columns());
   std::vector<RotatedEntry> rest;
   R.independent.reserve(C.num_columns());
   for (std::size_t j = 0; j < C.num_columns(); ++j) {
@@ -142,7 +109,7 @@ TriangularFactor merge_rows(const PointColumns& C, double tolerance) {
     if (!row.empty() && std::abs(row.front().value) > tolerance) {
       R.independent.push_back(static_cast<int>(j));
       for (const auto& [column, value] : row) rows.append(column, value);
-      rows.end_row();
+      rows.end_column();
       continue;
     }
     // The row of a column that is left out belongs to the other columns.
@@ -152,7 +119,7 @@ TriangularFactor merge_rows(const PointColumns& C, double tolerance) {
     merged.clear(j);
     merged.merge(&rest);
   }
-  rows.write_columns(C.num_columns(), &R);
+  R.set_rows(rows);
   return R;
 }
 

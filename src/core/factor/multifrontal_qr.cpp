@@ -1,5 +1,3 @@
-#include "factor/multifrontal_qr.hpp"
-
 #include <algorithm>
 #include <numeric>
 #include <span>
@@ -10,32 +8,13 @@
 #include "base/groups.hpp"
 #include "factor/cholmod_common.hpp"
 #include "factor/reflection_kernels.hpp"
+#include "factor/sparse_qr.hpp"
 #include "factor/supernodes.hpp"
-#include "factor/triangular_rows.hpp"
 
+/// \file The QR factorization by dense fronts.
 namespace tanor::detail {
 
 namespace {
-
-struct RowEntry {
-  int column;  // where it stands in the order of elimination
-  double value;
-};
-
-/// Returns C row by row, with columns in the order of elimination. An empty order keeps the columns as they stand.
-Groups<RowEntry> group_by_row(const SparseColumns& C, std::span<const int> order) {
-  return {static_cast<std::size_t>(C.num_rows), [&](const auto& add) {
-            for (std::size_t k = 0; k < C.num_columns(); ++k) {
-              const std::size_t j = order.empty() ? k : static_cast<std::size_t>(order[k]);
-              for (auto e = static_cast<std::size_t>(C.start[j]); e < static_cast<std::size_t>(C.start[j + 1]); ++e)
-                add(C.rows[e], RowEntry{static_cast<int>(k), C.values[e]});
-            }
-          }};
-}
-
-bool have_same_columns(std::span<const RowEntry> a, std::span<const RowEntry> b) {
-  return std::ranges::equal(a, b, {}, &RowEntry::column, &RowEntry::column);
-}
 
 /// Returns an order of C's columns in which R has little fill, with each subtree of the column elimination tree
 /// together: COLAMD (T. A. Davis, J. R. Gilbert, S. I. Larimore, E. G. Ng, ACM TOMS 30, 2004). The result is [place in
@@ -44,10 +23,8 @@ std::vector<int> find_order(const SparseColumns& C) {
   std::vector<int> order(C.num_columns());
   std::iota(order.begin(), order.end(), 0);
   if (C.rows.empty()) return order;
-  const Groups<RowEntry> by_row = group_by_row(C, {});
-  TrianglePattern rows{by_row.start, {}};
-  rows.rows.reserve(by_row.entries.size());
-  for (const RowEntry& entry : by_row.entries) rows.rows.push_back(entry.column);
+  const SparseColumns by_row = transpose(C);
+  const TrianglePattern rows{by_row.start, by_row.rows};
   cholmod_sparse transposed = cholmod_view(rows, 0);
   transposed.nrow = C.num_columns();
   CholmodCommon common;
@@ -58,11 +35,12 @@ std::vector<int> find_order(const SparseColumns& C) {
 
 /// Returns a pattern whose factor is that of C'C in the order of elimination, but which has fewer entries. Each row of
 /// C joins only its first column with its other columns; the elimination of the first column joins the others.
-TrianglePattern join_first_columns(std::size_t num_columns, const Groups<RowEntry>& by_row) {
+TrianglePattern join_first_columns(std::size_t num_columns, const SparseColumns& by_row) {
   Groups<int> below(num_columns, [&](const auto& add) {
-    for (std::size_t row = 0; row < by_row.size(); ++row) {
-      if (row > 0 && have_same_columns(by_row[row], by_row[row - 1])) continue;
-      for (const RowEntry& entry : by_row[row]) add(by_row[row].front().column, entry.column);
+    for (std::size_t row = 0; row < by_row.num_columns(); ++row) {
+      const std::span<const int> columns = by_row.rows_of(row);
+      if (row > 0 && std::ranges::equal(columns, by_row.rows_of(row - 1))) continue;
+      for (const int column : columns) add(columns.front(), column);
     }
   });
   TrianglePattern pattern;
@@ -83,7 +61,7 @@ TrianglePattern join_first_columns(std::size_t num_columns, const Groups<RowEntr
 struct FrontPlan {
   std::size_t num_columns;
   std::vector<int> order;  // [place in the elimination] -> column of C
-  Groups<RowEntry> by_row;
+  SparseColumns by_row;    // C' with columns in the order of elimination
   Supernodes supernodes;
   Groups<int> by_first_column;  // the rows of C that begin at each column
   Groups<int> children;         // [supernode]
@@ -91,12 +69,13 @@ struct FrontPlan {
   explicit FrontPlan(const SparseColumns& C)
       : num_columns(C.num_columns()),
         order(find_order(C)),
-        by_row(group_by_row(C, order)),
+        by_row(transpose(columns_of(C, order))),
         supernodes(find_supernodes(join_first_columns(num_columns, by_row))),
         by_first_column(num_columns,
                         [&](const auto& add) {
-                          for (std::size_t row = 0; row < by_row.size(); ++row)
-                            if (!by_row[row].empty()) add(by_row[row].front().column, static_cast<int>(row));
+                          for (std::size_t row = 0; row < by_row.num_columns(); ++row)
+                            if (const auto columns = by_row.rows_of(row); !columns.empty())
+                              add(columns.front(), static_cast<int>(row));
                         }),
         children(supernodes.size(), [&](const auto& add) {
           for (std::size_t s = supernodes.size(); s-- > 0;)
@@ -141,7 +120,7 @@ class GatheredFront {
   }
 
   /// Appends the rows that begin at the front's own columns to R. Returns how many there are.
-  std::size_t append_rows(TriangularFactor* R, TriangularRows* rows) const {
+  std::size_t append_rows(TriangularFactor* R, SparseColumns* rows) const {
     std::size_t rank = 0;
     for (std::size_t c = 0; c < own_; ++c) {
       const int column = plan_.order[static_cast<std::size_t>(columns_[c])];
@@ -155,7 +134,7 @@ class GatheredFront {
         const double value = values_[k * front_.stride + static_cast<std::size_t>(row_at_[c])];
         if (value != 0.0) rows->append(plan_.order[static_cast<std::size_t>(columns_[k])], value);
       }
-      rows->end_row();
+      rows->end_column();
     }
     return rank;
   }
@@ -199,8 +178,9 @@ class GatheredFront {
     for (std::size_t k = 0; k < own_; ++k) {
       for (const int row : plan_.by_first_column[static_cast<std::size_t>(columns_[k])]) {
         double* const to = values_.data() + next_row_[k]++;
-        for (const auto& [column, value] : plan_.by_row[static_cast<std::size_t>(row)])
+        for_each_entry(plan_.by_row, row, [&](int column, double value) {
           to[place_[static_cast<std::size_t>(column)] * front_.stride] = value;
+        });
       }
     }
   }
@@ -236,7 +216,8 @@ TriangularFactor factorize_by_fronts(const SparseColumns& C, double tolerance) {
   std::vector<Rest> rests(plan.supernodes.size());
   GatheredFront front(plan);
   TriangularFactor R;
-  TriangularRows rows;
+  SparseColumns rows;
+  rows.num_rows = static_cast<int>(plan.num_columns);
   for (std::size_t s = 0; s < plan.supernodes.size(); ++s) {
     front.fill(s, &rests);
     const std::size_t end = front.reduce(std::max(tolerance, 0.0));
@@ -244,7 +225,7 @@ TriangularFactor factorize_by_fronts(const SparseColumns& C, double tolerance) {
     if (end > rank) rests[s] = front.rest(rank, end);
   }
   std::ranges::sort(R.dependent);
-  rows.write_columns(plan.num_columns, &R);
+  R.set_rows(rows);
   return R;
 }
 

@@ -6,25 +6,8 @@
 #include <span>
 
 #include "base/numbers.hpp"
-#include "factor/columns_in_question.hpp"
-#include "factor/independent_columns.hpp"
 
 namespace tanor::detail {
-
-namespace {
-
-double norm(std::span<const double> x) {
-  double sum = 0.0;
-  for (const double value : x) sum += value * value;
-  return std::sqrt(sum);
-}
-
-void normalize(std::span<double> x) {
-  const double length = norm(x);
-  for (double& value : x) value /= length;
-}
-
-}  // namespace
 
 RankSolver::RankSolver(SparseColumns C, double least_tolerance, QrFunction& factorize)
     : factorize_(factorize), C_(std::move(C)) {
@@ -33,6 +16,7 @@ RankSolver::RankSolver(SparseColumns C, double least_tolerance, QrFunction& fact
   scale_columns();
   null_space_.num_rows = static_cast<int>(d);
   find_dependences();
+  (void)normalize_columns(&null_space_);
   null_factor_ = factorize_(null_space_, -1.0);
   drop_rounding();
 }
@@ -57,27 +41,12 @@ RankSolver::RankSolver(SparseColumns C, const RankSolver& decided)
 }
 
 void RankSolver::scale_columns() {
-  for (std::size_t j = 0; j < C_.num_columns(); ++j) {
-    const std::span<double> column(C_.values.begin() + C_.start[j], C_.values.begin() + C_.start[j + 1]);
-    const double length = norm(column);
-    scale_.push_back(length > 0.0 ? 1.0 / length : 1.0);
-    for (double& value : column) value *= scale_[j];
-  }
+  for (const double length : normalize_columns(&C_)) scale_.push_back(1.0 / length);
 }
 
 void RankSolver::find_dependences() {
-  const std::vector<std::vector<int>> groups = find_columns_in_question(C_, tolerance_);
-  if (groups.size() == 1 && groups.front().size() == num_columns()) {
-    DependentColumns found = find_dependent_columns(C_, tolerance_, factorize_);
-    dependences_ = std::move(found.dependences);
-    span_null_space(found.short_dependences);
-    smallest_singular_value_ = found.smallest_singular_value;
-    sigma_in_question_ = std::min(1.0, found.smallest_singular_value);
-    factor_ = std::move(found.factor);
-    return;
-  }
   std::vector<int> row_name(static_cast<std::size_t>(C_.num_rows), -1);
-  for (const std::vector<int>& group : groups) {
+  for (const std::vector<int>& group : find_columns_in_question(C_, tolerance_)) {
     DependentColumns found = find_dependent_columns(take_group(group, &row_name), tolerance_, factorize_);
     sigma_in_question_ = std::min(sigma_in_question_, found.smallest_singular_value);
     for (std::vector<Dependence>* dependences : {&found.dependences, &found.short_dependences}) {
@@ -88,6 +57,9 @@ void RankSolver::find_dependences() {
     }
     std::ranges::move(found.dependences, std::back_inserter(dependences_));
     span_null_space(found.short_dependences);
+    if (group.size() < num_columns()) continue;
+    smallest_singular_value_ = found.smallest_singular_value;
+    factor_ = std::move(found.factor);
   }
   std::ranges::sort(dependences_, {}, &Dependence::column);
 }
@@ -113,7 +85,7 @@ const TriangularFactor& RankSolver::factor() {
   if (!factor_) {
     std::vector<int> dependent;
     for (const Dependence& dependence : dependences_) dependent.push_back(dependence.column);
-    factor_ = factorize_columns(C_, all_but(dependent, num_columns()), -1.0, factorize_);
+    factor_ = factorize_without(dependent, C_, -1.0, factorize_);
   }
   return *factor_;
 }
@@ -123,17 +95,13 @@ double RankSolver::smallest_singular_value() {
   return *smallest_singular_value_;
 }
 
-/// Appends the columns D [-x; 1] of Z, with unit length.
+/// Appends the columns D [-x; 1] of Z.
 void RankSolver::span_null_space(const std::vector<Dependence>& dependences) {
   for (const auto& [own, terms] : dependences) {
-    const auto append = [&](int column, double value) {
-      null_space_.rows.push_back(column);
-      null_space_.values.push_back(value * scale_[static_cast<std::size_t>(column)]);
-    };
-    for (const Dependence::Term& term : terms) append(term.column, -term.coefficient);
-    append(own, 1.0);
-    normalize({null_space_.values.begin() + null_space_.start.back(), null_space_.values.end()});
-    null_space_.start.push_back(static_cast<int>(null_space_.rows.size()));
+    for (const auto& [column, coefficient] : terms)
+      null_space_.append(column, -coefficient * scale_[static_cast<std::size_t>(column)]);
+    null_space_.append(own, scale_[static_cast<std::size_t>(own)]);
+    null_space_.end_column();
   }
 }
 

@@ -8,11 +8,8 @@ SparseColumns columns_of(const SparseColumns& A, std::span<const int> wanted) {
   SparseColumns result;
   result.num_rows = A.num_rows;
   for (const int j : wanted) {
-    for_each_entry(A, j, [&](int row, double value) {
-      result.rows.push_back(row);
-      result.values.push_back(value);
-    });
-    result.start.push_back(static_cast<int>(result.rows.size()));
+    for_each_entry(A, j, [&](int row, double value) { result.append(row, value); });
+    result.end_column();
   }
   return result;
 }
@@ -34,6 +31,18 @@ SparseColumns transpose(const SparseColumns& A) {
   }
   result.start.pop_back();
   return result;
+}
+
+std::vector<double> normalize_columns(SparseColumns* A) {
+  std::vector<double> lengths;
+  for (std::size_t j = 0; j < A->num_columns(); ++j) {
+    const std::span<double> column(A->values.begin() + A->start[j], A->values.begin() + A->start[j + 1]);
+    double square = 0.0;
+    for (const double value : column) square += value * value;
+    lengths.push_back(square > 0.0 ? std::sqrt(square) : 1.0);
+    for (double& value : column) value /= lengths.back();
+  }
+  return lengths;
 }
 
 }  // namespace tanor::detail

@@ -1,11 +1,5 @@
 #include "factor/sparse_qr.hpp"
 
-#if TANOR_GPL
-#include "factor/suitesparse_qr.hpp"
-#else
-#include "factor/multifrontal_qr.hpp"
-#endif
-
 namespace tanor::detail {
 
 TriangularFactor factorize_qr(const SparseColumns& C, double tolerance) {
@@ -14,6 +8,10 @@ TriangularFactor factorize_qr(const SparseColumns& C, double tolerance) {
 #else
   return factorize_by_fronts(C, tolerance);
 #endif
+}
+
+void TriangularFactor::set_rows(const SparseColumns& rows_of_R) {
+  static_cast<SparseColumns&>(*this) = columns_of(transpose(rows_of_R), independent);
 }
 
 void TriangularFactor::solve(double* x) const {

@@ -1,11 +1,11 @@
-#include "factor/suitesparse_qr.hpp"
-
 #include <SuiteSparseQR.hpp>
 #include <algorithm>
 #include <new>
 
 #include "base/check.hpp"
+#include "factor/sparse_qr.hpp"
 
+/// \file The QR factorization by SuiteSparseQR.
 namespace tanor::detail {
 
 namespace {
@@ -81,15 +81,15 @@ TriangularFactor factorize_with_suitesparse(const SparseColumns& C, double toler
       continue;
     }
     const auto append = [&](const SuiteSparse_long* entry) {
-      factor.rows.push_back(static_cast<int>(*entry));
-      factor.values.push_back(r_values[entry - r_rows]);
+      factor.append(static_cast<int>(*entry), r_values[entry - r_rows]);
     };
     for (const SuiteSparse_long* entry = first; entry != last; ++entry)
       if (entry != diagonal) append(entry);
     append(diagonal);
-    factor.start.push_back(static_cast<int>(factor.rows.size()));
+    factor.end_column();
     factor.independent.push_back(column);
   }
+  factor.num_rows = static_cast<int>(factor.rank());
   ensure(factor.rank() == static_cast<std::size_t>(rank), "each independent column has a diagonal entry");
   std::sort(factor.dependent.begin(), factor.dependent.end());
   return factor;

@@ -27,32 +27,23 @@ Redundancy::Redundancy(std::span<const Incidence> incidences, std::span<const do
 
 /// Returns C = M^-1/2 K of an island, or K itself, for moving points alone, in the order in which its rows meet them.
 SparseColumns Redundancy::columns(const double* blocks, Rows rows, Scaling scaling) {
-  SparseColumns C;
   std::vector<Index> points;
-  for (Index a = rows.first; a < rows.second; ++a) {
-    const auto column_begin = static_cast<std::ptrdiff_t>(C.rows.size());
-    for (const Index k : by_row_[static_cast<std::size_t>(a)]) {
-      const Incidence& incidence = incidences_[static_cast<std::size_t>(k)];
-      const auto point = static_cast<std::size_t>(incidence.point);
-      if (inverse_mass_[point] == 0.0) continue;
-      if (local_point_[point] < 0) {
-        local_point_[point] = static_cast<Index>(points.size());
-        points.push_back(incidence.point);
+  SparseColumns C = collect_columns(static_cast<std::size_t>(rows.second - rows.first), [&](const auto& add) {
+    for (Index a = rows.first; a < rows.second; ++a) {
+      for (const Index k : by_row_[static_cast<std::size_t>(a)]) {
+        const Incidence& incidence = incidences_[static_cast<std::size_t>(k)];
+        const double inverse_mass = inverse_mass_[static_cast<std::size_t>(incidence.point)];
+        if (inverse_mass == 0.0) continue;
+        Index& local = local_point_[static_cast<std::size_t>(incidence.point)];
+        if (local < 0) {
+          local = static_cast<Index>(points.size());
+          points.push_back(incidence.point);
+        }
+        const double scale = scaling == Scaling::ByMasses ? std::sqrt(inverse_mass) : 1.0;
+        add(a - rows.first, PointEntry{local, incidence.sign * scale * load(blocks, incidence.block)});
       }
-      const double scale = scaling == Scaling::ByMasses ? std::sqrt(inverse_mass_[point]) : 1.0;
-      const Vec3 g = incidence.sign * scale * load(blocks, incidence.block);
-      const int first = 3 * local_point_[point];
-      // A tuple may name a point twice.
-      const auto found = std::find(C.rows.begin() + column_begin, C.rows.end(), first);
-      const auto place = static_cast<std::size_t>(found - C.rows.begin());
-      if (found == C.rows.end()) {
-        C.rows.insert(C.rows.end(), {first, first + 1, first + 2});
-        C.values.insert(C.values.end(), 3, 0.0);
-      }
-      store(C.values.data() + place, 0, load(C.values.data() + place, 0) + g);
     }
-    C.start.push_back(static_cast<int>(C.rows.size()));
-  }
+  });
   C.num_rows = 3 * static_cast<int>(points.size());
   stand_alone(rows.first, &C);
   for (const Index point : points) local_point_[static_cast<std::size_t>(point)] = -1;

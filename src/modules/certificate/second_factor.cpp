@@ -7,9 +7,8 @@
 #include <limits>
 #include <numeric>
 
-#include "base/groups.hpp"
 #include "base/numbers.hpp"
-#include "factor/independent_columns.hpp"
+#include "factor/dependent_columns.hpp"
 #include "schur/condition.hpp"
 
 namespace tanor::detail {
@@ -29,19 +28,18 @@ TrianglePattern pattern_of(const Sparse& A) {
 
 SecondFactor::SecondFactor(const Model& model, const double* blocks, std::span<const double> weights,
                            std::span<const Ordering> first_orderings, SecondFactorization by) {
-  const PointColumns C = scaled_columns(model, blocks, weights);
+  const SparseColumns C = scaled_columns(model, blocks, weights);
   const std::size_t d = C.num_columns();
   const bool makes_no_fill = first_orderings.size() == 1 && first_orderings[0] == Ordering::Natural;
   is_qr_ =
       by == SecondFactorization::Qr || (by == SecondFactorization::Auto && (makes_no_fill || d <= most_rows_of_qr));
   if (is_qr_) {
     const double tolerance = 20.0 * static_cast<double>(d + 3 * model.num_points()) * eps;
-    R_ = makes_no_fill ? merge_rows(C, tolerance) : find_independent_columns(C.expand(), tolerance).factor;
+    R_ = makes_no_fill ? merge_rows(C, tolerance) : find_independent_columns(C, tolerance).factor;
     if (R_.independent.size() < C.num_columns()) keep_apart(model, blocks, weights, C);
     row_of_ = R_.independent;
   } else {
-    factorize(C.expand(),
-              std::ranges::count(first_orderings, Ordering::Metis) > 0 ? Ordering::Nesdis : Ordering::Metis);
+    factorize(C, std::ranges::count(first_orderings, Ordering::Metis) > 0 ? Ordering::Nesdis : Ordering::Metis);
   }
   for (int& row : row_of_) row = row_of_column_[static_cast<std::size_t>(row)];
   packed_.resize(row_of_.size());
@@ -50,7 +48,7 @@ SecondFactor::SecondFactor(const Model& model, const double* blocks, std::span<c
 /// Takes those columns as independent that K itself keeps apart, where weights alone bring them together: two rods at a
 /// point of next to no mass are parallel in W^1/2 K to the last digit.
 void SecondFactor::keep_apart(const Model& model, const double* blocks, std::span<const double> weights,
-                              const PointColumns& C) {
+                              const SparseColumns& C) {
   constexpr double unequal = 1e6;
   std::vector<double> equal(weights.begin(), weights.end());
   double least = std::numeric_limits<double>::infinity(), largest = 0.0;
@@ -63,11 +61,11 @@ void SecondFactor::keep_apart(const Model& model, const double* blocks, std::spa
   if (!(largest > unequal * least)) return;
   const SecondFactor of_K(model, blocks, equal, std::array{Ordering::Auto}, SecondFactorization::Qr);
   if (of_K.row_of_.size() <= R_.independent.size()) return;
-  std::vector<int> apart = of_K.row_of_, wanted;
+  std::vector<int> apart = of_K.row_of_, left_out;
   std::ranges::sort(apart);
   for (std::size_t column = 0; column < C.num_columns(); ++column)
-    if (std::ranges::binary_search(apart, row_of_column_[column])) wanted.push_back(static_cast<int>(column));
-  R_ = factorize_columns(C.expand(), wanted, -1.0, factorize_qr);
+    if (!std::ranges::binary_search(apart, row_of_column_[column])) left_out.push_back(static_cast<int>(column));
+  R_ = factorize_without(left_out, C, -1.0, factorize_qr);
 }
 
 /// Factorizes C'C in its own ordering.
@@ -98,41 +96,31 @@ void SecondFactor::factorize(const SparseColumns& columns, Ordering ordering) {
 
 /// Returns the columns of W^1/2 K, scaled to unit length, of the rows that take part. Contact rows without a gradient
 /// have none.
-PointColumns SecondFactor::scaled_columns(const Model& model, const double* blocks, std::span<const double> weights) {
+SparseColumns SecondFactor::scaled_columns(const Model& model, const double* blocks, std::span<const double> weights) {
   const std::size_t d = model.numbering.first_idle_row();
-  const auto weight_of = [&](const Incidence& i) { return weights[static_cast<std::size_t>(i.point)]; };
-  Groups<PointColumns::Entry> by_row(d, [&](const auto& add) {
+  SparseColumns C = collect_columns(d, [&](const auto& add) {
     for (const Incidence& i : model.incidences) {
-      if (weight_of(i) == 0.0) continue;
-      const Vec3 value = (i.sign * std::sqrt(weight_of(i))) * load(blocks, i.block);
-      add(i.row, PointColumns::Entry{i.point, value});
+      const double weight = weights[static_cast<std::size_t>(i.point)];
+      if (weight > 0.0) add(i.row, PointEntry{i.point, (i.sign * std::sqrt(weight)) * load(blocks, i.block)});
     }
   });
-  PointColumns C;
-  C.num_points = static_cast<int>(model.num_moving());
-  C.entries.reserve(by_row.entries.size());
-  C.start.reserve(d + 1);
-  row_of_column_.reserve(d);
-  lengths_.assign(model.num_rows(), 1.0);
-  std::vector<double> row_sums(3 * model.num_moving(), 0.0);
+  C.num_rows = 3 * static_cast<int>(model.num_moving());
   for (std::size_t row = 0; row < d; ++row) {
-    const std::span own = by_row[row];
-    std::ranges::sort(own, {}, &PointColumns::Entry::point);
-    double square = 0.0;
-    for (const auto& e : own) square += dot(e.value, e.value);
-    const bool is_contact = model.numbering.is_contact_row(row);
-    if (square == 0.0 && is_contact) continue;
-    row_of_column_.push_back(static_cast<int>(row));
-    if (square > 0.0) lengths_[row] = std::sqrt(square);
-    const double inverse = 1.0 / lengths_[row];
+    bool has_gradient = !model.numbering.is_contact_row(row);
+    for_each_entry(C, static_cast<int>(row), [&](int, double value) { has_gradient = has_gradient || value != 0.0; });
+    if (has_gradient) row_of_column_.push_back(static_cast<int>(row));
+  }
+  if (row_of_column_.size() < d) C = columns_of(C, row_of_column_);
+  lengths_.assign(model.num_rows(), 1.0);
+  const std::vector<double> lengths = normalize_columns(&C);
+  std::vector<double> row_sums(static_cast<std::size_t>(C.num_rows), 0.0);
+  for (std::size_t column = 0; column < lengths.size(); ++column) {
+    lengths_[static_cast<std::size_t>(row_of_column_[column])] = lengths[column];
     double column_sum = 0.0;
-    for (const auto& [point, vector] : own) {
-      const Vec3 value = inverse * vector, sizes{std::abs(value.x), std::abs(value.y), std::abs(value.z)};
-      C.entries.push_back({point, value});
-      store(row_sums.data(), point, load(row_sums.data(), point) + sizes);
-      column_sum += sizes.x + sizes.y + sizes.z;
-    }
-    C.start.push_back(static_cast<int>(C.entries.size()));
+    for_each_entry(C, static_cast<int>(column), [&](int row, double value) {
+      row_sums[static_cast<std::size_t>(row)] += std::abs(value);
+      column_sum += std::abs(value);
+    });
     largest_column_sum_ = std::max(largest_column_sum_, column_sum);
   }
   // |C'C|_1 <= |C|_1 |C|_oo

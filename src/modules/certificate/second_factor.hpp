@@ -7,7 +7,7 @@
 
 #include "dynamics/workspace.hpp"
 #include "factor/cholesky.hpp"
-#include "factor/merged_rows.hpp"
+#include "factor/sparse_qr.hpp"
 
 namespace tanor::detail {
 
@@ -34,8 +34,8 @@ class SecondFactor {
   double estimate_reciprocal_condition();
 
  private:
-  PointColumns scaled_columns(const Model& model, const double* blocks, std::span<const double> weights);
-  void keep_apart(const Model& model, const double* blocks, std::span<const double> weights, const PointColumns& C);
+  SparseColumns scaled_columns(const Model& model, const double* blocks, std::span<const double> weights);
+  void keep_apart(const Model& model, const double* blocks, std::span<const double> weights, const SparseColumns& C);
   void factorize(const SparseColumns& C, Ordering ordering);
   void solve();  // packed_ := (C'C)^-1 packed_
 

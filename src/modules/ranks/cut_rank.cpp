@@ -1,9 +1,7 @@
 #include "ranks/cut_rank.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
 
 #include "base/text.hpp"
 
@@ -38,7 +36,7 @@ CutRank::CutRank(Workspace& work, const Part& part)
 
 /// Returns K or M^-1/2 K of all ranks. Each rank sends the gradients at its own points.
 SparseColumns CutRank::gather_columns(const double* blocks, Scaling scaling) {
-  constexpr std::size_t width = 5;  // row, point, gradient
+  constexpr std::ptrdiff_t width = 5;  // row, point, gradient
   std::vector<double> own;
   for (const Incidence& incidence : model_.incidences) {
     const auto row = static_cast<std::size_t>(incidence.row), point = static_cast<std::size_t>(incidence.point);
@@ -52,21 +50,11 @@ SparseColumns CutRank::gather_columns(const double* blocks, Scaling scaling) {
   std::vector<double> all(place.all(), 0.0);
   std::ranges::copy(own, all.begin() + static_cast<std::ptrdiff_t>(place.first));
   work_.team().add(all);
-  std::map<std::array<std::size_t, 2>, Vec3> gradients;  // by row and point; a tuple may name a point twice
-  for (std::size_t e = 0; e < all.size(); e += width) {
-    Vec3& sum = gradients[{static_cast<std::size_t>(all[e]), static_cast<std::size_t>(all[e + 1])}];
-    sum = sum + Vec3{all[e + 2], all[e + 3], all[e + 4]};
-  }
-  SparseColumns columns;
+  SparseColumns columns = collect_columns(num_all_rows_, [&](const auto& add) {
+    for (auto entry = all.begin(); entry != all.end(); entry += width)
+      add(static_cast<std::size_t>(entry[0]), PointEntry{static_cast<int>(entry[1]), {entry[2], entry[3], entry[4]}});
+  });
   columns.num_rows = static_cast<int>(3 * num_all_points_);
-  for (const auto& [place_in_k, g] : gradients) {
-    while (columns.num_columns() <= place_in_k[0]) columns.start.push_back(columns.start.back());
-    const auto first = static_cast<int>(3 * place_in_k[1]);
-    columns.rows.insert(columns.rows.end(), {first, first + 1, first + 2});
-    columns.values.insert(columns.values.end(), {g.x, g.y, g.z});
-    columns.start.back() = static_cast<int>(columns.rows.size());
-  }
-  while (columns.num_columns() < num_all_rows_) columns.start.push_back(columns.start.back());
   return columns;
 }
 

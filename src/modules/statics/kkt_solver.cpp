@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "base/pack.hpp"
-#include "factor/inertia.hpp"
 
 namespace tanor::detail {
 
