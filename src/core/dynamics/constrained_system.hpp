@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "dynamics/contact_response.hpp"
+#include "dynamics/dependences.hpp"
 #include "dynamics/mechanics.hpp"
 #include "schur/gram_solver.hpp"
-#include "schur/redundancy.hpp"
 
 namespace tanor::detail {
 
@@ -39,7 +39,7 @@ class ConstrainedSystem {
 
   /// K at the last linearization, and the rows of it that depend on others.
   virtual const std::vector<double>& blocks() const = 0;
-  virtual const Redundancy& redundancy() const = 0;
+  virtual const Dependences& redundancy() const = 0;
 };
 
 }  // namespace tanor::detail

@@ -8,59 +8,6 @@
 
 namespace tanor::detail {
 
-/// Returns true if contacts take part in a dependence. A sticking contact holds a point beside its constraints, which
-/// does not change their rank.
-bool GradientRank::depends_on_contacts(const Redundancy::Found& found) const {
-  const auto is_contact = [&](Index row) { return model_.numbering.is_contact_row(static_cast<std::size_t>(row)); };
-  return is_contact(found.row) ||
-         std::any_of(found.terms.begin(), found.terms.end(), [&](const auto& term) { return is_contact(term.first); });
-}
-
-std::size_t GradientRank::user_row(std::size_t row) const {
-  return static_cast<std::size_t>(model_.numbering.user_row[row]);
-}
-
-std::vector<RowDependence> GradientRank::list_dependences() const {
-  return list_dependences(linearization_.dependences());
-}
-
-std::vector<RowDependence> GradientRank::list_dependences(const Redundancy& redundancy) const {
-  std::vector<RowDependence> result;
-  for (const Redundancy::Found& found : redundancy.list()) {
-    if (depends_on_contacts(found)) continue;
-    RowDependence& dependence = result.emplace_back();
-    dependence.row = user_row(static_cast<std::size_t>(found.row));
-    dependence.what = linearization_.dependences().describe(found, "depends on");
-    for (const auto& [row, coefficient] : found.terms) {
-      dependence.terms.push_back({user_row(static_cast<std::size_t>(row)), coefficient});
-    }
-  }
-  for (std::size_t a = model_.numbering.first_idle_row(); a < model_.num_rows(); ++a)
-    result.push_back({user_row(a), {}, work_.name_row(a) + " joins supports alone"});
-  return result;
-}
-
-RankReport GradientRank::report(const double* r, bool thoroughly) {
-  if (thoroughly && model_.num_rows() > 0) (void)linearization_.decide_rank_again(r, RankScope::AllRows);
-  return describe(linearization_.dependences());
-}
-
-RankReport GradientRank::describe(const Redundancy& redundancy) const {
-  const std::size_t num_rows = model_.num_rows(), num_user_rows = model_.numbering.num_user_rows;
-  RankReport report;
-  report.dependences = list_dependences(redundancy);
-  std::vector<bool> unique(num_rows, true);
-  redundancy.mark_unique(&unique);
-  std::fill(unique.begin() + static_cast<std::ptrdiff_t>(model_.numbering.first_idle_row()), unique.end(), false);
-  report.rank = num_user_rows - report.dependences.size();
-  report.degrees_of_freedom = 3 * model_.num_moving() - report.rank;
-  if (redundancy.has_decided()) report.smallest_singular_value = redundancy.smallest_singular_value();
-  report.multipliers_unique.resize(num_rows);
-  for (std::size_t a = 0; a < num_rows; ++a) report.multipliers_unique[user_row(a)] = unique[a];
-  report.multipliers_unique.resize(num_user_rows);
-  return report;
-}
-
 void GradientRank::remember_gradients() {
   if (work_.team().is_alone() && !linearization_.dependences().is_found())
     before_ = linearization_.blocks();

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <utility>
 
 #include "base/instruction_sets.hpp"
 #include "base/text.hpp"
-#include "schur/redundancy.hpp"
 #include "system/enum_check.hpp"
 #include "system/loops.hpp"
 
@@ -58,6 +58,17 @@ void check_solver_options(const SolverOptions& options) {
 }
 
 }  // namespace
+
+double find_mass_ratio(std::span<const Incidence> incidences, std::span<const double> inverse_mass) {
+  double smallest = std::numeric_limits<double>::infinity(), largest = 0.0;
+  for (const Incidence& incidence : incidences) {
+    const double inverse = inverse_mass[static_cast<std::size_t>(incidence.point)];
+    if (inverse == 0.0) continue;
+    smallest = std::min(smallest, inverse);
+    largest = std::max(largest, inverse);
+  }
+  return largest > 0.0 ? largest / smallest : 1.0;
+}
 
 NumberedSystem::NumberedSystem(System given, const SolverOptions& options, double t)
     : system(validated(std::move(given), t)),

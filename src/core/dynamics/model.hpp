@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include <tanor/dynamics.hpp>
@@ -15,6 +16,10 @@
 #include "system/numbering.hpp"
 
 namespace tanor::detail {
+
+/// Returns the largest mass over the smallest one of moving points that constraints join. S may be worse conditioned
+/// than K by as much. `incidences` are those of K; `inverse_mass` [point] is 0 at supports.
+double find_mass_ratio(std::span<const Incidence> incidences, std::span<const double> inverse_mass);
 
 /// A valid system and its numbers in an order of good memory locality.
 struct NumberedSystem {

@@ -71,7 +71,6 @@ class MultiplierForm final : public PointForm {
 
   /// The objects that solve at the configuration of the last linearisation.
   Linearization& linearization() { return linearization_; }
-  GradientRank& gradient_rank() { return gradient_rank_; }
   Projector& projector() { return projector_; }
   ForwardDynamics& dynamics() { return dynamics_; }
   StepProjection& steps() { return steps_; }

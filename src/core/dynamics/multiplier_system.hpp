@@ -60,7 +60,7 @@ class MultiplierSystem final : public ConstrainedSystem {
   }
 
   const std::vector<double>& blocks() const override { return linearization_.blocks(); }
-  const Redundancy& redundancy() const override { return linearization_.dependences(); }
+  const Dependences& redundancy() const override { return linearization_.dependences(); }
 
  private:
   Linearization& linearization_;

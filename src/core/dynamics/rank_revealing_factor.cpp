@@ -109,7 +109,7 @@ Outcome RankRevealingFactor::decide_rank(double t, const double* r) {
   ++work_.counters.rank_decisions;
   bool has_changed = false;
   const std::vector<double> K = blocks_of_constraints();
-  for (const Redundancy::Rows& rows : gram().weak_parts(suspect_below_)) {
+  for (const Dependences::Rows& rows : gram().weak_parts(suspect_below_)) {
     has_changed = dependences_.decide(K.data(), rows, tolerances) || has_changed;
   }
   leave_out_dependent_rows(has_changed);
@@ -126,7 +126,7 @@ void RankRevealingFactor::leave_out_dependent_rows(bool has_changed) {
     gram().set_active(dependences_.rows_for_gram());
     factorize_again();
   }
-  for (const Redundancy::Rows& rows : gram().weak_parts(GramSolver::singular_below)) dependences_.take_qr(rows);
+  for (const Dependences::Rows& rows : gram().weak_parts(GramSolver::singular_below)) dependences_.take_qr(rows);
   if (dependences_.uses_qr()) {
     const double before = reciprocal_condition_;
     gram().set_active(dependences_.rows_for_gram());
@@ -140,7 +140,7 @@ bool RankRevealingFactor::decide_rank_again(const double* r, RankScope scope) {
   if (!is_whole && !dependences_.is_found()) return false;
   ++work_.counters.rank_decisions;
   const std::vector<double> K = blocks_of_constraints(), tolerances = work_.rank_tolerances(r);
-  const Redundancy::Rows all{0, static_cast<Index>(model_.numbering.first_idle_row())};
+  const Dependences::Rows all{0, static_cast<Index>(model_.numbering.first_idle_row())};
   const bool has_changed =
       is_whole ? dependences_.decide(K.data(), all, tolerances) : dependences_.decide_again(K.data(), tolerances);
   if (has_changed) leave_out_dependent_rows(true);
@@ -150,7 +150,7 @@ bool RankRevealingFactor::decide_rank_again(const double* r, RankScope scope) {
 void RankRevealingFactor::decide_rank_of_poor_parts(const double* r, const std::vector<double>& rows,
                                                     const std::vector<double>& accelerations, double allowed) {
   ++work_.counters.rank_decisions;
-  for (const Redundancy::Rows& part : gram().weak_parts(1.0)) {
+  for (const Dependences::Rows& part : gram().weak_parts(1.0)) {
     const double unit = accelerations[work_.scales.of_row(static_cast<std::size_t>(part.first))];
     const auto is_poor = [&](double value) { return !(std::abs(value) <= allowed * unit); };
     if (std::none_of(rows.begin() + part.first, rows.begin() + part.second, is_poor)) continue;

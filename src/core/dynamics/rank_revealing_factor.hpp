@@ -15,10 +15,10 @@ namespace tanor::detail {
 enum class RankScope { DependentIslands, AllRows };
 
 /// The factor of S for all rows together, also where rows of K depend on others. A nearly singular S raises a
-/// suspicion, and a QR of K decides (see Redundancy). Dependent rows then take no part until the rank is decided again.
-/// Islands whose S is singular to rounding are solved by their QR factors. Contacts that stick and hold more than can
-/// move are made slightly compliant. The functions that are virtual here solve and decide with rows of other processes
-/// where there are some (see Team::make_factor).
+/// suspicion, and a QR of K decides (see Dependences). Dependent rows then take no part until the rank is decided
+/// again. Islands whose S is singular to rounding are solved by their QR factors. Contacts that stick and hold more
+/// than can move are made slightly compliant. The functions that are virtual here solve and decide with rows of other
+/// processes where there are some (see Team::make_factor).
 class RankRevealingFactor : public SchurFactor {
  public:
   /// `blocks` is K, always at the present configuration. `contacts` is null if none may stick. The references must

@@ -33,7 +33,7 @@ NormalSpace::NormalSpace(Workspace& work, Linearization* one_mass)
       model_(work.model()),
       one_mass_(one_mass),
       unit_(unit_masses(model_)),
-      redundancy_(model_.incidences, unit_, model_.numbering),
+      dependences_(work, unit_),
       c_(model_.num_rows()),
       rows_(model_.num_rows()),
       points_(3 * model_.num_points(), 0.0) {
@@ -51,10 +51,10 @@ Outcome NormalSpace::factorize(double t, const double* r, const double* blocks) 
   solver_->assemble(model_.parallel, blocks);
   GramSolver::Quality quality = solver_->factorize(model_.parallel);
   if (!quality.positive_definite || quality.reciprocal_condition <= suspicion) {
-    for (const Redundancy::Rows& rows : solver_->weak_parts(suspicion)) {
-      (void)redundancy_.decide(blocks, rows, work_.rank_tolerances(r));
+    for (const Dependences::Rows& rows : solver_->weak_parts(suspicion)) {
+      (void)dependences_.decide(blocks, rows, work_.rank_tolerances(r));
     }
-    solver_->set_active(redundancy_.rows_for_gram());
+    solver_->set_active(dependences_.rows_for_gram());
     solver_->assemble(model_.parallel, blocks);
     quality = solver_->factorize(model_.parallel);
   }
@@ -83,7 +83,7 @@ void NormalSpace::find_least(const double* c, double* x, double* mu) {
         for (std::size_t a = 0; a < rows_.size(); ++a) mu[a] += rows_[a];
         model_.gather.add_scaled(model_.parallel, blocks_, rows_.data(), unit_.data(), model_.num_moving(), x);
       });
-  if (redundancy_.is_found()) redundancy_.minimize_norm(mu);
+  if (dependences_.is_found()) dependences_.minimize_norm(mu);
 }
 
 void NormalSpace::project(const double* u, double* u_N, double* mu) {

@@ -32,7 +32,7 @@ class NormalSpace {
   Linearization* one_mass_;
   std::vector<double> unit_;            // [point] 1; supports: 0
   std::unique_ptr<GramSolver> solver_;  // null with one mass
-  Redundancy redundancy_;               // of K'K
+  Dependences dependences_;             // of K'K
   const double* blocks_ = nullptr;
   std::vector<double> c_, rows_;  // [d] scratch
   std::vector<double> points_;    // [3n] scratch

@@ -228,7 +228,7 @@ struct SimulatedMotion {
     constexpr double rounding = 1e-12;  // a larger correction at the start means another system
     if (!outcome.ok() || work.rank == model.numbering.first_idle_row() || report.start.relative > rounding) return {};
     if (forms.normal == nullptr) return {};
-    return detail::find_prestress_rigid_points(model.system, forms.normal->gradient_rank().list_dependences());
+    return detail::find_prestress_rigid_points(model.system, forms.normal->linearization().dependences().list_rows());
   }
 
   /// Returns true if some rank has such points.

@@ -179,7 +179,7 @@ void ContactState::add_verdict(FrictionReport* report) const {
 }
 
 std::string ContactState::find_undetermined_reaction() const {
-  const Redundancy& redundancy = system.redundancy();
+  const Dependences& redundancy = system.redundancy();
   if (!redundancy.is_found()) return {};
   std::vector<double> lengths(model.num_rows(), 0.0);  // of the gradients in the norm of M^-1
   for (const Incidence& i : model.incidences) {
@@ -188,9 +188,9 @@ std::string ContactState::find_undetermined_reaction() const {
   }
   for (double& length : lengths) length = length > 0.0 ? std::sqrt(length) : 1.0;
   std::vector<double> z(model.num_rows(), 0.0);  // K z = 0
-  for (const Redundancy::Found& found : redundancy.list()) {
+  for (const Dependence& found : redundancy.list()) {
     std::fill(z.begin(), z.end(), 0.0);
-    const auto row = static_cast<std::size_t>(found.row);
+    const auto row = static_cast<std::size_t>(found.column);
     z[row] = 1.0 / lengths[row];
     double largest = z[row];
     for (const auto& [other, coefficient] : found.terms) {

@@ -55,7 +55,7 @@ void HeldPlaces::give_way(const double* r) {
   }
 }
 
-double HeldPlaces::largest_violation(const double* rows, const Redundancy& redundancy) const {
+double HeldPlaces::largest_violation(const double* rows, const Dependences& redundancy) const {
   double worst = 0.0;
   for (const std::size_t c : held()) {
     if (!tangents_.sticks(c)) continue;

@@ -2,9 +2,9 @@
 
 #include <vector>
 
+#include "dynamics/dependences.hpp"
 #include "dynamics/workspace.hpp"
 #include "friction/guide_motion.hpp"
-#include "schur/redundancy.hpp"
 
 namespace tanor::detail {
 
@@ -28,7 +28,7 @@ class HeldPlaces {
   void give_way(const double* r);
   /// Returns the largest |T'(r - place)| over the length around it, for `rows` [rows] = xi(r). Dependent rows do not
   /// count.
-  double largest_violation(const double* rows, const Redundancy& redundancy) const;
+  double largest_violation(const double* rows, const Dependences& redundancy) const;
 
   bool holds(std::size_t contact) const { return is_held_[contact] != 0; }
 

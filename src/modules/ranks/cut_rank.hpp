@@ -16,7 +16,7 @@ namespace tanor::detail {
 std::vector<const Part::SharedRow*> find_shared_rows(const Model& model, const Part& part);
 
 /// The rows of K that depend on others, where constraints reach from rank to rank. S raises the suspicion; then every
-/// rank receives all of K and decides by QR, as Redundancy does on one rank. Dependent rows take no part in S: their
+/// rank receives all of K and decides by QR, as Dependences does on one rank. Dependent rows take no part in S: their
 /// multipliers are 0 unless `minimize_norm` shares the load out again. Functions are collective but those about one
 /// row.
 class CutRank final : public Dependences {

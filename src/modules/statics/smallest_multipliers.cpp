@@ -45,7 +45,7 @@ bool SmallestMultipliers::wants_decision() const {
 Outcome SmallestMultipliers::find_and_decide(const std::vector<double>& r, const std::vector<double>& given,
                                              std::vector<double>* lambda, RankReport* rank) {
   if (Outcome outcome = find(r, given, lambda); !outcome.ok()) return outcome;
-  redundancy_.reset();
+  dependences_.reset();
   if (!wants_decision()) {
     *rank = this->rank(r);
     return {};
@@ -53,21 +53,21 @@ Outcome SmallestMultipliers::find_and_decide(const std::vector<double>& r, const
   const Model& model = equations_.model();
   const auto rows = static_cast<Index>(equations_.num_rows());
   const double tolerance = dependent * std::min(1.0, short_chain / static_cast<double>(rows));
-  redundancy_.emplace(model.incidences, model.inverse_mass, model.numbering);
-  (void)redundancy_->decide(linearization_.blocks().data(), {0, rows},
-                            std::vector<double>(model.num_rows(), tolerance));
-  if (redundancy_->is_found()) {
-    redundancy_->take_qr({0, rows});
+  dependences_.emplace(equations_.work());
+  (void)dependences_->decide(linearization_.blocks().data(), {0, rows},
+                             std::vector<double>(model.num_rows(), tolerance));
+  if (dependences_->is_found()) {
+    dependences_->take_qr({0, rows});
     *lambda = given;
     solve_by_qr(r, lambda);
   }
-  *rank = rank_.describe(*redundancy_);
+  *rank = dependences_->report();
   return {};
 }
 
 std::vector<double> SmallestMultipliers::keep_self_stress(std::vector<double> lambda) const {
   std::vector<double> rest = lambda;
-  if (redundancy_ && redundancy_->is_found()) redundancy_->minimize_norm(rest.data());
+  if (dependences_ && dependences_->is_found()) dependences_->minimize_norm(rest.data());
   for (std::size_t a = 0; a < lambda.size(); ++a) lambda[a] -= rest[a];
   return lambda;
 }
@@ -80,11 +80,11 @@ void SmallestMultipliers::solve_by_qr(const std::vector<double>& r, std::vector<
     (void)equations_.evaluate(r.data(), lambda->data(), g_.data(), xi_.data());
     for (std::size_t i = 0; i < g_.size(); ++i) w_[i] = equations_.model().inverse_mass[i / 3] * g_[i];
     (void)linearization_.apply_transposed(w_.data(), nullptr, b_.data());
-    redundancy_->solve_negative(b_.data(), b_.data());
+    dependences_->solve_negative(b_.data(), b_.data());
     for (std::size_t a = 0; a < equations_.num_rows(); ++a) (*lambda)[a] += b_[a];
   }
   for (std::size_t a = 0; a < lambda->size(); ++a) (*lambda)[a] -= given[a];
-  redundancy_->minimize_norm(lambda->data());
+  dependences_->minimize_norm(lambda->data());
   for (std::size_t a = 0; a < lambda->size(); ++a) (*lambda)[a] += given[a];
 }
 

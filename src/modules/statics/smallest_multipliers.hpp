@@ -3,9 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "dynamics/gradient_rank.hpp"
 #include "dynamics/linearization.hpp"
-#include "schur/redundancy.hpp"
 #include "statics/equilibrium_equations.hpp"
 
 namespace tanor::detail {
@@ -16,7 +14,7 @@ namespace tanor::detail {
 class SmallestMultipliers {
  public:
   SmallestMultipliers(EquilibriumEquations& equations, const SolverOptions& options)
-      : equations_(equations), linearization_(equations.work(), options), rank_(equations.work(), linearization_) {}
+      : equations_(equations), linearization_(equations.work(), options) {}
 
   /// Finds lambda [rows] at r [3 points]; `given` is [rows].
   Outcome find(const std::vector<double>& r, const std::vector<double>& given, std::vector<double>* lambda);
@@ -27,7 +25,7 @@ class SmallestMultipliers {
   /// Returns the part of lambda [rows] with K lambda = 0, which no load determines, by the last decision.
   std::vector<double> keep_self_stress(std::vector<double> lambda) const;
   /// Returns the rank of K at r, for which `find` must have been called last.
-  RankReport rank(const std::vector<double>& r) { return rank_.report(r.data(), false); }
+  RankReport rank(const std::vector<double>& r) { return linearization_.report_rank(r.data(), false); }
   /// The linearization there: K and the factor of S.
   Linearization& linearization() { return linearization_; }
 
@@ -37,10 +35,9 @@ class SmallestMultipliers {
 
   EquilibriumEquations& equations_;
   Linearization linearization_;
-  GradientRank rank_;
-  std::optional<Redundancy> redundancy_;  // from the last decision
-  std::vector<double> g_, xi_, b_;        // scratch [3 moving points], [rows]
-  std::vector<double> w_, dw_;            // scratch [3 points]
+  std::optional<Dependences> dependences_;  // from the last decision
+  std::vector<double> g_, xi_, b_;          // scratch [3 moving points], [rows]
+  std::vector<double> w_, dw_;              // scratch [3 points]
 };
 
 /// Returns the rows of the model that depend on others [inner order].
