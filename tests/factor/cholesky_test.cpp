@@ -190,7 +190,7 @@ TEST(Cholesky, FirstOfSeveralColumnsThatFailIsTold) {
     const Cholesky::Quality quality = cholesky.factorize();
 
     EXPECT_FALSE(quality.positive_definite);
-    EXPECT_EQ(quality.weakest_column, static_cast<std::size_t>(k));
+    EXPECT_EQ(quality.weakest_row, static_cast<std::size_t>(k));
   }
 }
 
@@ -282,7 +282,7 @@ RC_GTEST_PROP(Cholesky, IndefiniteMatrixIsReportedWithItsColumn, ()) {
   const Cholesky::Quality quality = cholesky.factorize();
 
   RC_ASSERT(!quality.positive_definite);
-  RC_ASSERT(quality.weakest_column == first_bad_column(A));
+  RC_ASSERT(quality.weakest_row == first_bad_column(A));
   RC_ASSERT(quality.reciprocal_condition == 0.0);
 }
 
@@ -321,7 +321,7 @@ RC_GTEST_PROP(Cholesky, ExactlySingularMatrixIsNotPositiveDefiniteOrHasNoConditi
 
   RC_ASSERT(!quality.positive_definite || quality.reciprocal_condition < 3e-14);
   // In both cases the named column is the last one, where the singularity shows.
-  RC_ASSERT(quality.weakest_column == static_cast<std::size_t>(n - 1));
+  RC_ASSERT(quality.weakest_row == static_cast<std::size_t>(n - 1));
 }
 
 TEST(Cholesky, NumbersThatAreNotFiniteHaveNoFactor) {

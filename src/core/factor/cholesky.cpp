@@ -109,6 +109,28 @@ SymbolicAnalysis analyze(const TrianglePattern& lower, Ordering wanted, const Fi
   return result;
 }
 
+std::vector<int> order_keeping(const TrianglePattern& lower, std::span<const char> is_kept, Ordering wanted) {
+  std::vector<int> place(lower.size(), -1), eliminated, kept;
+  for (std::size_t row = 0; row < lower.size(); ++row) {
+    if (is_kept[row] == 0) place[row] = static_cast<int>(eliminated.size());
+    (is_kept[row] != 0 ? kept : eliminated).push_back(static_cast<int>(row));
+  }
+  TrianglePattern others;
+  for (const int column : eliminated) {
+    const auto j = static_cast<std::size_t>(column);
+    for (auto e = static_cast<std::size_t>(lower.start[j]); e < static_cast<std::size_t>(lower.start[j + 1]); ++e) {
+      if (const int row = place[static_cast<std::size_t>(lower.rows[e])]; row >= 0) others.rows.push_back(row);
+    }
+    others.start.push_back(static_cast<int>(others.rows.size()));
+  }
+  std::vector<int> result = eliminated;
+  if (const std::vector<int> order = analyze(others, wanted).permutation; !order.empty()) {
+    for (std::size_t k = 0; k < order.size(); ++k) result[k] = eliminated[static_cast<std::size_t>(order[k])];
+  }
+  result.insert(result.end(), kept.begin(), kept.end());
+  return result;
+}
+
 std::optional<std::size_t> count_negative_eigenvalues(const TrianglePattern& upper, std::vector<double> values) {
   CholmodCommon common;
   cholmod_common& c = common.c;
@@ -137,11 +159,7 @@ struct Fronts final : Cholesky::Method {
 
   explicit Fronts(TrianglePattern lower)
       : Method(std::move(lower), Factorization::Multifrontal), fronts(this->pattern) {}
-  Cholesky::Quality factorize(int threads) override {
-    const std::size_t done = fronts.factorize(pattern, values.data(), threads);
-    if (done < pattern.size()) return {false, done, 0.0};
-    return Cholesky::quality_of(fronts.pivots());
-  }
+  Cholesky::Quality factorize(int threads) override { return fronts.factorize(values.data(), threads); }
   void solve(double* x, int threads) override { fronts.solve(x, threads); }
   bool factorizes_by_threads() const override { return fronts.factorizes_by_threads(); }
   bool solves_by_threads() const override { return fronts.solves_by_threads(); }
@@ -312,12 +330,6 @@ struct ByCholmod final : Simplicial {
 };
 
 }  // namespace
-
-Cholesky::Quality Cholesky::quality_of(std::span<const double> diagonal) {
-  const auto [weakest, strongest] = std::minmax_element(diagonal.begin(), diagonal.end());
-  const double ratio = *weakest / *strongest;
-  return {true, static_cast<std::size_t>(weakest - diagonal.begin()), ratio * ratio};
-}
 
 Cholesky::Cholesky(TrianglePattern pattern, bool supernodal, bool by_cholmod) {
   if (supernodal)

@@ -45,6 +45,10 @@ using FindPoints = std::function<RowsInSpace()>;
 /// std::length_error if a simplicial L has more than 2^31 - 1 nonzeros.
 SymbolicAnalysis analyze(const TrianglePattern& lower, Ordering wanted, const FindPoints& find_points = {});
 
+/// Returns an order of elimination, [place] -> row, of a pattern (lower triangle) that keeps some rows for the end, in
+/// the order that they have. The other rows are ordered by `wanted` as if the kept ones were not there.
+std::vector<int> order_keeping(const TrianglePattern& lower, std::span<const char> is_kept, Ordering wanted);
+
 /// Counts the negative eigenvalues of a symmetric matrix by the signs of the pivots of L D L', in the order in which
 /// its rows stand (Sylvester). `upper` is its upper triangle, with `values` beside its rows. Returns nothing if a pivot
 /// vanishes, because the matrix is singular or needs another order.
@@ -56,11 +60,9 @@ class Cholesky {
  public:
   struct Quality {
     bool positive_definite = true;
-    std::size_t weakest_column = 0;     ///< column of the smallest pivot, or of the failed one
+    std::size_t weakest_row = 0;        ///< row of the smallest pivot, or of the failed one
     double reciprocal_condition = 1.0;  ///< (min/max diagonal of L)^2, a cheap estimate from above
   };
-  /// Returns the quality of a factor with this diagonal.
-  static Quality quality_of(std::span<const double> diagonal);
 
   /// A supernodal factor takes the lower triangle. Any other one takes the upper triangle, which CHOLMOD reads without
   /// a transpose, and is in closed form where that serves. If `by_cholmod` is true, CHOLMOD factorizes and solves

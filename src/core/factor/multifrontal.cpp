@@ -12,8 +12,8 @@ namespace tanor::detail {
 
 using kernels::front_width;
 
-Multifrontal::Multifrontal(const TrianglePattern& lower, Supernodes supernodes, std::size_t num_kept)
-    : supernodes_(std::move(supernodes)), num_kept_(num_kept), tree_(supernodes_) {
+Multifrontal::Multifrontal(const TrianglePattern& lower, std::size_t num_kept)
+    : num_kept_(num_kept), supernodes_(find_supernodes(lower, num_kept)), tree_(supernodes_), start_(lower.start) {
   panels_.resize(tree_.panels_size + front_width);
   arena_.resize(tree_.arena_size + front_width);
   pivots_.resize(lower.size());
@@ -77,18 +77,18 @@ std::size_t Multifrontal::num_beside() const {
 }
 
 /// Fills a part of a front's columns with the columns of S.
-void Multifrontal::take_entries(const Front& front, const Entries& entries, const Tile& tile) {
+void Multifrontal::take_entries(const Front& front, const double* values, const Tile& tile) {
   double* const panel = panels_.data() + front.panel;
   const bool is_whole = tile.end_row - tile.row == front.stride;
   const auto take = [&](const auto& is_of_tile) {
     for (std::size_t j = tile.column; j < tile.end_column; ++j) {
       double* const to = panel + j * front.stride;
       std::fill(to + tile.row, to + tile.end_row, 0.0);
-      const auto start = static_cast<std::size_t>(entries.lower.start[front.first_column + j]);
-      const auto end = static_cast<std::size_t>(entries.lower.start[front.first_column + j + 1]);
+      const auto start = static_cast<std::size_t>(start_[front.first_column + j]);
+      const auto end = static_cast<std::size_t>(start_[front.first_column + j + 1]);
       for (std::size_t e = start; e < end; ++e) {
         const auto row = static_cast<std::size_t>(entry_row_[e]);
-        if (is_of_tile(row)) to[row] = entries.values[e];
+        if (is_of_tile(row)) to[row] = values[e];
       }
     }
   };
@@ -129,11 +129,11 @@ void Multifrontal::fail(std::size_t column) {
   }
 }
 
-void Multifrontal::factorize_front(std::size_t s, const Entries& entries, Workspace& workspace) {
+void Multifrontal::factorize_front(std::size_t s, const double* values, Workspace& workspace) {
   const Front& front = tree_.fronts[s];
   if (failed_.load(std::memory_order_relaxed) < front.first_column) return;
   const Tile whole{0, front.stride, 0, front.columns};
-  take_entries(front, entries, whole);
+  take_entries(front, values, whole);
   if (is_kept(front)) return add_updates(front, whole, workspace);
   workspace.children.clear();
   tree_.for_children(front,
@@ -144,11 +144,11 @@ void Multifrontal::factorize_front(std::size_t s, const Entries& entries, Worksp
 }
 
 /// Computes a tile of L: the entries there, minus the products of the tiles on its left, divided by the diagonal tile.
-void Multifrontal::factorize_tile(const FrontTask& task, const Entries& entries, Workspace& workspace) {
+void Multifrontal::factorize_tile(const FrontTask& task, const double* values, Workspace& workspace) {
   const Front& front = tree_.fronts[static_cast<std::size_t>(task.front)];
   const Tile tile = tile_of(task, front);
   if (failed_.load(std::memory_order_relaxed) < front.first_column + tile.end_column) return;
-  take_entries(front, entries, tile);
+  take_entries(front, values, tile);
   add_updates(front, tile, workspace);
   if (is_kept(front)) return;
   double* const panel = panels_.data() + front.panel;
@@ -185,17 +185,17 @@ void Multifrontal::update_tile(const FrontTask& task, Workspace& workspace) {
       workspace);
 }
 
-void Multifrontal::run(const FrontTask& task, const Entries& entries, Workspace& workspace) {
+void Multifrontal::run(const FrontTask& task, const double* values, Workspace& workspace) {
   const auto front = static_cast<std::size_t>(task.front);
   switch (task.kind) {
     case FrontTask::Kind::Sequence:
       for (std::size_t k = tree_.sequence_start[front]; k < tree_.sequence_start[front + 1]; ++k)
-        factorize_front(static_cast<std::size_t>(tree_.order[k]), entries, workspace);
+        factorize_front(static_cast<std::size_t>(tree_.order[k]), values, workspace);
       return;
     case FrontTask::Kind::Whole:
-      return factorize_front(front, entries, workspace);
+      return factorize_front(front, values, workspace);
     case FrontTask::Kind::PanelTile:
-      return factorize_tile(task, entries, workspace);
+      return factorize_tile(task, values, workspace);
     case FrontTask::Kind::UpdateTile:
       return update_tile(task, workspace);
     case FrontTask::Kind::Join:
@@ -207,14 +207,26 @@ bool Multifrontal::factorizes_by_threads() const {
   return tree_.cost >= plan::flops_worth_threads;
 }
 
-std::size_t Multifrontal::factorize(const TrianglePattern& lower, const double* values, int threads) {
+Cholesky::Quality Multifrontal::factorize(const double* values, int threads) {
   if (!factorizes_by_threads()) threads = 1;
   reserve(threads);
   failed_.store(pivots_.size(), std::memory_order_relaxed);
-  const Entries entries{lower, values};
   tree_.factor.run(threads, TaskGraph::Direction::Forwards,
-                   [&](const FrontTask& task, std::size_t thread) { run(task, entries, workspaces_[thread]); });
-  return failed_.load(std::memory_order_relaxed);
+                   [&](const FrontTask& task, std::size_t thread) { run(task, values, workspaces_[thread]); });
+  const std::size_t done = failed_.load(std::memory_order_relaxed);
+  if (done < num_eliminated()) return {false, done, 0.0};
+  if (num_eliminated() == 0) return {};
+  const auto first = pivots_.begin(), end = first + static_cast<std::ptrdiff_t>(num_eliminated());
+  const auto [weakest, strongest] = std::minmax_element(first, end);
+  const double ratio = *weakest / *strongest;
+  return {true, static_cast<std::size_t>(weakest - first), ratio * ratio};
+}
+
+void Multifrontal::write_complement(double* packed) const {
+  for (std::size_t j = 0; j < num_kept_; ++j) {
+    const Front& front = tree_.fronts.back();
+    packed = std::copy_n(panels_.data() + front.panel + j * (front.stride + 1), num_kept_ - j, packed);
+  }
 }
 
 }  // namespace tanor::detail

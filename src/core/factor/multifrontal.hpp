@@ -21,25 +21,29 @@ namespace tanor::detail {
 /// CHOLMOD's supernodal numeric factorization enters several parallel regions for each supernode and BLAS for each
 /// small block. This takes three quarters of its time on nets.
 ///
+/// Some last rows, G, may be kept for the caller. The last front is then assembled and handed over:
+///
+///   [ S_II  S_IG ]     L L' = S_II,   C = S_GG - S_GI S_II^-1 S_IG   (Schur complement)
+///   [ S_GI  S_GG ]
+///
+/// Only S_II has to be positive definite. The parts of a matrix on several machines are summed in C; what a part
+/// contributes to the kept rows may be singular by itself.
+///
 /// Any number of threads gives the same bits, because the pattern (FrontTree) decides what is computed and in which
 /// order children are added. The first call with more threads than before allocates memory for them.
 class Multifrontal {
  public:
-  /// `lower` is the lower triangle of S in the order of elimination.
-  explicit Multifrontal(const TrianglePattern& lower) : Multifrontal(lower, find_supernodes(lower)) {}
-  /// The last `num_kept` rows are one supernode without rows below, which is assembled and not factorized (see
-  /// PartialCholesky).
-  Multifrontal(const TrianglePattern& lower, Supernodes supernodes, std::size_t num_kept = 0);
+  /// `lower` is the lower triangle of S in the order of elimination, the kept rows last.
+  explicit Multifrontal(const TrianglePattern& lower, std::size_t num_kept = 0);
 
-  /// Factorizes the values that stand beside the pattern's rows. Returns the first column whose pivot is not positive,
-  /// or n.
-  std::size_t factorize(const TrianglePattern& lower, const double* values, int threads = 1);
+  /// Factorizes the values that stand beside the pattern's rows. The kept rows have no part in the quality.
+  [[nodiscard]] Cholesky::Quality factorize(const double* values, int threads = 1);
   /// True if several threads take less time than one for a factorization, or for a solve.
   bool factorizes_by_threads() const;
   bool solves_by_threads() const;
   /// Returns the diagonal of L, [n].
   const std::vector<double>& pivots() const { return pivots_; }
-  /// Solves in place: x := S^-1 x, [n]. No rows are kept.
+  /// Solves in place: x := S^-1 x, [n], where no rows are kept.
   void solve(double* x, int threads = 1) {
     eliminate(x, threads);
     substitute(x, threads);
@@ -47,16 +51,16 @@ class Multifrontal {
   /// Solves for many right-hand sides, eight side by side in each of `groups` arrays x [groups][n, 8]. Each number of L
   /// is fetched once for all of them. Different threads may do this at the same time.
   void solve_packs(double* x, std::size_t groups) const;
-  /// The two halves of a solve, called one after the other. `eliminate` solves L y = x from the leaves to the roots and
-  /// leaves the reduced right side in the kept rows of x. `substitute` solves L' x = y back, from the kept rows of x.
+  /// The two halves of a solve, called one after the other. `eliminate` takes b and leaves b_G - S_GI S_II^-1 b_I, the
+  /// right side of C x_G, in the kept rows. `substitute` takes x_G there and leaves x.
   void eliminate(double* x, int threads = 1);
   void substitute(double* x, int threads = 1);
 
-  /// Returns column j, from row j on, of the lower triangle of the Schur complement in the kept rows.
-  const double* kept_column(std::size_t j) const {
-    const Front& front = tree_.fronts.back();
-    return panels_.data() + front.panel + j * (front.stride + 1);
-  }
+  std::size_t num_kept() const { return num_kept_; }
+  std::size_t num_eliminated() const { return pivots_.size() - num_kept_; }
+  /// Numbers of C's lower triangle, and the triangle itself, column after column.
+  std::size_t complement_size() const { return num_kept_ * (num_kept_ + 1) / 2; }
+  void write_complement(double* packed) const;
 
   /// Returns how many numbers are stored for L; `num_beside` counts those of updates and vectors beside it.
   std::size_t num_stored() const { return panels_.size(); }
@@ -71,10 +75,6 @@ class Multifrontal {
   /// A part of a front's lower triangle: the rows [row, end_row) of the columns [column, end_column).
   struct Tile {
     std::size_t row, end_row, column, end_column;
-  };
-  struct Entries {
-    const TrianglePattern& lower;
-    const double* values;
   };
 
   void find_rows_in_parents();
@@ -105,11 +105,11 @@ class Multifrontal {
             front.below()};
   }
 
-  void run(const FrontTask& task, const Entries& entries, Workspace& workspace);
-  void factorize_front(std::size_t s, const Entries& entries, Workspace& workspace);
-  void factorize_tile(const FrontTask& task, const Entries& entries, Workspace& workspace);
+  void run(const FrontTask& task, const double* values, Workspace& workspace);
+  void factorize_front(std::size_t s, const double* values, Workspace& workspace);
+  void factorize_tile(const FrontTask& task, const double* values, Workspace& workspace);
   void update_tile(const FrontTask& task, Workspace& workspace);
-  void take_entries(const Front& front, const Entries& entries, const Tile& tile);
+  void take_entries(const Front& front, const double* values, const Tile& tile);
   void add_updates(const Front& front, const Tile& tile, Workspace& workspace);
   void keep_pivots(const Front& front, std::size_t first, std::size_t end);
   void fail(std::size_t column);
@@ -122,12 +122,12 @@ class Multifrontal {
   void fetch_from_above(std::size_t s);
   double* partial_sums(const Front& front, std::size_t row, std::size_t column);
 
-  Supernodes supernodes_;
   std::size_t num_kept_;
+  Supernodes supernodes_;
   FrontTree tree_;
   std::vector<int> rows_in_parent_, run_end_;    // beside supernodes_.rows
   std::vector<int> places_;                      // likewise: places of a sequence's rows in `z_`
-  std::vector<int> entry_row_;                   // [entry of S] its row in the front
+  std::vector<int> start_, entry_row_;           // [column] its first entry of S; [entry] its row in the front
   LargeArray<double> panels_;                    // L; before that, updates of fronts further down
   LargeArray<double> arena_;                     // updates that find no room in the panels
   std::vector<Workspace> workspaces_;            // [thread]

@@ -1,6 +1,8 @@
 #include "factor/supernodes.hpp"
 
 #include <algorithm>
+#include <numeric>
+#include <utility>
 
 #include "base/check.hpp"
 #include "base/groups.hpp"
@@ -115,6 +117,28 @@ std::vector<Run> merge_runs(const std::vector<Run>& runs, const std::vector<int>
   return merged;
 }
 
+/// Makes one supernode of the last rows. A supernode that holds columns on both sides is cut, since its rows are those
+/// of its first columns anyway.
+Supernodes keep_last_rows(Supernodes all, std::size_t num_kept) {
+  if (num_kept == 0) return all;
+  const int n = all.first_column.back(), first_kept = n - static_cast<int>(num_kept);
+  const auto cut = std::ranges::lower_bound(all.first_column, first_kept);
+  const auto last = static_cast<std::size_t>(cut - all.first_column.begin());
+  all.first_column.resize(last);
+  all.first_column.insert(all.first_column.end(), {first_kept, n});
+  all.rows_start.resize(last + 1);
+  all.rows.resize(all.rows_start.back() + num_kept);
+  std::iota(all.rows.end() - static_cast<std::ptrdiff_t>(num_kept), all.rows.end(), first_kept);
+  all.rows_start.push_back(all.rows.size());
+  all.parent.resize(last + 1);
+  all.parent.back() = -1;
+  for (std::size_t s = 0; s < last; ++s) {
+    const std::span<const int> below = all.rows_below(s);
+    if (!below.empty() && below.front() >= first_kept) all.parent[s] = static_cast<int>(last);
+  }
+  return all;
+}
+
 }  // namespace
 
 double Supernodes::num_stored() const {
@@ -125,7 +149,7 @@ double Supernodes::num_stored() const {
   return sum;
 }
 
-Supernodes find_supernodes(const TrianglePattern& lower) {
+Supernodes find_supernodes(const TrianglePattern& lower, std::size_t num_kept) {
   const Groups<int> by_row = columns_by_row(lower);
   const Columns columns = analyze_columns(lower, by_row);
   const std::vector<Run> reversed = merge_runs(find_equal_columns(columns), columns.parent);
@@ -153,7 +177,7 @@ Supernodes find_supernodes(const TrianglePattern& lower) {
                      [&](std::size_t s, int row) { result.rows[next[s]++] = row; });
   for (std::size_t s = 0; s < result.size(); ++s)
     ensure(next[s] == result.rows_start[s + 1], "a supernode has the rows that were counted");
-  return result;
+  return keep_last_rows(std::move(result), num_kept);
 }
 
 }  // namespace tanor::detail

@@ -182,10 +182,8 @@ void GramSolver::assemble(const Parallel& parallel, const double* blocks) {
 
 GramSolver::Quality GramSolver::factorize(const Parallel& parallel) {
   for_parts(parallel, std::mem_fn(&Part::factorizes_by_threads), [](Part& part, int threads) {
-    const Cholesky::Quality quality = part.factor.factorize(threads);
-    part.quality = {quality.positive_definite,
-                    static_cast<std::size_t>(part.first_row) + part.row_at(quality.weakest_column),
-                    quality.reciprocal_condition};
+    part.quality = part.factor.factorize(threads);
+    part.quality.weakest_row = static_cast<std::size_t>(part.first_row) + part.row_at(part.quality.weakest_row);
   });
   // A failed part counts before a weak one, the weakest part before the others.
   const auto badness = [](const Quality& q) { return q.positive_definite ? q.reciprocal_condition : -1.0; };

@@ -40,11 +40,7 @@ class GramSolver {
   GramSolver(std::span<const Product> products, const RowIslands& rows, Ordering ordering,
              LinearSolver wanted = LinearSolver::General);
 
-  struct Quality {
-    bool positive_definite = true;
-    std::size_t weakest_row = 0;        ///< inner row of the smallest pivot, or of the failed one
-    double reciprocal_condition = 1.0;  ///< smallest over the parts
-  };
+  using Quality = Cholesky::Quality;  ///< that of the worst part, with an inner row
   /// Below this the scaled matrix counts as singular, since CHOLMOD may accept an exactly singular matrix (measured).
   static constexpr double singular_below = 3e-14;
 

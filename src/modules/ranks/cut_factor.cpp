@@ -50,6 +50,7 @@ CutFactor::CutFactor(Workspace& work, const Part& part, const SolverOptions& opt
       is_counted_(std::move(order.is_counted)),
       plan_(order.products, permutation_.size(), order.place, Triangle::Lower),
       factor_({plan_.column_start(), plan_.rows()}, is_counted_.size()),
+      values_(plan_.rows().size()),
       ranks_(*part.ranks),
       shared_(part.ranks->make_shared_rows(part.num_shared_rows, order.shared_place)),
       shared_place_(std::move(order.shared_place)),
@@ -95,7 +96,7 @@ bool CutFactor::factorize_without_dependent_rows() {
 
 /// Turns rows that take no part into rows of the identity.
 void CutFactor::leave_out_rows() {
-  double* value = factor_.values();
+  double* value = values_.data();
   for (std::size_t j = 0; j < is_active_.size(); ++j) {
     for (int e = plan_.column_start()[j]; e < plan_.column_start()[j + 1]; ++e, ++value) {
       const auto i = static_cast<std::size_t>(plan_.rows()[static_cast<std::size_t>(e)]);
@@ -109,9 +110,9 @@ bool CutFactor::factorize_rows() {
   constexpr double poor = 1e-12;
   const Stopwatch watch(&work_.times.factor);
   ++work_.counters.factorizations;
-  plan_.assemble(blocks_.data(), factor_.values());
+  plan_.assemble(blocks_.data(), values_.data());
   leave_out_rows();
-  const Cholesky::Quality own = factor_.factorize(model_.parallel.threads());
+  const Cholesky::Quality own = factor_.factorize(values_.data(), model_.parallel.threads());
   // Every rank takes part in the sum, also one that has failed.
   scale_shared_rows();
   factor_.write_complement(triangle_.data());

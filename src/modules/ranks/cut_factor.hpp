@@ -8,7 +8,7 @@
 
 #include "assembly/gather_plan.hpp"
 #include "dynamics/rank_revealing_factor.hpp"
-#include "factor/partial_cholesky.hpp"
+#include "factor/multifrontal.hpp"
 #include "ranks/cut_rank.hpp"
 
 namespace tanor::detail {
@@ -21,7 +21,7 @@ std::unique_ptr<SharedRows> make_replicated_rows(Ranks& ranks, std::size_t num_r
 /// The factor of S where constraints reach from rank to rank. Each rank has the rows of its own points. For a rod that
 /// is cut, it has the gradient at its own end, as if the other one were a support. S is the sum of what the ranks have:
 ///
-///   [ S_1         S_1G          ]     each rank eliminates its own rows S_r (PartialCholesky), the complements
+///   [ S_1         S_1G          ]     each rank eliminates its own rows S_r (Multifrontal), the complements
 ///   [      S_2    S_2G          ]     C_r = S_GG,r - S_Gr S_r^-1 S_rG are summed on the rows G that they share
 ///   [ S_G1 S_G2   sum of S_GG,r ]     (SharedRows)
 ///
@@ -59,7 +59,8 @@ class CutFactor final : public RankRevealingFactor {
   std::vector<char> is_counted_;  // [own shared row] 1 if this rank adds its b
   std::vector<char> is_active_;   // [place] 0 for rows that take no part; empty if all do
   GatherPlan plan_;
-  PartialCholesky factor_;
+  Multifrontal factor_;
+  std::vector<double> values_;  // beside the rows of `plan_`
   Ranks& ranks_;
   std::unique_ptr<SharedRows> shared_;
   std::vector<std::size_t> shared_place_;  // [own shared row] its place among those of all ranks

@@ -40,8 +40,7 @@ bool KktSolver::factorize(std::vector<double> shifts) {
   shifts_ = std::move(shifts);
   follow_pattern();
   matrix_->assemble(shifts_, 1.0, &penalties_);
-  const TrianglePattern& lower = matrix_->lower();
-  return factor_->factorize(lower, matrix_->lower_values().data(), model_.parallel.threads()) == lower.size();
+  return factor_->factorize(matrix_->lower_values().data(), model_.parallel.threads()).positive_definite;
 }
 
 std::optional<std::size_t> KktSolver::count_below(double omega2, double stiffer) {
