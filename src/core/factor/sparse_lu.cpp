@@ -10,139 +10,100 @@
 
 namespace tanor::detail {
 
+/// KLU's objects, and its functions for one type of numbers. It takes complex numbers as pairs.
 template <class T>
-struct SparseLu<T>::Implementation {
-  static constexpr bool is_complex = !std::is_same_v<T, double>;
-  /// The pivots of another matrix serve while the reciprocal pivot growth, the least max |a|/max |u| of a column, is
-  /// above this.
-  static constexpr double least_growth = 1e-8;
-
-  SquarePattern pattern;
-  std::vector<T> values;
+struct SparseLu<T>::Klu {
   klu_common common{};
   klu_symbolic* symbolic = nullptr;
   klu_numeric* numeric = nullptr;
-  std::size_t num_pivotings = 0;
 
-  explicit Implementation(SquarePattern given) : pattern(std::move(given)), values(pattern.rows.size()) {
-    klu_defaults(&common);
-    common.ordering = 1;  // COLAMD: several times less fill on saddle point matrices than AMD (measured)
-    common.halt_if_singular = 1;
-    symbolic = klu_analyze(size(), pattern.start.data(), pattern.rows.data(), &common);
-    check();
-  }
-  ~Implementation() {
-    free_numeric();
+  ~Klu() {
+    klu_free_numeric(&numeric, &common);
     klu_free_symbolic(&symbolic, &common);
   }
-  Implementation(const Implementation&) = delete;
-  Implementation& operator=(const Implementation&) = delete;
 
-  int size() { return static_cast<int>(pattern.size()); }
-  /// KLU takes complex numbers as pairs.
-  double* numbers() { return reinterpret_cast<double*>(values.data()); }
+  template <class Real, class Complex>
+  static auto choose(Real real, Complex complex) {
+    if constexpr (std::is_same_v<T, double>)
+      return real;
+    else
+      return complex;
+  }
+  static double* numbers(T* x) { return reinterpret_cast<double*>(x); }
 
   void check() const {
     if (common.status == KLU_OUT_OF_MEMORY || common.status == KLU_TOO_LARGE) throw std::bad_alloc();
     ensure(common.status >= KLU_OK, "KLU takes the matrices that we build");
   }
-
-  void free_numeric() {
-    if (numeric == nullptr) return;
-    if constexpr (is_complex)
-      klu_z_free_numeric(&numeric, &common);
-    else
-      klu_free_numeric(&numeric, &common);
-  }
-
-  /// Factorizes with new pivots.
-  bool factorize_anew() {
-    free_numeric();
-    ++num_pivotings;
-    if constexpr (is_complex)
-      numeric = klu_z_factor(pattern.start.data(), pattern.rows.data(), numbers(), symbolic, &common);
-    else
-      numeric = klu_factor(pattern.start.data(), pattern.rows.data(), numbers(), symbolic, &common);
-    check();
-    return numeric != nullptr && common.status == KLU_OK && is_finite();
-  }
-
-  /// Factorizes with the pivots of an earlier factorization.
-  bool factorize_again() {
-    if (numeric == nullptr) return false;
-    int* const start = pattern.start.data();
-    int* const rows = pattern.rows.data();
-    if constexpr (is_complex) {
-      if (!klu_z_refactor(start, rows, numbers(), symbolic, numeric, &common)) return false;
-      if (common.status != KLU_OK || !klu_z_rgrowth(start, rows, numbers(), symbolic, numeric, &common)) return false;
-    } else {
-      if (!klu_refactor(start, rows, numbers(), symbolic, numeric, &common)) return false;
-      if (common.status != KLU_OK || !klu_rgrowth(start, rows, numbers(), symbolic, numeric, &common)) return false;
-    }
-    return common.rgrowth > least_growth && is_finite();
-  }
-
   bool is_finite() {
-    if constexpr (is_complex)
-      klu_z_rcond(symbolic, numeric, &common);
-    else
-      klu_rcond(symbolic, numeric, &common);
+    choose(klu_rcond, klu_z_rcond)(symbolic, numeric, &common);
     return common.rcond > 0.0;  // false for NaN
   }
 };
 
 template <class T>
-SparseLu<T>::SparseLu(SquarePattern pattern) : implementation_(std::make_unique<Implementation>(std::move(pattern))) {}
+SparseLu<T>::SparseLu(SquarePattern pattern)
+    : pattern_(std::move(pattern)), values_(pattern_.rows.size()), klu_(std::make_unique<Klu>()) {
+  klu_defaults(&klu_->common);
+  klu_->common.ordering = 1;  // COLAMD: several times less fill on saddle point matrices than AMD (measured)
+  klu_->common.halt_if_singular = 1;
+  klu_->symbolic =
+      klu_analyze(static_cast<int>(pattern_.size()), pattern_.start.data(), pattern_.rows.data(), &klu_->common);
+  klu_->check();
+}
 
-template <class T>
-SparseLu<T>::SparseLu(SparseLu&&) noexcept = default;
-template <class T>
-SparseLu<T>& SparseLu<T>::operator=(SparseLu&&) noexcept = default;
 template <class T>
 SparseLu<T>::~SparseLu() = default;
 
 template <class T>
-const SquarePattern& SparseLu<T>::pattern() const {
-  return implementation_->pattern;
-}
-template <class T>
-T* SparseLu<T>::values() {
-  return implementation_->values.data();
-}
-template <class T>
-std::size_t SparseLu<T>::num_pivotings() const {
-  return implementation_->num_pivotings;
+bool SparseLu<T>::factorize() {
+  if (factorize_again() || factorize_anew()) return true;
+  forget_pivots();
+  return false;
 }
 
+/// Factorizes with new pivots.
 template <class T>
-bool SparseLu<T>::factorize() {
-  Implementation& self = *implementation_;
-  if (self.factorize_again() || self.factorize_anew()) return true;
-  self.free_numeric();
-  return false;
+bool SparseLu<T>::factorize_anew() {
+  forget_pivots();
+  ++num_pivotings_;
+  klu_->numeric = Klu::choose(klu_factor, klu_z_factor)(pattern_.start.data(), pattern_.rows.data(),
+                                                        Klu::numbers(values()), klu_->symbolic, &klu_->common);
+  klu_->check();
+  return klu_->numeric != nullptr && klu_->common.status == KLU_OK && klu_->is_finite();
+}
+
+/// Factorizes with the pivots of an earlier factorization. They serve while the reciprocal pivot growth, the least max
+/// |a|/max |u| of a column, is above a limit.
+template <class T>
+bool SparseLu<T>::factorize_again() {
+  constexpr double least_growth = 1e-8;
+  if (!has_factor()) return false;
+  const auto call = [&](auto function) {
+    return function(pattern_.start.data(), pattern_.rows.data(), Klu::numbers(values()), klu_->symbolic, klu_->numeric,
+                    &klu_->common) != 0;
+  };
+  if (!call(Klu::choose(klu_refactor, klu_z_refactor)) || klu_->common.status != KLU_OK) return false;
+  if (!call(Klu::choose(klu_rgrowth, klu_z_rgrowth))) return false;
+  return klu_->common.rgrowth > least_growth && klu_->is_finite();
 }
 
 template <class T>
 void SparseLu<T>::forget_pivots() {
-  implementation_->free_numeric();
+  klu_free_numeric(&klu_->numeric, &klu_->common);  // of either type
 }
 
 template <class T>
 bool SparseLu<T>::has_factor() const {
-  return implementation_->numeric != nullptr;
+  return klu_->numeric != nullptr;
 }
 
 template <class T>
 void SparseLu<T>::solve(T* x) {
-  Implementation& self = *implementation_;
-  ensure(self.numeric != nullptr, "a factor is there before it solves");
-  const int n = self.size();
-  double* const numbers = reinterpret_cast<double*>(x);
-  if constexpr (Implementation::is_complex)
-    klu_z_solve(self.symbolic, self.numeric, n, 1, numbers, &self.common);
-  else
-    klu_solve(self.symbolic, self.numeric, n, 1, numbers, &self.common);
-  self.check();
+  ensure(has_factor(), "a factor is there before it solves");
+  Klu::choose(klu_solve, klu_z_solve)(klu_->symbolic, klu_->numeric, static_cast<int>(pattern_.size()), 1,
+                                      Klu::numbers(x), &klu_->common);
+  klu_->check();
 }
 
 template class SparseLu<double>;

@@ -26,12 +26,10 @@ class SparseLu {
  public:
   /// Throws std::bad_alloc.
   explicit SparseLu(SquarePattern pattern);
-  SparseLu(SparseLu&&) noexcept;
-  SparseLu& operator=(SparseLu&&) noexcept;
   ~SparseLu();
 
-  const SquarePattern& pattern() const;
-  T* values();  ///< beside pattern().rows; to be filled before `factorize`
+  const SquarePattern& pattern() const { return pattern_; }
+  T* values() { return values_.data(); }  ///< beside pattern().rows; to be filled before `factorize`
 
   /// Factorizes the values. Returns false, without a factor, if A is singular or holds numbers that are not finite.
   [[nodiscard]] bool factorize();
@@ -44,11 +42,17 @@ class SparseLu {
   void solve(T* x);
 
   /// Returns the number of factorizations so far that chose their pivots.
-  std::size_t num_pivotings() const;
+  std::size_t num_pivotings() const { return num_pivotings_; }
 
  private:
-  struct Implementation;
-  std::unique_ptr<Implementation> implementation_;
+  struct Klu;
+  bool factorize_anew();
+  bool factorize_again();
+
+  SquarePattern pattern_;
+  std::vector<T> values_;
+  std::unique_ptr<Klu> klu_;
+  std::size_t num_pivotings_ = 0;
 };
 
 extern template class SparseLu<double>;
