@@ -33,11 +33,4 @@ Dissection dissect_graph(const RowsInSpace& rows);
 /// Returns `first_cut` of dissect_graph without the rest of the dissection.
 double first_cut_of_graph(const RowsInSpace& rows);
 
-/// Returns the rows of each point, [point].
-Groups<int> list_rows_of_points(const RowsInSpace& rows);
-/// Returns the rows node by node of the tree of cuts. The rows of a node are in the order in which `points` lists the
-/// first of their points.
-std::vector<int> order_by_nodes(const RowsInSpace& rows, const std::vector<int>& points,
-                                const std::vector<int>& node_of_row, int num_nodes);
-
 }  // namespace tanor::detail

@@ -6,25 +6,8 @@
 namespace tanor::detail {
 
 IncompleteCholesky::IncompleteCholesky(TrianglePattern upper) : pattern_(std::move(upper)) {
-  const auto& [start, rows] = pattern_;
-  const std::size_t n = pattern_.size(), num_slots = rows.size();
-  for (std::vector<double>* array : {&values_, &upper_, &scaled_}) array->resize(num_slots);
-  inverse_pivots_.resize(n);
-  terms_start_.assign(1, 0);
-  terms_start_.reserve(num_slots + 1);
-  for (std::size_t j = 0; j < n; ++j) {
-    for (int slot = start[j]; slot < start[j + 1]; ++slot) {
-      // u_ij needs the rows k < i that both columns have.
-      const auto i = static_cast<std::size_t>(rows[static_cast<std::size_t>(slot)]);
-      for (int left = start[i], right = start[j]; i != j && left < start[i + 1] - 1 && right < slot;) {
-        const int row_left = rows[static_cast<std::size_t>(left)], row_right = rows[static_cast<std::size_t>(right)];
-        if (row_left == row_right) terms_.push_back({left, right});
-        if (row_left <= row_right) ++left;
-        if (row_right <= row_left) ++right;
-      }
-      terms_start_.push_back(static_cast<int>(terms_.size()));
-    }
-  }
+  for (std::vector<double>* array : {&values_, &upper_, &scaled_}) array->resize(pattern_.rows.size());
+  inverse_pivots_.resize(pattern_.size());
 }
 
 bool IncompleteCholesky::factorize() {
@@ -46,13 +29,17 @@ bool IncompleteCholesky::try_factorize(double raise) {
     const double lowest = lowest_pivot * pivot;
     for (int slot = start[j]; slot < diagonal; ++slot) {
       double sum = values_[static_cast<std::size_t>(slot)];
-      for (int k = terms_start_[static_cast<std::size_t>(slot)]; k < terms_start_[static_cast<std::size_t>(slot) + 1];
-           ++k) {
-        const auto [left, right] = terms_[static_cast<std::size_t>(k)];
-        sum -= upper_[static_cast<std::size_t>(left)] * scaled_[static_cast<std::size_t>(right)];
+      // The rows k < i that both columns have.
+      const int i = rows[slot], end = start[i + 1] - 1;
+      for (int left = start[i], right = start[j]; left < end && right < slot;) {
+        const int row_left = rows[left], row_right = rows[right];
+        if (row_left == row_right)
+          sum -= upper_[static_cast<std::size_t>(left)] * scaled_[static_cast<std::size_t>(right)];
+        left += row_left <= row_right ? 1 : 0;
+        right += row_right <= row_left ? 1 : 0;
       }
       scaled_[static_cast<std::size_t>(slot)] = sum;
-      const double u = sum * inverse_pivots_[static_cast<std::size_t>(rows[slot])];
+      const double u = sum * inverse_pivots_[static_cast<std::size_t>(i)];
       upper_[static_cast<std::size_t>(slot)] = u;
       pivot -= sum * u;
     }

@@ -9,7 +9,7 @@ namespace tanor::detail {
 
 /// Incomplete factorization U'D U ~ S, where U is a unit triangle on the pattern of S: Cholesky's method without fill
 /// (J. A. Meijerink, H. A. van der Vorst 1977). It is exact if the elimination in the given order makes no fill, as
-/// along chains and trees. The constructor does the symbolic work once.
+/// along chains and trees.
 class IncompleteCholesky {
  public:
   /// Takes the pattern of the upper triangle by columns.
@@ -27,16 +27,9 @@ class IncompleteCholesky {
  private:
   bool try_factorize(double raise);
 
-  /// The two factors u_ki and u_kj of a product u_ki d_k u_kj.
-  struct Term {
-    int left, right;
-  };
-
   TrianglePattern pattern_;
   std::vector<double> values_, upper_, scaled_;  // [slot] S; U; U'D
   std::vector<double> inverse_pivots_;
-  std::vector<Term> terms_;
-  std::vector<int> terms_start_;  // [slot]
 };
 
 }  // namespace tanor::detail
