@@ -34,32 +34,6 @@ template <class Lanes, std::size_t columns>
   }
 }
 
-/// Returns the first or the second half of eight numbers.
-template <std::size_t width>
-[[gnu::always_inline]] inline Four half_of(const PackIn<width>& all, std::size_t half) {
-  if constexpr (width == 8)
-    return half == 0 ? __builtin_shufflevector(all.parts[0], all.parts[0], 0, 1, 2, 3)
-                     : __builtin_shufflevector(all.parts[0], all.parts[0], 4, 5, 6, 7);
-  else if constexpr (width == 4)
-    return all.parts[half];
-  else
-    return __builtin_shufflevector(all.parts[2 * half], all.parts[2 * half + 1], 0, 1, 2, 3);
-}
-
-/// Returns the sums of the lanes of four packs, added in the order of PackIn::sum.
-template <class Lanes>
-[[gnu::always_inline]] inline Four add_lanes(const Lanes (&all)[4]) {
-  const auto add_neighbours = [](const Four& a, const Four& b) __attribute__((always_inline)) {
-    return __builtin_shufflevector(a, b, 0, 4, 2, 6) + __builtin_shufflevector(a, b, 1, 5, 3, 7);
-  };
-  const auto add_half = [&](std::size_t half) __attribute__((always_inline)) {
-    const Four ab = add_neighbours(half_of(all[0], half), half_of(all[1], half));
-    const Four cd = add_neighbours(half_of(all[2], half), half_of(all[3], half));
-    return __builtin_shufflevector(ab, cd, 0, 1, 4, 5) + __builtin_shufflevector(ab, cd, 2, 3, 6, 7);
-  };
-  return add_half(0) + add_half(1);
-}
-
 /// Computes sums = C'y for the same columns and rows.
 template <class Lanes, std::size_t columns>
 [[gnu::always_inline]] inline void multiply_columns(const double* c, std::size_t stride, std::size_t first,
@@ -69,10 +43,7 @@ template <class Lanes, std::size_t columns>
     const Lanes y_i = Lanes::at(y + i);
     for (std::size_t q = 0; q < columns; ++q) sum[q] += Lanes::at(c + q * stride + i) * y_i;
   }
-  if constexpr (columns == 4)
-    four_to(sums) = add_lanes(sum);
-  else
-    for (std::size_t q = 0; q < columns; ++q) sums[q] = sum[q].sum();
+  for (std::size_t q = 0; q < columns; ++q) sums[q] = sum[q].sum();
 }
 
 /// Writes x to the first lanes at y, as a whole, since a load of these lanes that follows soon would wait until single

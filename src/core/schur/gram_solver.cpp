@@ -47,12 +47,15 @@ RowsInSpace find_points(std::span<const Incidence> incidences, Index first_row, 
 
 }  // namespace
 
+GramSolver::GramSolver(const RowIslands& rows, LinearSolver wanted)
+    : first_idle_row_(static_cast<std::size_t>(rows.start.back())),
+      num_rows_(rows.num_rows),
+      is_by_cholmod_(wanted == LinearSolver::Cholmod) {}
+
 GramSolver::GramSolver(std::span<const Incidence> incidences, std::span<const double> weights, const RowIslands& rows,
                        Ordering ordering, std::span<const double> squared_norms, const PointPlaces& places,
                        LinearSolver wanted)
-    : first_idle_row_(static_cast<std::size_t>(rows.start.back())),
-      num_rows_(rows.num_rows),
-      is_by_cholmod_(wanted == LinearSolver::Cholmod) {
+    : GramSolver(rows, wanted) {
   const std::vector<Index> part_start = partition_islands(rows.start);
   const auto by_part = incidences_of_parts(incidences, weights, part_start);
   for (std::size_t p = 0; p + 1 < part_start.size(); ++p) {
@@ -63,9 +66,7 @@ GramSolver::GramSolver(std::span<const Incidence> incidences, std::span<const do
 
 GramSolver::GramSolver(std::span<const Product> products, const RowIslands& rows, Ordering ordering,
                        LinearSolver wanted)
-    : first_idle_row_(static_cast<std::size_t>(rows.start.back())),
-      num_rows_(rows.num_rows),
-      is_by_cholmod_(wanted == LinearSolver::Cholmod) {
+    : GramSolver(rows, wanted) {
   const std::vector<Index> part_start = partition_islands(rows.start);
   auto begin = products.begin();
   std::vector<Product> part;
@@ -108,52 +109,45 @@ void GramSolver::add_part(std::span<const Product> products, Index first_row, In
                            .flops = analysis.flops,
                            .orderings = {analysis.ordering == Ordering::Auto ? Ordering::Natural : analysis.ordering},
                            .factorizations = {factor.kind()}});
-  parts_.push_back({first_row,
-                    std::move(analysis.permutation),
-                    std::move(plan),
-                    std::move(factor),
-                    std::vector<double>(num_rows),
-                    {},
-                    part_products,
-                    {},
-                    {},
-                    {},
-                    {},
-                    {}});
+  parts_.push_back({.first_row = first_row,
+                    .permutation = std::move(analysis.permutation),
+                    .plan = std::move(plan),
+                    .factor = std::move(factor),
+                    .x = std::vector<double>(num_rows),
+                    .products = part_products});
+}
+
+template <class Visit>
+void GramSolver::Part::for_slots(const Visit& visit) const {
+  const std::vector<int>&start = plan.column_start(), &rows = plan.rows();
+  for (std::size_t column = 0; column < x.size(); ++column) {
+    for (auto slot = static_cast<std::size_t>(start[column]); slot < static_cast<std::size_t>(start[column + 1]);
+         ++slot)
+      visit(static_cast<std::size_t>(rows[slot]), column, slot);
+  }
 }
 
 void GramSolver::set_active(std::span<const char> active) {
   for (Part& part : parts_) {
-    for (std::vector<int>* list : {&part.zero_slots, &part.unit_slots, &part.inactive_places}) list->clear();
+    part.unit_slots.clear();
+    part.inactive_places.clear();
     if (active.empty()) continue;
-    const auto is_inactive = [&](std::size_t place) {
-      return active[static_cast<std::size_t>(part.first_row) + part.row_at(place)] == 0;
-    };
-    const std::vector<int>&start = part.plan.column_start(), &rows = part.plan.rows();
-    for (std::size_t column = 0; column < part.x.size(); ++column) {
-      if (is_inactive(column)) part.inactive_places.push_back(static_cast<int>(column));
-      for (int slot = start[column]; slot < start[column + 1]; ++slot) {
-        const auto row = static_cast<std::size_t>(rows[static_cast<std::size_t>(slot)]);
-        if (!is_inactive(column) && !is_inactive(row)) continue;
-        (row == column ? part.unit_slots : part.zero_slots).push_back(slot);
-      }
-    }
+    part.for_slots([&](std::size_t row, std::size_t column, std::size_t slot) {
+      const auto is_inactive = [&](std::size_t place) { return active[part.row_at(place)] == 0; };
+      if (!is_inactive(column) && !is_inactive(row)) return;
+      part.unit_slots.push_back({slot, row == column ? 1.0 : 0.0});
+      if (row == column) part.inactive_places.push_back(column);
+    });
   }
 }
 
 void GramSolver::allow_zero_rows(std::span<const Index> user_row, std::size_t first) {
   for (Part& part : parts_) {
-    const std::vector<int>&start = part.plan.column_start(), &rows = part.plan.rows();
-    for (std::size_t column = 0; column < part.x.size(); ++column) {
-      const Index row = user_row[static_cast<std::size_t>(part.first_row) + part.row_at(column)];
-      if (static_cast<std::size_t>(row) < first) continue;
-      for (int slot = start[column]; slot < start[column + 1]; ++slot) {
-        if (rows[static_cast<std::size_t>(slot)] == static_cast<int>(column)) {
-          part.may_be_zero.push_back(slot);
-          part.row_that_may_be_zero.push_back(static_cast<std::size_t>(row) - first);
-        }
-      }
-    }
+    part.for_slots([&](std::size_t row, std::size_t column, std::size_t slot) {
+      if (row != column) return;
+      const auto user = static_cast<std::size_t>(user_row[part.row_at(row)]);
+      if (user >= first) part.may_be_zero.push_back({slot, user - first});
+    });
   }
 }
 
@@ -170,20 +164,18 @@ void GramSolver::assemble(const Parallel& parallel, const double* blocks) {
   for_parts(parallel, std::mem_fn(&Part::assembles_by_threads), [&](Part& part, int threads) {
     double* const values = part.factor.values();
     part.plan.assemble(blocks, values, Parallel(threads));
-    for (std::size_t k = 0; k < part.may_be_zero.size(); ++k) {
-      double& value = values[part.may_be_zero[k]];
-      const double weight = compliance_weights_.empty() ? 1.0 : compliance_weights_[part.row_that_may_be_zero[k]];
-      value = value == 0.0 ? 1.0 : value + weight * compliance_;
+    for (const auto& [slot, row] : part.may_be_zero) {
+      const double weight = compliance_weights_.empty() ? 1.0 : compliance_weights_[row];
+      values[slot] = values[slot] == 0.0 ? 1.0 : values[slot] + weight * compliance_;
     }
-    for (const int slot : part.zero_slots) values[slot] = 0.0;
-    for (const int slot : part.unit_slots) values[slot] = 1.0;
+    for (const auto& [slot, value] : part.unit_slots) values[slot] = value;
   });
 }
 
 GramSolver::Quality GramSolver::factorize(const Parallel& parallel) {
   for_parts(parallel, std::mem_fn(&Part::factorizes_by_threads), [](Part& part, int threads) {
     part.quality = part.factor.factorize(threads);
-    part.quality.weakest_row = static_cast<std::size_t>(part.first_row) + part.row_at(part.quality.weakest_row);
+    part.quality.weakest_row = part.row_at(part.quality.weakest_row);
   });
   // A failed part counts before a weak one, the weakest part before the others.
   const auto badness = [](const Quality& q) { return q.positive_definite ? q.reciprocal_condition : -1.0; };
@@ -198,17 +190,13 @@ double GramSolver::estimate_reciprocal_condition() {
   constexpr int iterations = 4;
   double worst = 1.0;
   for (Part& part : parts_) {
-    const std::vector<int>&start = part.plan.column_start(), &rows = part.plan.rows();
-    const double* const values = part.factor.values();
     // |S|_1 is found from one triangle, since the other one mirrors it.
     std::vector<double> column_sum(part.x.size(), 0.0);
-    for (std::size_t column = 0; column < part.x.size(); ++column) {
-      for (int k = start[column]; k < start[column + 1]; ++k) {
-        const auto row = static_cast<std::size_t>(rows[static_cast<std::size_t>(k)]);
-        column_sum[column] += std::abs(values[k]);
-        if (row != column) column_sum[row] += std::abs(values[k]);
-      }
-    }
+    part.for_slots([&](std::size_t row, std::size_t column, std::size_t slot) {
+      const double size = std::abs(part.factor.values()[slot]);
+      column_sum[column] += size;
+      if (row != column) column_sum[row] += size;
+    });
     const double inverse = estimate_norm(&part.x, iterations, [&] { part.factor.solve(part.x.data(), 1); });
     const double largest = *std::max_element(column_sum.begin(), column_sum.end());
     worst = std::min(worst, 1.0 / (largest * inverse));
@@ -232,7 +220,7 @@ void GramSolver::solve_negative(const Parallel& parallel, const double* b, doubl
     own.for_ranges(n, [&](std::size_t begin, std::size_t end) {
       for (std::size_t k = begin; k < end; ++k) part.x[k] = -scale[k] * b_rows[row(k)];
     });
-    for (const int place : part.inactive_places) part.x[static_cast<std::size_t>(place)] = 0.0;
+    for (const std::size_t place : part.inactive_places) part.x[place] = 0.0;
     part.factor.solve(part.x.data(), threads);
     own.for_ranges(n, [&](std::size_t begin, std::size_t end) {
       for (std::size_t k = begin; k < end; ++k) x_rows[row(k)] = scale[k] * part.x[k];

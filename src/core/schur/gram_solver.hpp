@@ -89,20 +89,26 @@ class GramSolver {
     GatherPlan plan;
     Cholesky factor;
     std::vector<double> x;  // right-hand side in the order of elimination
-    Quality quality;
+    double products;        // as in Summary
+    Quality quality{};
+    std::vector<std::pair<std::size_t, double>> unit_slots{};        // what they hold of rows that take no part
+    std::vector<std::size_t> inactive_places{};                      // of these rows
+    std::vector<std::pair<std::size_t, std::size_t>> may_be_zero{};  // diagonal slots, with rows from the first such on
+
     /// Returns the row at a place in the order of elimination.
     std::size_t row_at(std::size_t place) const {
-      return place < permutation.size() ? static_cast<std::size_t>(permutation[place]) : place;
+      return static_cast<std::size_t>(first_row) +
+             (place < permutation.size() ? static_cast<std::size_t>(permutation[place]) : place);
     }
+    /// Calls visit(row, column, slot) for each number of the factor's triangle.
+    template <class Visit>
+    void for_slots(const Visit& visit) const;
     bool assembles_by_threads() const { return plan.rows().size() >= 2 * detail::plan::products_worth_a_thread; }
     bool factorizes_by_threads() const { return factor.factorizes_by_threads(); }
     bool solves_by_threads() const { return factor.solves_by_threads(); }
-    double products = 0.0;                                     // as in Summary
-    std::vector<int> zero_slots, unit_slots, inactive_places;  // of rows that take no part
-    std::vector<int> may_be_zero;                              // diagonal slots of rows that may be 0
-    std::vector<std::size_t> row_that_may_be_zero;             // these rows, from the first such one on
   };
 
+  GramSolver(const RowIslands& rows, LinearSolver wanted);
   void add_part(std::span<const Product> products, Index first_row, Index end_row, Ordering wanted,
                 std::span<const double> squared_norms, const FindPoints& find_points);
 
