@@ -52,15 +52,15 @@ void Forms::check_completeness(double t, const double* r) {
   const auto find_at = [&](double distance, std::vector<double>* places) -> std::optional<Missing> {
     if (!tangent->stand_beside(t, distance, places->data()).ok()) return std::nullopt;
     if (!normal->linearise(t, places->data()).ok()) return std::nullopt;
-    if (distance > 0.0) (void)normal->linearization().report_rank(places->data(), true);
+    if (distance > 0.0) (void)normal->linearization().decide_rank_again(places->data(), RankScope::AllRows);
     return find_missing(work, *normal, *tangent);
   };
   std::vector<double> places(r, r + 3 * model.num_points());
   std::optional<Missing> missing = find_at(0.0, &places);
   if (missing && missing->part <= rounding) return;
-  const std::size_t rank_of_K = normal->linearization().report_rank(r, false).rank;
+  const std::size_t rank_of_K = normal->linearization().dependences().report().rank;
   missing = find_at(aside * model.scene_size, &places);
-  if (normal->linearise(t, r).ok()) (void)normal->linearization().report_rank(r, true);
+  if (normal->linearise(t, r).ok()) (void)normal->linearization().decide_rank_again(r, RankScope::AllRows);
   if (!missing || missing->part <= rounding) return;
   throw InputError("/coordinates", "the coordinates are narrower than the constraints, which let point " +
                                        text(model.numbering.user_point[missing->point]) +

@@ -136,7 +136,8 @@ RankReport Forms::rank(const double* r, bool thoroughly) {
     report.is_known = false;
     freedoms = static_cast<double>(work.coordinates.num_coordinates());
   } else if (work.team().is_alone()) {
-    report = normal->linearization().report_rank(r, thoroughly);
+    if (thoroughly) (void)normal->linearization().decide_rank_again(r, RankScope::AllRows);
+    report = normal->linearization().dependences().report();
     report.prestress_rigid_points = find_prestress_rigid_points(model.system, report.dependences);
     freedoms = static_cast<double>(report.degrees_of_freedom);
   } else {

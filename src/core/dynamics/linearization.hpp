@@ -127,11 +127,6 @@ class Linearization {
 
   /// The rows of K that depend on others, by the last decision.
   const Dependences& dependences() const { return all_rows_->dependences(); }
-  /// Describes the rank of K at the last linearisation, at r. If `thoroughly` is true, it is decided now.
-  RankReport report_rank(const double* r, bool thoroughly) {
-    if (thoroughly && model_.num_rows() > 0) (void)decide_rank_again(r, RankScope::AllRows);
-    return dependences().report();
-  }
   /// Decides again which rows depend at r, if some do. Returns true if they have changed.
   bool decide_rank_again(const double* r, RankScope scope = RankScope::DependentIslands);
   /// See RankRevealingFactor.

@@ -137,7 +137,7 @@ void RankRevealingFactor::leave_out_dependent_rows(bool has_changed) {
 
 bool RankRevealingFactor::decide_rank_again(const double* r, RankScope scope) {
   const bool is_whole = scope == RankScope::AllRows;
-  if (!is_whole && !dependences_.is_found()) return false;
+  if (is_whole ? model_.num_rows() == 0 : !dependences_.is_found()) return false;
   ++work_.counters.rank_decisions;
   const std::vector<double> K = blocks_of_constraints(), tolerances = work_.rank_tolerances(r);
   const Dependences::Rows all{0, static_cast<Index>(model_.numbering.first_idle_row())};

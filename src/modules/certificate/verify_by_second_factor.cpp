@@ -45,8 +45,7 @@ void Verifier::compare_multipliers(const Vector& lambda) {
              "forces of the constraints by a second factorization"},
             worst_point(dw, scale_), refined(rcond_of_S_) + rounding);
 
-  const std::vector<bool> is_unique =
-      forms_.normal->linearization().report_rank(answer_.r.data(), false).multipliers_unique;
+  const std::vector<bool> is_unique = forms_.normal->linearization().dependences().report().multipliers_unique;
   const Vector& lengths = second_->lengths();  // |M^-1/2 k|; lengths times lambda are accelerations
   Vector size = scale_;
   for (std::size_t a = 0; a < num_rows_; ++a) {

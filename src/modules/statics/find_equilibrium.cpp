@@ -124,7 +124,7 @@ std::vector<Index> Search::find_rigid_points() {
   if (model_.num_rows() == 0 || newton_.measure(state_).violation > on_constraints) return {};
   std::vector<double> found;
   if (!multipliers_.find(state_.r, prestress_, &found).ok()) return {};
-  return find_prestress_rigid_points(model_.system, multipliers_.rank(state_.r).dependences);
+  return find_prestress_rigid_points(model_.system, multipliers_.rank().dependences);
 }
 
 std::vector<double> Search::positions() const {

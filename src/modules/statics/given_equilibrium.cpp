@@ -79,7 +79,7 @@ std::unique_ptr<GivenEquilibrium> GivenEquilibrium::stand_at(System system, cons
     if (complaint.empty()) return std::vector<Index>();
     std::vector<Index> rigid;
     if (options.prestress.empty())
-      rigid = find_prestress_rigid_points(state.model().system, state.smallest_.rank(state.r_).dependences);
+      rigid = find_prestress_rigid_points(state.model().system, state.smallest_.rank().dependences);
     if (rigid.empty()) throw InputError("", complaint);
     return rigid;
   };

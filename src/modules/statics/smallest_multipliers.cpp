@@ -47,7 +47,7 @@ Outcome SmallestMultipliers::find_and_decide(const std::vector<double>& r, const
   if (Outcome outcome = find(r, given, lambda); !outcome.ok()) return outcome;
   dependences_.reset();
   if (!wants_decision()) {
-    *rank = this->rank(r);
+    *rank = this->rank();
     return {};
   }
   const Model& model = equations_.model();

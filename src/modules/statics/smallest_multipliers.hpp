@@ -24,8 +24,8 @@ class SmallestMultipliers {
                           RankReport* rank);
   /// Returns the part of lambda [rows] with K lambda = 0, which no load determines, by the last decision.
   std::vector<double> keep_self_stress(std::vector<double> lambda) const;
-  /// Returns the rank of K at r, for which `find` must have been called last.
-  RankReport rank(const std::vector<double>& r) { return linearization_.report_rank(r.data(), false); }
+  /// Returns the rank of K where `find` was called last.
+  RankReport rank() const { return linearization_.dependences().report(); }
   /// The linearization there: K and the factor of S.
   Linearization& linearization() { return linearization_; }
 
