@@ -225,12 +225,14 @@ void ClosedForm::solve(double* x, int) {
   }
 }
 
-/// CHOLMOD's simplicial factor.
-struct Simplicial : Cholesky::Method {
+/// CHOLMOD's simplicial factor. CHOLMOD itself solves with it if that was asked for.
+struct Simplicial final : Cholesky::Method {
   CholmodCommon common;
   cholmod_sparse matrix;
   cholmod_factor* factor;
+  const bool solves_by_cholmod;
   std::vector<double> unit_lower, inverse_pivots;  // L D^-1 beside L's entries, D^-2
+  cholmod_dense *solution = nullptr, *rooms[2] = {nullptr, nullptr};
 
   /// CHOLMOD's arrays. Column j has the entries [start[j], start[j] + count[j]), its diagonal first.
   struct Columns {
@@ -243,18 +245,22 @@ struct Simplicial : Cholesky::Method {
             static_cast<const int*>(factor->i), static_cast<const double*>(factor->x)};
   }
 
-  explicit Simplicial(TrianglePattern upper)
+  Simplicial(TrianglePattern upper, bool by_cholmod)
       : Method(std::move(upper), Factorization::Simplicial),
         matrix(cholmod_view(pattern, 1, values.data())),
-        factor(cholmod_analyze(&matrix, &common.c)) {
+        factor(cholmod_analyze(&matrix, &common.c)),
+        solves_by_cholmod(by_cholmod) {
     common.check();
   }
-  ~Simplicial() override { cholmod_free_factor(&factor, &common.c); }
+  ~Simplicial() override {
+    for (cholmod_dense** dense : {&solution, &rooms[0], &rooms[1]}) cholmod_free_dense(dense, &common.c);
+    cholmod_free_factor(&factor, &common.c);
+  }
 
   Cholesky::Quality factorize(int threads) override;
   void solve(double* x, int threads) override;
-  /// Returns the column of the smallest pivot, at which a matrix that is singular to rounding shows it.
-  virtual std::size_t prepare_solves();
+  void split();
+  void solve_by_cholmod(double* x);
 };
 
 Cholesky::Quality Simplicial::factorize(int) {
@@ -263,28 +269,31 @@ Cholesky::Quality Simplicial::factorize(int) {
   common.check();
   // Read the status first: cholmod_rcond overwrites it.
   if (c.status == CHOLMOD_NOT_POSDEF || factor->minor < factor->n) return {false, factor->minor, 0.0};
-  const std::size_t weakest = prepare_solves();
+  // A matrix that is singular to rounding shows it at its smallest pivot.
+  const auto [n, start, count, rows, l] = columns();
+  std::size_t weakest = 0;
+  for (std::size_t j = 1; j < n; ++j)
+    if (l[start[j]] < l[start[weakest]]) weakest = j;
+  if (!solves_by_cholmod) split();
   return {true, weakest, cholmod_rcond(factor, &c)};
 }
 
 /// Splits L = (L D^-1) D with its diagonal D. Solves then need no division, and the chain of dependent operations along
 /// a path has one multiplication and one subtraction for each row.
-std::size_t Simplicial::prepare_solves() {
+void Simplicial::split() {
   const auto [n, start, count, rows, l] = columns();
   unit_lower.resize(factor->nzmax);
   inverse_pivots.resize(n);
-  std::size_t weakest = 0;
   for (std::size_t j = 0; j < n; ++j) {
     const double inverse = 1.0 / l[start[j]];
     inverse_pivots[j] = inverse * inverse;
-    if (inverse_pivots[j] > inverse_pivots[weakest]) weakest = j;
     for (int k = start[j] + 1; k < start[j] + count[j]; ++k) unit_lower[static_cast<std::size_t>(k)] = l[k] * inverse;
   }
-  return weakest;
 }
 
 /// Solves in place; cholmod_solve2 would copy x twice.
 void Simplicial::solve(double* x, int) {
+  if (solves_by_cholmod) return solve_by_cholmod(x);
   const auto [n, start, count, rows, l] = columns();
   const double* const u = unit_lower.data();
   // (L D^-1) y = x
@@ -301,45 +310,27 @@ void Simplicial::solve(double* x, int) {
   }
 }
 
-/// The same factor, with which CHOLMOD itself solves.
-struct ByCholmod final : Simplicial {
-  cholmod_dense *solution = nullptr, *rooms[2] = {nullptr, nullptr};
-
-  using Simplicial::Simplicial;
-  ~ByCholmod() override {
-    for (cholmod_dense** dense : {&solution, &rooms[0], &rooms[1]}) cholmod_free_dense(dense, &common.c);
-  }
-  std::size_t prepare_solves() override {
-    const auto [n, start, count, rows, l] = columns();
-    std::size_t weakest = 0;
-    for (std::size_t j = 1; j < n; ++j)
-      if (l[start[j]] < l[start[weakest]]) weakest = j;
-    return weakest;
-  }
-  void solve(double* x, int) override {
-    cholmod_dense b{};
-    b.nrow = b.d = b.nzmax = pattern.size();
-    b.ncol = 1;
-    b.x = x;
-    b.xtype = CHOLMOD_REAL;
-    b.dtype = CHOLMOD_DOUBLE;
-    cholmod_solve2(CHOLMOD_A, factor, &b, nullptr, &solution, nullptr, &rooms[0], &rooms[1], &common.c);
-    common.check();
-    std::copy_n(static_cast<const double*>(solution->x), b.nrow, x);
-  }
-};
+void Simplicial::solve_by_cholmod(double* x) {
+  cholmod_dense b{};
+  b.nrow = b.d = b.nzmax = pattern.size();
+  b.ncol = 1;
+  b.x = x;
+  b.xtype = CHOLMOD_REAL;
+  b.dtype = CHOLMOD_DOUBLE;
+  cholmod_solve2(CHOLMOD_A, factor, &b, nullptr, &solution, nullptr, &rooms[0], &rooms[1], &common.c);
+  common.check();
+  std::copy_n(static_cast<const double*>(solution->x), b.nrow, x);
+}
 
 }  // namespace
 
 Cholesky::Cholesky(TrianglePattern pattern, bool supernodal, bool by_cholmod) {
   if (supernodal)
     method_ = std::make_unique<Fronts>(std::move(pattern));
-  else if (by_cholmod)
-    method_ = std::make_unique<ByCholmod>(std::move(pattern));
-  else if (ClosedForm::serves(pattern))
+  else if (!by_cholmod && ClosedForm::serves(pattern))
     method_ = std::make_unique<ClosedForm>(std::move(pattern));
   else
-    method_ = std::make_unique<Simplicial>(std::move(pattern));
+    method_ = std::make_unique<Simplicial>(std::move(pattern), by_cholmod);
 }
 
 }  // namespace tanor::detail
