@@ -90,8 +90,7 @@ bool ContactChoices::release_beginning(const ContactChoice& choice, std::vector<
 /// only if no share is left and `take` does not hold them. So who gives way follows from forces and limits, and not
 /// from the rounding by which one contact reached its limit before another.
 void ContactChoices::choose(bool is_start, const std::vector<char>& met, ContactChoice* choice) const {
-  // All searches share it: 0.6 s of a slow processor at a start, some hundredths of a second in the middle of a run.
-  std::size_t work_left = is_start ? 500000 : 40000;
+  std::size_t work_left = most_work(is_start);  // of all searches
   std::vector<char> released(met.size(), 0);
   std::vector<double> lowered(met.size(), 0.0);
   solve(is_start, released, lowered, &work_left, choice);
@@ -328,7 +327,7 @@ Outcome ContactChoices::verify_uncounted(const ModeSwitch& at, const std::vector
   for (ContactChoice& choice : choices) {
     for (std::size_t c = 0; c < choice.size(); ++c)
       choice.problem.contacts[c].mu = state_.laws.static_coefficient(choice.members[c]);
-    const bool is_proven = outcome.ok() && is_monotone(choice.problem);
+    const bool is_proven = outcome.ok() && is_proven_unique(choice.problem);
     verdict->note(is_proven ? Uniqueness::Proven : Uniqueness::Unproven, is_proven ? "" : too_many);
   }
   hold_again(stuck);

@@ -25,7 +25,7 @@ class ContactChoices {
   /// rounding (`ContactState::overload`).
   Outcome take(const ModeSwitch& at, bool all, std::vector<ContactChoice>* choices);
   /// Adds the verdict on islands that were not counted. Their motion is unique where friction changes reactions little
-  /// or not at all (`is_monotone`).
+  /// or not at all (`is_proven_unique`).
   Outcome verify_uncounted(const ModeSwitch& at, const std::vector<char>& wanted, ContactVerdict* verdict);
   /// Lets the contacts at their limit slide, so that the load which they shared with others becomes determined. Returns
   /// true if there are any.

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <random>
 
 #include "base/dense.hpp"
+#include "friction/mode_search.hpp"
 #include "friction/range.hpp"
 
 namespace tanor::detail {
@@ -52,7 +55,46 @@ bool ContactProblem::are_same(const VectorXd& x, const VectorXd& y) const {
   return (A * (x - y)).lpNorm<Eigen::Infinity>() <= digits * scale;
 }
 
-bool is_monotone(const ContactProblem& problem) {
+// ---- proofs ----
+
+double ContractionBound::amplification(const ContactProblem& problem) {
+  const Eigen::Index m = problem.size();
+  R_.resize(m, m);
+  for (Eigen::Index c = 0; c < m; ++c)
+    R_.row(c) = problem.contacts[static_cast<std::size_t>(c)].mu * problem.W.middleRows<3>(3 * c).colwise().norm();
+  return amplification(R_);
+}
+
+/// For R >= 0, rho(R) < 1 exactly if I - R is a nonsingular M-matrix, that is, if elimination without exchanges has
+/// positive pivots (Berman and Plemmons 1994, ch. 6). Then x = (I - R)^-1 1 >= 1, and |e| <= (I - R)^-1 |F(s) - s|.
+double ContractionBound::amplification(const MatrixXd& R) {
+  constexpr double unproven = std::numeric_limits<double>::quiet_NaN();
+  const Eigen::Index m = R.rows();
+  // A = L U
+  A_ = -R;
+  A_.diagonal().array() += 1.0;
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const Eigen::Index rest = m - k - 1;
+    if (!(A_(k, k) > 0.0)) return unproven;
+    A_.col(k).tail(rest) /= A_(k, k);
+    A_.bottomRightCorner(rest, rest).noalias() -= A_.col(k).tail(rest) * A_.row(k).tail(rest);
+  }
+  x_.setOnes(m);
+  A_.triangularView<Eigen::UnitLower>().solveInPlace(x_);
+  A_.triangularView<Eigen::Upper>().solveInPlace(x_);
+  // If I - R is nearly singular, x has no correct digits and proves nothing.
+  double largest = 1.0;
+  for (Eigen::Index c = 0; c < m; ++c) {
+    const double rest = x_(c) - 1.0 - R.row(c).dot(x_);
+    if (!(std::abs(rest) < 1e-3 && x_(c) >= 1.0 - 1e-9)) return unproven;
+    largest = std::max(largest, x_(c));
+  }
+  return std::isfinite(largest) ? largest : unproven;
+}
+
+bool is_proven_unique(const ContactProblem& problem) {
+  const bool all_move = std::ranges::all_of(problem.contacts, [](const auto& contact) { return contact.moves; });
+  if (all_move && !std::isnan(ContractionBound().amplification(problem))) return true;
   constexpr double rounding = 1e-11;
   std::vector<std::size_t> coupled;  // contacts whose reaction friction changes
   for (std::size_t c = 0; c < problem.contacts.size(); ++c) {
@@ -82,6 +124,186 @@ bool is_monotone(const ContactProblem& problem) {
     sum += 0.5 * contact.mu * (s * own_L.transpose() * own_L + own_V.transpose() * own_V / s);
   }
   return rank == 0 || dense::find_eigen(sum).values.maxCoeff() < 1.0 - 1e-6;
+}
+
+// ---- one motion ----
+
+namespace {
+
+/// The law as equations: x - P(x - rho a) for a contact at rest, where P is the projection onto |x| <= h and rho =
+/// 1/A_cc, and x - h for one that moves (Alart and Curnier 1991).
+class Equations {
+ public:
+  explicit Equations(const ContactProblem& problem) : problem_(problem) {
+    const double largest = problem.A.diagonal().lpNorm<Eigen::Infinity>();
+    for (const auto& contact : problem.contacts) {
+      const double own = problem.A.diagonal().segment(contact.first, contact.dimension).maxCoeff();
+      rho_.push_back(largest > 0.0 ? 1.0 / std::max(own, 1e-9 * largest) : 0.0);
+    }
+  }
+
+  /// Returns the defect at x, and writes its derivative unless null.
+  VectorXd evaluate(const VectorXd& x, MatrixXd* J) const;
+
+ private:
+  const ContactProblem& problem_;
+  std::vector<double> rho_;
+};
+
+VectorXd Equations::evaluate(const VectorXd& x, MatrixXd* J) const {
+  // If contacts share a load, a small multiple of x in the derivative leads to the nearest share.
+  constexpr double share = 1e-7;
+  const VectorXd a = problem_.accelerations(x);
+  VectorXd F(x.size());
+  if (J != nullptr) J->setZero(x.size(), x.size());
+  for (std::size_t c = 0; c < problem_.contacts.size(); ++c) {
+    const auto [first, dimension, moves, mu] = problem_.contacts[c];
+    const auto at = 3 * static_cast<Eigen::Index>(c);
+    const double h = problem_.limit(c, x), size = problem_.normal_force(c, x).norm();
+    Eigen::RowVectorXd dh = Eigen::RowVectorXd::Zero(x.size());
+    if (J != nullptr && size > 0.0)
+      dh = mu / size * problem_.normal_force(c, x).transpose() * problem_.W.middleRows<3>(at);
+    if (moves) {
+      F(first) = x(first) - h;
+      if (J != nullptr) {
+        J->row(first) = -dh;
+        (*J)(first, first) += 1.0;
+      }
+      continue;
+    }
+    const VectorXd own = x.segment(first, dimension), z = own - rho_[c] * a.segment(first, dimension);
+    const double length = z.norm();
+    const bool sticks = length <= h;
+    F.segment(first, dimension) = sticks ? VectorXd(own - z) : VectorXd(own - h / length * z);
+    if (J == nullptr) continue;
+    auto rows = J->middleRows(first, dimension);
+    const MatrixXd unit = MatrixXd::Identity(dimension, dimension);
+    const MatrixXd A_rows = rho_[c] * problem_.A.middleRows(first, dimension);
+    if (sticks) {
+      rows = A_rows;
+      rows.middleCols(first, dimension) += share * unit;
+      continue;
+    }
+    const VectorXd e = z / length;
+    const MatrixXd turn = h / length * (unit - e * e.transpose());
+    rows = turn * A_rows - e * dh;
+    rows.middleCols(first, dimension) += unit - turn;
+  }
+  return F;
+}
+
+/// Solves by Newton's method, with shorter steps if a whole one leads away. Returns true if it converged.
+bool solve_by_newton(const Equations& equations, VectorXd* x) {
+  constexpr int most_steps = 40, patience = 8;
+  MatrixXd J;
+  VectorXd F = equations.evaluate(*x, &J);
+  double size = F.norm(), best = size;
+  int since_best = 0;
+  for (int step = 0; step < most_steps; ++step) {
+    if (size <= 1e-14 * x->norm()) return true;
+    const VectorXd dx = dense::solve(J, F);
+    if (!dx.allFinite()) return false;
+    VectorXd trial;
+    double factor = 1.0, trial_size = 0.0;
+    for (int cut = 0; cut < 6; ++cut, factor *= 0.5) {
+      trial = *x - factor * dx;
+      trial_size = equations.evaluate(trial, nullptr).norm();
+      if (trial_size < (1.0 - 0.1 * factor) * size) break;
+    }
+    if (!std::isfinite(trial_size)) return false;
+    *x = trial;
+    F = equations.evaluate(*x, &J);
+    size = F.norm();
+    since_best = size < 0.9 * best ? 0 : since_best + 1;
+    best = std::min(best, size);
+    if (since_best >= patience) return size <= 1e-10 * x->norm();
+  }
+  return size <= 1e-10 * x->norm();
+}
+
+}  // namespace
+
+VectorXd find_one(const ContactProblem& problem, const VectorXd& guess) {
+  const auto obeys = [&](const VectorXd& x) { return problem.residual(x) <= obeys_below; };
+  const Equations equations(problem);
+  const auto refine = [&](const VectorXd& from) {
+    VectorXd x = from;
+    return solve_by_newton(equations, &x) && obeys(x) ? x : VectorXd();
+  };
+  VectorXd x = guess.size() == problem.size() ? guess : VectorXd(VectorXd::Zero(problem.size()));
+  if (VectorXd found = refine(x); found.size() > 0) return found;
+  constexpr int most_rounds = 60;
+  VectorXd limits(static_cast<Eigen::Index>(problem.contacts.size()));
+  for (int round = 0; round < most_rounds; ++round) {
+    for (std::size_t c = 0; c < problem.contacts.size(); ++c)
+      limits(static_cast<Eigen::Index>(c)) = problem.limit(c, x);
+    x = solve_convex_law(problem, limits);
+    if (obeys(x)) return x;
+    if (VectorXd found = refine(x); found.size() > 0) return found;
+  }
+  return {};
+}
+
+// ---- all motions ----
+
+namespace {
+
+/// Adds a solution unless its motion is known. Returns true if it obeys the law.
+bool add_motion(const ContactProblem& problem, const VectorXd& x, std::vector<VectorXd>* found) {
+  if (x.size() != problem.size() || !x.allFinite() || !(problem.residual(x) <= obeys_below)) return false;
+  const auto same = [&](const VectorXd& other) { return problem.are_same(x, other); };
+  if (std::none_of(found->begin(), found->end(), same)) found->push_back(x);
+  return true;
+}
+
+/// Adds what Newton's method finds from `guess` and from other starts. There may be several motions, and nothing is
+/// proven.
+void try_starts(const ContactProblem& problem, const VectorXd& guess, int starts, std::vector<VectorXd>* found) {
+  const VectorXd rest = -dense::solve_least_squares(problem.A, problem.a0);
+  (void)add_motion(problem, find_one(problem, guess), found);
+  if (starts > 0) (void)add_motion(problem, rest, found);
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  for (int k = 0; k < starts; ++k) {
+    VectorXd x = rest;
+    for (Eigen::Index i = 0; k > 0 && i < x.size(); ++i) x(i) = normal(random) * (1.0 + rest.lpNorm<Eigen::Infinity>());
+    (void)add_motion(problem, find_one(problem, x), found);
+  }
+}
+
+}  // namespace
+
+ContactSolutions find_all(const ContactProblem& problem, std::size_t* work_left, const VectorXd& guess) {
+  ContactSolutions result;
+  if (is_proven_unique(problem)) {
+    try_starts(problem, guess, 0, &result.found);
+    result.uniqueness = Uniqueness::Proven;
+    result.is_complete = true;
+    if (!result.found.empty()) return result;
+  }
+  result.uniqueness = Uniqueness::Unproven;
+  result.is_complete = false;
+  if (problem.contacts.size() > most_contacts_counted) {
+    try_starts(problem, guess, 0, &result.found);
+    result.reason = "modes of more than ten contacts are too many to try";
+    return result;
+  }
+  ModeSearch search(problem, *work_left);
+  search.run();
+  *work_left -= std::min(*work_left, search.work);
+  for (const VectorXd& x : search.found) {
+    if (!add_motion(problem, x, &result.found) && search.reason.empty())
+      search.reason = "rounding hides whether one more motion obeys the law";
+  }
+  result.is_complete = search.reason.empty();
+  constexpr int other_starts = 16;
+  if (!result.is_complete && result.found.size() < 2) try_starts(problem, guess, other_starts, &result.found);
+  result.uniqueness = result.found.size() > 1 ? Uniqueness::Several
+                      : !result.is_complete   ? Uniqueness::Unproven
+                      : result.found.empty()  ? Uniqueness::None
+                                              : Uniqueness::Proven;
+  if (result.uniqueness == Uniqueness::Unproven) result.reason = search.reason;
+  return result;
 }
 
 }  // namespace tanor::detail

@@ -53,18 +53,40 @@ struct ContactProblem {
 struct ContactSolutions {
   Uniqueness uniqueness = Uniqueness::Unproven;
   std::vector<Eigen::VectorXd> found;  ///< x of different motions
+  bool is_complete = false;            ///< there are no others than `found`
   std::string reason;                  ///< why uniqueness is unproven
 };
 
-/// Returns true if accelerations are unique, since friction changes no reaction (a convex problem, Moreau) or changes
-/// them by little:
+/// Proves by contraction that contacts which all move have one solution of x = h(x), that is, of (43). The workspace is
+/// kept, since every step asks.
+class ContractionBound {
+ public:
+  /// Returns the largest row sum of (I - R)^-1, R_cj = mu_c |W_cj|, if rho(R) < 1, else NaN. If rho(R) < 1, (43) has
+  /// one solution, converges to it, and |x - x*| <= amplification |h(x) - x|, which is 1/(1 - L) with L = 1 -
+  /// 1/amplification.
+  double amplification(const ContactProblem& problem);
+  /// Returns the same for any R >= 0 [m, m].
+  double amplification(const Eigen::MatrixXd& R);
+
+ private:
+  Eigen::MatrixXd R_, A_;  // [m][m]; A = I - R, then its factors
+  Eigen::VectorXd x_;      // [m]
+};
+
+/// Returns true if accelerations are unique, since (43) is a contraction of contacts that all move, or since friction
+/// changes no reaction (a convex problem, Moreau) or changes them by little:
 ///
 ///   sum of mu_c |A_c y| |W_c y| < y'A y for all y                        (y: the difference of two solutions)
 ///
-/// This holds for contacts at rest, and for moving ones whose reactions friction does not change.
-bool is_monotone(const ContactProblem& problem);
+/// The latter holds for contacts at rest, and for moving ones whose reactions friction does not change.
+bool is_proven_unique(const ContactProblem& problem);
 
 constexpr std::size_t most_contacts_counted = 10;
+/// What searches at one instant may take: 0.6 s of a slow processor at a start, some hundredths of a second in the
+/// middle of a run.
+constexpr std::size_t most_work(bool is_start) {
+  return is_start ? 500000 : 40000;
+}
 
 /// Finds all motions that obey the law by trying all modes of stick and slip in a ModeSearch. The result is complete
 /// for up to `most_contacts_counted` contacts, unless that takes more than `*work_left`, the sum of unknowns^2 of

@@ -129,7 +129,7 @@ Outcome FrictionSolver::iterate(double t, const UniquenessCheck& check, const do
   const auto converges = [&](FrictionMethod method, double poor = std::numeric_limits<double>::infinity()) {
     return this->converges(method, poor, guess, lambda);
   };
-  const bool are_few = tangents_.size() <= most_enumerated;
+  const bool are_few = tangents_.size() <= most_contacts_counted;
   switch (method_) {
     case FrictionMethod::FixedPoint:
       if (converges(FrictionMethod::FixedPoint)) return {};

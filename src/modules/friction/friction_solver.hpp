@@ -6,7 +6,6 @@
 #include "dynamics/contacts.hpp"
 #include "dynamics/workspace.hpp"
 #include "friction/contact_coupling.hpp"
-#include "friction/contact_islands.hpp"
 #include "friction/fixed_point.hpp"
 #include "friction/friction_scales.hpp"
 #include "friction/laws.hpp"

@@ -5,7 +5,6 @@
 #include "friction/mode_search.hpp"
 
 #include "base/dense.hpp"
-#include "friction/contraction.hpp"
 
 /// \file Solves the law in one node of a ModeSearch as equations: finds a root, tests whether there is at most one, and
 /// verifies a root.

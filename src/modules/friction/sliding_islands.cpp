@@ -6,6 +6,20 @@
 
 namespace tanor::detail {
 
+ContactIslands::ContactIslands(const Workspace& work) : of_contact(work.constraints.tangents().size()) {
+  const Tangents& tangents = work.constraints.tangents();
+  const std::vector<Index>& start = work.model().numbering.island_start;
+  contacts.resize(work.model().numbering.num_islands());
+  for (std::size_t c = 0; c < tangents.size(); ++c) {
+    const auto after = std::upper_bound(start.begin(), start.end(), tangents[c].guide_row[0]);
+    contacts[static_cast<std::size_t>(after - start.begin() - 1)].push_back(c);
+  }
+  std::erase_if(contacts, [](const auto& island) { return island.empty(); });
+  for (std::size_t island = 0; island < contacts.size(); ++island) {
+    for (const std::size_t c : contacts[island]) of_contact[c] = island;
+  }
+}
+
 SlidingIslands::SlidingIslands(const Workspace& work, const FrictionLaws& laws, const ContactIslands& islands,
                                Response& response)
     : work_(work),
@@ -50,7 +64,7 @@ void SlidingIslands::reduce() {
     for (const std::size_t c : island.members)
       problem.contacts.push_back({static_cast<Eigen::Index>(problem.contacts.size()), 1, true, laws_.coefficient(c)});
     const auto m = static_cast<Eigen::Index>(island.members.size());
-    problem.A.setZero(m, m);
+    problem.A.setIdentity(m, m);  // solutions of different sizes are different motions
     problem.a0.setZero(m);
     problem.W.resize(3 * m, m);
     problem.N0.resize(3 * m);
@@ -75,7 +89,7 @@ bool SlidingIslands::are_coulomb(const Island& island) const {
 /// Returns true if all islands have Coulomb friction alone, and few contacts.
 bool SlidingIslands::are_small() const {
   return std::all_of(islands_.begin(), islands_.end(), [&](const Island& island) {
-    return island.members.size() <= most_enumerated && are_coulomb(island);
+    return island.members.size() <= most_contacts_counted && are_coulomb(island);
   });
 }
 
@@ -149,8 +163,9 @@ void SlidingIslands::leave_out_uncoupled(std::size_t least_contacts) {
 }
 
 /// Finds all solutions of an island. Two sizes of friction are two motions only if sticking contacts can bear both.
-SlidingSolutions SlidingIslands::count(const Island& island, const double* at) {
-  SlidingSolutions solutions = find_sliding(island.problem);
+ContactSolutions SlidingIslands::count(const Island& island, const UniquenessCheck& check, const double* at) {
+  std::size_t work_left = most_work(check.refuses_several);
+  ContactSolutions solutions = find_all(island.problem, &work_left, {});
   if (solutions.uniqueness != Uniqueness::Several) return solutions;
   std::erase_if(solutions.found, [&](const Eigen::VectorXd& s) { return !holds_what_sticks(island, s, at); });
   if (solutions.found.size() < 2)
@@ -174,7 +189,7 @@ Outcome SlidingIslands::verify_uniqueness(double t, const UniquenessCheck& check
     is_proven = false;
     island->members.clear();
   };
-  leave_out_uncoupled(most_enumerated + 1);
+  leave_out_uncoupled(most_contacts_counted + 1);
   for (Island& island : islands_) {
     if (!are_coulomb(island))
       leave_open(&island, "solutions of laws other than Coulomb's are not counted");
@@ -189,18 +204,21 @@ Outcome SlidingIslands::verify_uniqueness(double t, const UniquenessCheck& check
     *amplification = larger(*amplification, own);
     // The motion is unique, or all motions were counted before.
     if (!std::isnan(own) || is_counted(island, check)) continue;
-    const SlidingSolutions solutions = count(island, lambda);
+    if (island.members.size() > most_contacts_counted) {
+      leave_open(&island,
+                 "the iteration of friction is no contraction, and modes of more than ten contacts are too many "
+                 "to try");
+      continue;
+    }
+    const ContactSolutions solutions = count(island, check, lambda);
     if (solutions.uniqueness == Uniqueness::Several) {
       is_proven = false;
       Outcome outcome = note_several(island, solutions.found.size(), t, check, report);
       if (!outcome.ok()) return outcome;
     } else if (solutions.uniqueness != Uniqueness::Proven) {
-      leave_open(
-          &island,
-          island.members.size() > most_enumerated
-              ? "the iteration of friction is no contraction, and modes of more than ten contacts are too many to try"
-              : "the iteration of friction is no contraction, and the search for other sizes of friction became too "
-                "long");
+      leave_open(&island,
+                 "the iteration of friction is no contraction, and the search for other sizes of friction "
+                 "became too long");
     }
   }
   if (is_proven && report->uniqueness != Uniqueness::Several) report->uniqueness = Uniqueness::Proven;
@@ -233,22 +251,20 @@ Outcome SlidingIslands::enumerate(double t, const UniquenessCheck& check, double
 /// Writes the solution of one island nearest to the friction at lambda into `force` [parts].
 Outcome SlidingIslands::choose_nearest(const Island& island, double t, const UniquenessCheck& check,
                                        const double* lambda, double* force, FrictionReport* report) const {
-  SlidingSolutions solutions = find_sliding(island.problem);
+  std::size_t work_left = most_work(true);  // nothing else is left to try
+  ContactSolutions solutions = find_all(island.problem, &work_left, {});
   if (solutions.uniqueness == Uniqueness::None) {
     report->uniqueness = Uniqueness::None;
-    return fail_friction(
-        Status::NoSolution, t,
-        name(island) + ": no accelerations obey the law (" +
-            (solutions.determinant_changes ? "the determinant changes its sign, Painleve" : "all signs were tried") +
-            "); the rods jam, and the velocity would have to jump");
+    return fail_friction(Status::NoSolution, t,
+                         name(island) +
+                             ": no accelerations obey the law (the determinant changes its sign, Painleve); "
+                             "the rods jam, and the velocity would have to jump");
   }
   if (solutions.uniqueness == Uniqueness::Several && !is_counted(island, check)) {
     Outcome outcome = note_several(island, solutions.found.size(), t, check, report);
     if (!outcome.ok()) return outcome;
   }
-  if (solutions.found.empty()) solutions.found.push_back(find_one(island.problem, {}));
-  if (solutions.found[0].size() == 0)
-    return fail_friction(Status::NotConverged, t, name(island) + ": no iteration converges");
+  if (solutions.found.empty()) return fail_friction(Status::NotConverged, t, name(island) + ": no iteration converges");
   const auto distance = [&](const Eigen::VectorXd& s) {
     double sum = 0.0;
     for (std::size_t c = 0; c < island.members.size(); ++c) {

@@ -6,13 +6,22 @@
 
 #include "dynamics/contacts.hpp"
 #include "dynamics/workspace.hpp"
-#include "friction/contact_islands.hpp"
-#include "friction/contraction.hpp"
-#include "friction/enumeration.hpp"
+#include "friction/contact_problem.hpp"
+#include "friction/fixed_point.hpp"
 #include "friction/laws.hpp"
-#include "friction/response.hpp"
 
 namespace tanor::detail {
+
+/// Contacts grouped by the islands of their constraints. At one instant friction has no effect on the contacts of other
+/// islands.
+struct ContactIslands {
+  explicit ContactIslands(const Workspace& work);
+
+  std::vector<std::vector<std::size_t>> contacts;  ///< [island]; islands without contacts are left out
+  std::vector<std::size_t> of_contact;             ///< [contact] its island
+
+  std::size_t size() const { return contacts.size(); }
+};
 
 /// The contacts that slide, as one small dense problem for each island: the normal forces as functions of friction.
 /// Such a problem tells if friction is unique, and all its solutions can be found.
@@ -32,7 +41,7 @@ class SlidingIslands {
   struct Island {
     std::size_t number = 0;
     std::vector<std::size_t> members;  // sliding contacts; may be empty
-    ContactProblem problem;            // of all members, which move; friction changes no acceleration
+    ContactProblem problem;            // of all members, which move; sizes of friction stand for accelerations
   };
   void list_members();
   void reduce();
@@ -47,7 +56,7 @@ class SlidingIslands {
   Outcome note_several(const Island& island, std::size_t count, double t, const UniquenessCheck& check,
                        FrictionReport* report) const;
   void leave_out_uncoupled(std::size_t least_contacts);
-  SlidingSolutions count(const Island& island, const double* at);
+  ContactSolutions count(const Island& island, const UniquenessCheck& check, const double* at);
   Outcome choose_nearest(const Island& island, double t, const UniquenessCheck& check, const double* lambda,
                          double* force, FrictionReport* report) const;
 
