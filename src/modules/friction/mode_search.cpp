@@ -145,7 +145,11 @@ VectorXd ModeSearch::complete(const VectorXd& u) const {
 
 void ModeSearch::search() {
   is_finished_ = false;
-  open_.assign(1, Node(contacts_.size()));
+  Node whole(contacts_.size());
+  for (std::size_t c = 0; c < contacts_.size(); ++c) {
+    if (contacts_[c].moves) whole[c].direction = {pi, 0.0};  // x_c = mu |nu_c|, against an acceleration along -1
+  }
+  open_.assign(1, whole);
   while (!open_.empty() && !is_finished_ && work < most_work_) {
     const Node node = std::move(open_.back());
     open_.pop_back();
@@ -172,13 +176,7 @@ void ModeSearch::visit(const Node& node) {
   if ((something_begins && t < equal) || (slide_.empty() && t < -equal)) return;
   // Senses are chosen first.
   for (const std::size_t c : slide_) {
-    if (contacts_[c].moves || contacts_[c].dimension > 1 || node[c].sense != 0) continue;
-    for (const int sense : {1, -1}) {
-      Node child = node;
-      child[c].sense = sense;
-      open_.push_back(std::move(child));
-    }
-    return;
+    if (contacts_[c].dimension == 1 && node[c].direction.is_any()) return cut(node, c, &Piece::direction, true);
   }
   VectorXd x = complete(u);
   if (slide_.empty()) {
@@ -244,47 +242,48 @@ bool ModeSearch::branch(const Node& node, const VectorXd& x) {
   struct Cut {
     double badness = -1.0;
     std::size_t contact = 0;
-    bool is_direction = false;
+    Sector Piece::*which = nullptr;
   } worst;
-  const auto see = [&](double badness, std::size_t c, bool is_direction) {
-    const Sector& sector = is_direction ? node[c].direction : node[c].normal;
-    const bool is_whole = !is_direction && contacts_[c].num_normals == 1 && !sector.is_any();
+  const auto see = [&](double badness, std::size_t c, Sector Piece::*which) {
+    const Sector& sector = node[c].*which;
+    const bool is_whole = which == &Piece::normal && contacts_[c].num_normals == 1 && !sector.is_any();
     if (is_whole || (!sector.is_any() && sector.half < smallest_sector) || badness <= worst.badness) return;
-    worst = {badness, c, is_direction};
+    worst = {badness, c, which};
   };
   const auto width = [](const Sector& sector) { return sector.is_any() ? pi : sector.half; };
   constexpr double rounding = 1e-10;
   for (std::size_t c = 0; c < contacts_.size(); ++c) {
     const Contact& contact = contacts_[c];
-    const VectorXd own = x.segment(contact.first, contact.dimension);
+    const Vector2d own = contact.part(x);
     const double size = own.norm(), limit = contact.mu * reaction(c, x).norm();
-    const bool sticks = std::find(stick_.begin(), stick_.end(), c) != stick_.end();
+    const bool sticks = this->sticks(c);
     const double missed = (sticks ? std::max(0.0, size - limit) : std::abs(size - limit)) / (size + limit + 1e-3);
     // If the law is met, sliding contacts may still have another root.
     const double by_width = 1e-3 * rounding;
-    if (missed > rounding || !sticks) see(std::max(missed, by_width * width(node[c].normal)), c, false);
+    if (missed > rounding || !sticks) see(std::max(missed, by_width * width(node[c].normal)), c, &Piece::normal);
     if (sticks || contact.dimension == 1) continue;
-    const VectorXd towards = a.segment(contact.first, contact.dimension);
+    const Vector2d towards = contact.part(a);
     const double turned = size > 0.0 && towards.norm() > 0.0 ? (own / size + towards.normalized()).norm() : 0.0;
-    if (node[c].normal.is_any()) see(5.0, c, false);
-    see(node[c].direction.is_any() ? 10.0 : std::max(turned, by_width * width(node[c].direction)), c, true);
+    if (node[c].normal.is_any()) see(5.0, c, &Piece::normal);
+    const Sector& direction = node[c].direction;
+    see(direction.is_any() ? 10.0 : std::max(turned, by_width * width(direction)), c, &Piece::direction);
   }
   if (worst.badness < 0.0) return false;
-  const Sector& cut = worst.is_direction ? node[worst.contact].direction : node[worst.contact].normal;
-  std::vector<Sector> parts;
-  if (!cut.is_any()) {
-    for (const double side : {-0.5, 0.5}) parts.push_back({cut.middle + side * cut.half, 0.5 * cut.half});
-  } else if (!worst.is_direction && contacts_[worst.contact].num_normals == 1) {
-    parts = {{0.0, 0.0}, {pi, 0.0}};
-  } else {
-    for (int i = 0; i < 4; ++i) parts.push_back({(0.5 * i + 0.25) * pi, 0.25 * pi});
-  }
-  for (const Sector& part : parts) {
+  cut(node, worst.contact, worst.which, worst.which == &Piece::normal && contacts_[worst.contact].num_normals == 1);
+  return true;
+}
+
+/// Opens the parts of a node whose sector is cut: the two senses of a line, or quarters, or halves.
+void ModeSearch::cut(const Node& node, std::size_t c, Sector Piece::*which, bool is_line) {
+  const Sector& whole = node[c].*which;
+  const int count = whole.is_any() && !is_line ? 4 : 2;
+  for (int i = 0; i < count; ++i) {
     Node child = node;
-    (worst.is_direction ? child[worst.contact].direction : child[worst.contact].normal) = part;
+    child[c].*which = !whole.is_any() ? Sector{whole.middle + (i - 0.5) * whole.half, 0.5 * whole.half}
+                      : is_line       ? Sector{i * pi, 0.0}
+                                      : Sector{(0.5 * i + 0.25) * pi, 0.25 * pi};
     open_.push_back(std::move(child));
   }
-  return true;
 }
 
 }  // namespace tanor::detail

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <string>
@@ -15,8 +16,8 @@ namespace tanor::detail {
 ///
 /// A subset S of the contacts sticks, a = 0, and the others slide. The sticking contacts are eliminated, x = p + Q x_J
 /// + F z, where z tells how a load is shared. A node of the search assigns to each contact a sector of directions of
-/// its reaction nu, and to each one that slides a sense (on a curve) or a sector of directions (on a surface). In a
-/// node the law
+/// its reaction nu, and to each one that slides a sector of directions of its acceleration, which is one sense on a
+/// curve. In a node the law
 ///
 ///   slides: |x_c| = mu |nu_c|, a_c against x_c;     sticks: |x_c| <= mu |nu_c|
 ///
@@ -43,8 +44,7 @@ class ModeSearch {
     bool has(const Eigen::Vector2d& direction) const;
   };
   struct Piece {
-    int sense = 0;             // sense of the acceleration, on a curve; 0 for either
-    Sector normal, direction;  // sectors of nu, and of the acceleration on a surface
+    Sector normal, direction;  // of nu, and of the acceleration: its sense 0 or pi on a curve
   };
   using Node = std::vector<Piece>;  // [contact]
   struct Contact {
@@ -54,6 +54,15 @@ class ModeSearch {
     int num_normals;  // 1 if nu keeps to a line, 2 if to a plane
     Eigen::Vector2d nu0;
     Eigen::Matrix2Xd V;  // nu = nu0 + V x
+
+    /// Returns its components of x as a vector, whose second number is 0 on a curve.
+    Eigen::Vector2d part(const Eigen::VectorXd& x) const { return {x(first), dimension == 2 ? x(first + 1) : 0.0}; }
+    /// Returns the row that makes d.x_c of x.
+    Eigen::RowVectorXd along(const Eigen::Vector2d& d) const {
+      Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(V.cols());
+      row.segment(first, dimension) = d.head(dimension).transpose();
+      return row;
+    }
   };
   static constexpr double equal = 1e-9;  // in scaled units; less counts as 0
   static Eigen::Vector2d unit_at(double angle) { return {std::cos(angle), std::sin(angle)}; }
@@ -66,35 +75,28 @@ class ModeSearch {
   void prefer_small_shares(LinearProgram program, Eigen::VectorXd* u);
   Eigen::VectorXd come_near(const Node& node, Eigen::VectorXd x) const;
 
-  // Linear bounds, in mode_bounds.cpp.
+  bool branch(const Node& node, const Eigen::VectorXd& x);
+  void cut(const Node& node, std::size_t c, Sector Piece::*which, bool is_line);
+
+  // In mode_law.cpp: linear bounds of the law, and the law itself.
   LinearProgram make_program(const Node& node) const;
   void keep_normal(const Node& node, std::size_t c, LinearProgram* program) const;
-  void bound_sticking(const Node& node, std::size_t c, LinearProgram* program) const;
-  void bound_on_curve(const Node& node, std::size_t c, LinearProgram* program) const;
-  void bound_on_surface(const Node& node, std::size_t c, LinearProgram* program) const;
+  void bound_sliding(const Node& node, std::size_t c, LinearProgram* program) const;
   void bound_acceleration(const Eigen::RowVectorXd& row, LinearProgram* program, double slack) const;
   void bound_reaction(const Node& node, std::size_t c, const Eigen::RowVectorXd& size, LinearProgram* program) const;
   void hold(const Node& node, std::size_t c, const Eigen::RowVectorXd& row, double slack, LinearProgram* program) const;
   bool cut_discs(const Node& node, const Eigen::VectorXd& x, LinearProgram* program) const;
   void add(LinearProgram* program, const Eigen::RowVectorXd& row, double bound, double slack = 0.0) const;
-
-  // The law itself, in mode_equations.cpp.
   bool find_root(const Node& node, Eigen::VectorXd* x) const;
   bool is_regular(const Node& node, const LinearProgram& program);
   bool is_inside(const Node& node, const Eigen::VectorXd& x) const;
   Verdict verify(const Node& node, const Eigen::VectorXd& x) const;
 
-  bool branch(const Node& node, const Eigen::VectorXd& x);
-
   Eigen::Vector2d reaction(std::size_t c, const Eigen::VectorXd& x) const {
     return contacts_[c].nu0 + contacts_[c].V * x;
   }
-  double sign(const Node& node, std::size_t c) const { return contacts_[c].moves ? 1.0 : -node[c].sense; }
+  bool sticks(std::size_t c) const { return std::find(stick_.begin(), stick_.end(), c) != stick_.end(); }
   Eigen::VectorXd complete(const Eigen::VectorXd& u) const;
-  Eigen::RowVectorXd component(Eigen::Index i) const { return Eigen::RowVectorXd::Unit(problem_.size(), i); }
-  Eigen::RowVectorXd along(const Contact& contact, const Eigen::Vector2d& d) const {
-    return d(0) * component(contact.first) + d(1) * component(contact.first + 1);
-  }
 
   const ContactProblem& problem_;
   const std::size_t most_work_;
