@@ -31,105 +31,10 @@ std::string list_apart(const std::vector<Vec3>& vectors, double scale) {
 
 const char* const too_many = "modes of more than ten contacts are too many to try";
 
-}  // namespace
-
-// ---- one island ----
-
-/// Solves with static friction until a contact gives way, then with kinetic friction there, until no other one gives
-/// way. `released` [contact] marks those that have given way already, and `lowered` [contact] is the part by which
-/// limits are lower in the first pass. Of several motions the one nearest to the last is taken; a start refuses them.
-void ContactChoices::solve(bool is_start, std::vector<char> released, const std::vector<double>& lowered,
-                           std::size_t* work_left, ContactChoice* choice) const {
-  const FrictionLaws& laws = state_.laws;
-  ContactProblem& problem = choice->problem;
-  ContactVerdict verdict;
-  for (std::size_t pass = 0; pass <= choice->size(); ++pass) {
-    for (std::size_t c = 0; c < choice->size(); ++c) {
-      const std::size_t contact = choice->members[c];
-      if (problem.contacts[c].moves) continue;
-      const double whole = pass == 0 ? 1.0 - lowered[contact] : 1.0;
-      problem.contacts[c].mu =
-          released[contact] != 0 ? laws.coefficient_of_sliding(contact) : whole * laws.static_coefficient(contact);
-    }
-    ContactSolutions& solutions = choice->solutions =
-        find_all(problem, work_left, pass == 0 ? choice->before : choice->x);
-    verdict.note(solutions.uniqueness, solutions.reason);
-    choice->x.resize(0);
-    choice->load = std::numeric_limits<double>::quiet_NaN();
-    if (solutions.found.empty()) break;
-    // Shares of one load are the same motion, so that friction is compared by the accelerations that it makes.
-    const auto distance = [&](const Eigen::VectorXd& x) {
-      const Eigen::VectorXd change = x - choice->before;
-      return change.dot(problem.A * change);
-    };
-    const auto nearer = [&](const auto& a, const auto& b) { return distance(a) < distance(b); };
-    choice->x = *std::min_element(solutions.found.begin(), solutions.found.end(), nearer);
-    find_share(is_start, choice);
-    if (!release_beginning(*choice, &released) || (is_start && verdict.uniqueness == Uniqueness::Several)) break;
-  }
-  choice->solutions.uniqueness = verdict.uniqueness;
-  choice->solutions.reason = verdict.reason;
-}
-
-/// Gives kinetic friction to the contacts that begin to move. Returns true if some contact has become weaker by that.
-bool ContactChoices::release_beginning(const ContactChoice& choice, std::vector<char>* released) const {
-  const FrictionLaws& laws = state_.laws;
-  bool has_released = false;
-  for (std::size_t c = 0; c < choice.size(); ++c) {
-    const std::size_t contact = choice.members[c];
-    if (!choice.begins(c) || (*released)[contact] != 0) continue;
-    if (laws.static_coefficient(contact) <= laws.coefficient_of_sliding(contact)) continue;
-    (*released)[contact] = 1;
-    has_released = true;
-  }
-  return has_released;
-}
-
-/// Static friction is tried for all contacts first, and those that it lets move give way, whichever of them has met its
-/// event. Where it lets none move, what bears its load alone gives way at its limit. Contacts that share a load do so
-/// only if no share is left and `take` does not hold them. So who gives way follows from forces and limits, and not
-/// from the rounding by which one contact reached its limit before another.
-void ContactChoices::choose(bool is_start, const std::vector<char>& met, ContactChoice* choice) const {
-  std::size_t work_left = most_work(is_start);  // of all searches
-  std::vector<char> released(met.size(), 0);
-  std::vector<double> lowered(met.size(), 0.0);
-  solve(is_start, released, lowered, &work_left, choice);
-  if (lower_overloaded(*choice, met, &lowered)) solve(is_start, released, lowered, &work_left, choice);
-  const auto has_met = [&](std::size_t contact) { return met[contact] != 0; };
-  if (!choice->has_solution() || std::ranges::none_of(choice->members, has_met)) return;
-  const bool shares = !std::isnan(choice->load);
-  const double least_load = 1.0 - (shares ? ContactState::to_spare : rounding_of_limits);
-  if (shares && (choice->load < least_load || !choice->keeps_reactions())) return;
-  for (std::size_t c = 0; c < choice->size(); ++c) {
-    if (choice->begins(c)) return;
-    const std::size_t contact = choice->members[c];
-    released[contact] = choice->is_at_limit(c, choice->share, least_load) || (!shares && has_met(contact));
-  }
-  solve(is_start, std::move(released), lowered, &work_left, choice);
-}
-
-/// Lowers the limits of contacts that were held above them and have met their event, but still stick in the choice: a
-/// search tells friction from its limit to a part of the largest force of the island, which may be much more than the
-/// limit. Returns true if there are any.
-bool ContactChoices::lower_overloaded(const ContactChoice& choice, const std::vector<char>& met,
-                                      std::vector<double>* lowered) const {
-  constexpr double told_apart = 1e-8, most = 0.5;
-  bool are_some = false;
-  for (std::size_t c = 0; choice.has_solution() && c < choice.size(); ++c) {
-    const std::size_t contact = choice.members[c];
-    if (met[contact] == 0 || state_.overloads.empty() || state_.overloads[contact] == 0 || choice.sticks[c] == 0)
-      continue;
-    const double limit = choice.limit(c, choice.x), largest = std::max(choice.x.lpNorm<Eigen::Infinity>(), limit);
-    (*lowered)[contact] = std::min(most, told_apart * largest / limit);
-    are_some = true;
-  }
-  return are_some;
-}
-
 /// Finds which contacts stick in the solution x, and how they share their load. An acceleration below the threshold of
 /// rest counts as sliding where friction is at its limit and opposes it, unless another share leaves something to
 /// spare.
-void ContactChoices::find_share(bool is_start, ContactChoice* choice) const {
+void find_share(bool is_start, ContactChoice* choice) {
   const ContactProblem& problem = choice->problem;
   const Eigen::VectorXd a = problem.accelerations(choice->x);
   const double least = choice->rest_threshold();
@@ -155,10 +60,100 @@ void ContactChoices::find_share(bool is_start, ContactChoice* choice) const {
   share();
 }
 
+/// Gives kinetic friction to the contacts that begin to move. Returns true if some contact has become weaker by that.
+bool release_beginning(const FrictionLaws& laws, const ContactChoice& choice, std::vector<char>* released) {
+  bool has_released = false;
+  for (std::size_t c = 0; c < choice.size(); ++c) {
+    const std::size_t contact = choice.members[c];
+    if (!choice.begins(c) || (*released)[contact] != 0) continue;
+    if (laws.static_coefficient(contact) <= laws.coefficient_of_sliding(contact)) continue;
+    (*released)[contact] = 1;
+    has_released = true;
+  }
+  return has_released;
+}
+
+/// Solves with static friction until a contact gives way, then with kinetic friction there, until no other one gives
+/// way. `released` [contact] marks those that have given way already, and `lowered` [contact] is the part by which
+/// limits are lower in the first pass. Of several motions the one nearest to the last is taken; a start refuses them.
+void solve(const ContactState& state, bool is_start, std::vector<char> released, const std::vector<double>& lowered,
+           std::size_t* work_left, ContactChoice* choice) {
+  const FrictionLaws& laws = state.laws;
+  ContactProblem& problem = choice->problem;
+  ContactVerdict verdict;
+  for (std::size_t pass = 0; pass <= choice->size(); ++pass) {
+    for (std::size_t c = 0; c < choice->size(); ++c) {
+      const std::size_t contact = choice->members[c];
+      if (problem.contacts[c].moves) continue;
+      const double whole = pass == 0 ? 1.0 - lowered[contact] : 1.0;
+      problem.contacts[c].mu =
+          released[contact] != 0 ? laws.coefficient_of_sliding(contact) : whole * laws.static_coefficient(contact);
+    }
+    ContactSolutions& solutions = choice->solutions =
+        find_all(problem, work_left, pass == 0 ? choice->before : choice->x);
+    verdict.note(solutions.uniqueness, solutions.reason);
+    choice->x.resize(0);
+    choice->load = std::numeric_limits<double>::quiet_NaN();
+    if (solutions.found.empty()) break;
+    // Shares of one load are the same motion, so that friction is compared by the accelerations that it makes.
+    const auto distance = [&](const Eigen::VectorXd& x) {
+      const Eigen::VectorXd change = x - choice->before;
+      return change.dot(problem.A * change);
+    };
+    const auto nearer = [&](const auto& a, const auto& b) { return distance(a) < distance(b); };
+    choice->x = *std::min_element(solutions.found.begin(), solutions.found.end(), nearer);
+    find_share(is_start, choice);
+    if (!release_beginning(laws, *choice, &released) || (is_start && verdict.uniqueness == Uniqueness::Several)) break;
+  }
+  choice->solutions.uniqueness = verdict.uniqueness;
+  choice->solutions.reason = verdict.reason;
+}
+
+/// Lowers the limits of contacts that were held above them and have met their event, but still stick in the choice: a
+/// search tells friction from its limit to a part of the largest force of the island, which may be much more than the
+/// limit. Returns true if there are any.
+bool lower_overloaded(const ContactState& state, const ContactChoice& choice, const std::vector<char>& met,
+                      std::vector<double>* lowered) {
+  constexpr double told_apart = 1e-8, most = 0.5;
+  bool are_some = false;
+  for (std::size_t c = 0; choice.has_solution() && c < choice.size(); ++c) {
+    const std::size_t contact = choice.members[c];
+    if (met[contact] == 0 || state.overloads.empty() || state.overloads[contact] == 0 || choice.sticks[c] == 0)
+      continue;
+    const double limit = choice.limit(c, choice.x), largest = std::max(choice.x.lpNorm<Eigen::Infinity>(), limit);
+    (*lowered)[contact] = std::min(most, told_apart * largest / limit);
+    are_some = true;
+  }
+  return are_some;
+}
+
+/// Static friction is tried for all contacts first, and those that it lets move give way, whichever of them has met its
+/// event. Where it lets none move, what bears its load alone gives way at its limit. Contacts that share a load do so
+/// only if no share is left and `take` does not hold them. So who gives way follows from forces and limits, and not
+/// from the rounding by which one contact reached its limit before another.
+void choose(const ContactState& state, bool is_start, const std::vector<char>& met, ContactChoice* choice) {
+  std::size_t work_left = most_work(is_start);  // of all searches
+  std::vector<char> released(met.size(), 0);
+  std::vector<double> lowered(met.size(), 0.0);
+  solve(state, is_start, released, lowered, &work_left, choice);
+  if (lower_overloaded(state, *choice, met, &lowered)) solve(state, is_start, released, lowered, &work_left, choice);
+  const auto has_met = [&](std::size_t contact) { return met[contact] != 0; };
+  if (!choice->has_solution() || std::ranges::none_of(choice->members, has_met)) return;
+  const bool shares = !std::isnan(choice->load);
+  const double least_load = 1.0 - (shares ? ContactState::to_spare : rounding_of_limits);
+  if (shares && (choice->load < least_load || !choice->keeps_reactions())) return;
+  for (std::size_t c = 0; c < choice->size(); ++c) {
+    if (choice->begins(c)) return;
+    const std::size_t contact = choice->members[c];
+    released[contact] = choice->is_at_limit(c, choice->share, least_load) || (!shares && has_met(contact));
+  }
+  solve(state, is_start, std::move(released), lowered, &work_left, choice);
+}
+
 /// Reports that an island has no motion, or lists the several ones.
-Outcome ContactChoices::explain(double t, const ContactChoice& choice) const {
+Outcome explain(const Workspace& work, double t, const ContactChoice& choice) {
   const auto& found = choice.solutions.found;
-  const auto name = [&](std::size_t member) { return state_.work.name_contact(choice.members[member]); };
+  const auto name = [&](std::size_t member) { return work.name_contact(choice.members[member]); };
   if (found.size() < 2) {
     return fail_friction(Status::NoSolution, t,
                          name(0) + (choice.size() > 1 ? " and others of its island" : "") +
@@ -182,68 +177,51 @@ Outcome ContactChoices::explain(double t, const ContactChoice& choice) const {
                            " m/s^2; at a start nothing says which");
 }
 
-// ---- all islands ----
-
-Outcome ContactChoices::count(const ModeSwitch& at, const std::vector<char>& wanted, std::size_t most_contacts,
-                              ContactVerdict* verdict, std::vector<ContactChoice>* choices) {
-  friction_.set_place(state_.place(at.t, at.r, at.v));
-  *choices = reduction_.list(at, wanted, most_contacts);
-  if (choices->empty()) return {};
-  const std::vector<std::size_t> stuck = free_members(*choices);
-  Outcome outcome = solve_without_members(at, verdict, choices);
-  hold_again(stuck);
-  if (!outcome.ok()) return outcome;
-  for (const ContactChoice& choice : *choices) {
-    if (choice.has_solution()) set_modes(at, choice);
-  }
-  return {};
-}
-
 /// Lets the members slide while their islands are reduced; other contacts keep their modes. Returns the members that
 /// stuck.
-std::vector<std::size_t> ContactChoices::free_members(const std::vector<ContactChoice>& choices) {
+std::vector<std::size_t> free_members(ContactState& state, const std::vector<ContactChoice>& choices) {
   std::vector<std::size_t> stuck;
   for (const ContactChoice& choice : choices) {
     for (const std::size_t c : choice.members) {
-      if (!state_.tangents.sticks(c)) continue;
+      if (!state.tangents.sticks(c)) continue;
       stuck.push_back(c);
-      state_.tangents.set_stick(c, false);
+      state.tangents.set_stick(c, false);
     }
   }
-  state_.forget_shares();
+  state.forget_shares();
   return stuck;
 }
 
-void ContactChoices::hold_again(const std::vector<std::size_t>& contacts) {
-  for (const std::size_t c : contacts) state_.tangents.set_stick(c, true);
-  state_.forget_shares();
+void hold_again(ContactState& state, const std::vector<std::size_t>& contacts) {
+  for (const std::size_t c : contacts) state.tangents.set_stick(c, true);
+  state.forget_shares();
 }
 
 /// Reduces the islands while no member sticks, and chooses the motion of each.
-Outcome ContactChoices::solve_without_members(const ModeSwitch& at, ContactVerdict* verdict,
-                                              std::vector<ContactChoice>* choices) {
-  if (Outcome outcome = state_.system.linearise(at.t, at.r); !outcome.ok()) return outcome;
-  reduction_.reduce(at, choices);
-  std::vector<char> released(state_.size(), 0);
+Outcome solve_without_members(ContactState& state, FrictionSolver& friction, const ModeSwitch& at,
+                              std::vector<ContactChoice>* choices) {
+  if (Outcome outcome = state.system.linearise(at.t, at.r); !outcome.ok()) return outcome;
+  reduce_islands(state, friction, at, choices);
+  std::vector<char> released(state.size(), 0);
   for (const std::size_t c : at.releases) released[c] = 1;
   Outcome failed;
   for (ContactChoice& choice : *choices) {
-    choose(at.is_start(), released, &choice);
+    choose(state, at.is_start(), released, &choice);
     const Uniqueness uniqueness = choice.solutions.uniqueness;
-    verdict->note(uniqueness, choice.solutions.reason);
+    state.verdict.note(uniqueness, choice.solutions.reason);
     const bool is_refused = uniqueness == Uniqueness::None || (uniqueness == Uniqueness::Several && at.is_start());
-    if (is_refused && failed.ok()) failed = explain(at.t, choice);
+    if (is_refused && failed.ok()) failed = explain(state.work, at.t, choice);
   }
-  reduction_.guess_multipliers(at, *choices);
+  guess_multipliers(state, friction, at, *choices);
   if (!failed.ok() && at.to.report != nullptr)
-    at.to.report->friction = {.contacts = state_.size(), .uniqueness = verdict->uniqueness};
+    at.to.report->friction = {.contacts = state.size(), .uniqueness = state.verdict.uniqueness};
   return failed;
 }
 
 /// Sets the modes of the members at x. Those that move slide in the direction of their acceleration. Those that were
 /// released and are at their limit slide against their friction. All others stick.
-void ContactChoices::set_modes(const ModeSwitch& at, const ContactChoice& choice) {
-  FrictionLaws& laws = state_.laws;
+void set_modes(ContactState& state, const ModeSwitch& at, const ContactChoice& choice) {
+  FrictionLaws& laws = state.laws;
   const Eigen::VectorXd a = choice.problem.accelerations(choice.x);
   const double least = choice.rest_threshold();
   for (std::size_t c = 0; c < choice.size(); ++c) {
@@ -255,7 +233,7 @@ void ContactChoices::set_modes(const ModeSwitch& at, const ContactChoice& choice
     // A contact below its limit shares its load with others, so it does not give way.
     const double limit = choice.limit(c, choice.x);
     const bool gives_way = at.is_released(contact) && choice.x.segment(first, dimension).norm() >= (1.0 - 1e-9) * limit;
-    state_.tangents.set_stick(contact, !slides && !gives_way);
+    state.tangents.set_stick(contact, !slides && !gives_way);
     laws.set_at_limit(contact, false);
     if (slides)
       laws.set_slip_direction(contact, (1.0 / norm(towards)) * towards);
@@ -264,35 +242,19 @@ void ContactChoices::set_modes(const ModeSwitch& at, const ContactChoice& choice
   }
 }
 
-// ---- the choices that are taken ----
-
 /// Returns true if pivoting decides. On curves where friction changes no reaction, pivoting finds exactly the contacts
 /// that give way in the middle of a run.
-bool ContactChoices::is_left_to_search(const ModeSwitch& at, const ContactChoice& choice) const {
+bool is_left_to_search(const ContactState& state, const ModeSwitch& at, const ContactChoice& choice) {
   const bool shares = !std::isnan(choice.load);
   const bool is_overloaded = std::any_of(choice.members.begin(), choice.members.end(),
-                                         [&](std::size_t contact) { return state_.overloads[contact] != 0; });
+                                         [&](std::size_t contact) { return state.overloads[contact] != 0; });
   if (!shares && !is_overloaded) return true;
   return !at.is_start() && choice.keeps_reactions();
 }
 
-Outcome ContactChoices::take(const ModeSwitch& at, bool all, std::vector<ContactChoice>* choices) {
-  state_.overloads.resize(state_.size(), 0);
-  state_.softness.resize(state_.size(), 0);
-  bool has_taken = false;
-  for (ContactChoice& choice : *choices) {
-    if (!choice.has_solution() || (!all && is_left_to_search(at, choice))) continue;
-    take_one(at, &choice);
-    has_taken = true;
-  }
-  if (!has_taken) return {};
-  state_.forget_shares();
-  return state_.system.linearise(at.t, at.r);
-}
-
-void ContactChoices::take_one(const ModeSwitch& at, ContactChoice* choice) {
+void take_one(ContactState& state, const ModeSwitch& at, ContactChoice* choice) {
   constexpr int steps = ContactState::softness_steps;
-  FrictionLaws& laws = state_.laws;
+  FrictionLaws& laws = state.laws;
   const bool shares = !std::isnan(choice->load);
   for (std::size_t c = 0; c < choice->size(); ++c) {
     const std::size_t contact = choice->members[c];
@@ -301,55 +263,69 @@ void ContactChoices::take_one(const ModeSwitch& at, ContactChoice* choice) {
     if (!moves && !sticks && norm(given) > 0.0) laws.set_slip_direction(contact, (-1.0 / norm(given)) * given);
     laws.set_reference(contact, sticks ? shared : Vec3{});
     const double bits = shares ? -steps * std::log2(choice->weights(static_cast<Eigen::Index>(c))) : 0.0;
-    state_.softness[contact] = static_cast<int>(std::lround(std::clamp(bits, 0.0, 10.0 * steps)));
+    state.softness[contact] = static_cast<int>(std::lround(std::clamp(bits, 0.0, 10.0 * steps)));
     const double limit = choice->limit(c, choice->share);
-    state_.overloads[contact] = sticks && norm(shared) > (1.0 - ContactState::to_spare) * limit;
-    if (at.at_rest[contact] != 0) state_.tangents.set_stick(contact, sticks);
+    state.overloads[contact] = sticks && norm(shared) > (1.0 - ContactState::to_spare) * limit;
+    if (at.at_rest[contact] != 0) state.tangents.set_stick(contact, sticks);
   }
   choice->has_shared = true;
 }
 
-Outcome ContactChoices::verify_uncounted(const ModeSwitch& at, const std::vector<char>& wanted,
-                                         ContactVerdict* verdict) {
+}  // namespace
+
+Outcome count_motions(ContactState& state, FrictionSolver& friction, const ModeSwitch& at,
+                      const std::vector<char>& wanted, std::size_t most_contacts, std::vector<ContactChoice>* choices) {
+  friction.set_place(state.place(at.t, at.r, at.v));
+  *choices = list_islands(state, friction, at, wanted, most_contacts);
+  if (choices->empty()) return {};
+  const std::vector<std::size_t> stuck = free_members(state, *choices);
+  Outcome outcome = solve_without_members(state, friction, at, choices);
+  hold_again(state, stuck);
+  if (!outcome.ok()) return outcome;
+  for (const ContactChoice& choice : *choices) {
+    if (choice.has_solution()) set_modes(state, at, choice);
+  }
+  return {};
+}
+
+Outcome take_choices(ContactState& state, const ModeSwitch& at, bool all, std::vector<ContactChoice>* choices) {
+  state.overloads.resize(state.size(), 0);
+  state.softness.resize(state.size(), 0);
+  bool has_taken = false;
+  for (ContactChoice& choice : *choices) {
+    if (!choice.has_solution() || (!all && is_left_to_search(state, at, choice))) continue;
+    take_one(state, at, &choice);
+    has_taken = true;
+  }
+  if (!has_taken) return {};
+  state.forget_shares();
+  return state.system.linearise(at.t, at.r);
+}
+
+Outcome verify_uncounted(ContactState& state, FrictionSolver& friction, const ModeSwitch& at,
+                         const std::vector<char>& wanted) {
   constexpr std::size_t most_reduced = 256;  // each of their components costs one solve
   if (std::none_of(wanted.begin(), wanted.end(), [](char is) { return is != 0; })) return {};
-  friction_.set_place(state_.place(at.t, at.r, at.v));
-  std::vector<ContactChoice> choices = reduction_.list(at, wanted, std::numeric_limits<std::size_t>::max());
+  friction.set_place(state.place(at.t, at.r, at.v));
+  std::vector<ContactChoice> choices =
+      list_islands(state, friction, at, wanted, std::numeric_limits<std::size_t>::max());
   std::erase_if(choices, [&](const ContactChoice& choice) {
     const bool are_too_many = choice.size() > most_reduced;
-    if (are_too_many) verdict->note(Uniqueness::Unproven, too_many);
+    if (are_too_many) state.verdict.note(Uniqueness::Unproven, too_many);
     return are_too_many;
   });
   if (choices.empty()) return {};
-  const std::vector<std::size_t> stuck = free_members(choices);
-  const Outcome outcome = state_.system.linearise(at.t, at.r);
-  if (outcome.ok()) reduction_.reduce(at, &choices);
+  const std::vector<std::size_t> stuck = free_members(state, choices);
+  const Outcome outcome = state.system.linearise(at.t, at.r);
+  if (outcome.ok()) reduce_islands(state, friction, at, &choices);
   for (ContactChoice& choice : choices) {
     for (std::size_t c = 0; c < choice.size(); ++c)
-      choice.problem.contacts[c].mu = state_.laws.static_coefficient(choice.members[c]);
+      choice.problem.contacts[c].mu = state.laws.static_coefficient(choice.members[c]);
     const bool is_proven = outcome.ok() && is_proven_unique(choice.problem);
-    verdict->note(is_proven ? Uniqueness::Proven : Uniqueness::Unproven, is_proven ? "" : too_many);
+    state.verdict.note(is_proven ? Uniqueness::Proven : Uniqueness::Unproven, is_proven ? "" : too_many);
   }
-  hold_again(stuck);
-  return state_.system.linearise(at.t, at.r);
-}
-
-bool ContactChoices::set_limits(const std::vector<ContactChoice>& choices) {
-  FrictionLaws& laws = state_.laws;
-  bool has_changed = false;
-  for (const ContactChoice& choice : choices) {
-    for (std::size_t c = 0; choice.has_solution() && c < choice.size(); ++c) {
-      const auto& [first, dimension, moves, mu] = choice.problem.contacts[c];
-      const std::size_t contact = choice.members[c];
-      const double limit = choice.limit(c, choice.x), size = choice.x.segment(first, dimension).norm();
-      if (moves || !state_.tangents.sticks(contact) || size < (1.0 - 1e-9) * limit || size == 0.0) continue;
-      laws.set_slip_direction(contact, -choice.combine(c, choice.x / size));
-      laws.set_at_limit(contact, laws.static_coefficient(contact) > laws.coefficient_of_sliding(contact));
-      state_.tangents.set_stick(contact, false);
-      has_changed = true;
-    }
-  }
-  return has_changed;
+  hold_again(state, stuck);
+  return state.system.linearise(at.t, at.r);
 }
 
 }  // namespace tanor::detail

@@ -139,50 +139,50 @@ Power ContactModes::work_of_impulses(const double* r, const std::vector<double>&
   return work;
 }
 
+/// Calls change(contact) -> bool for every contact. Returns true if some have changed.
+template <class Change>
+bool ContactModes::change_some(const Change& change) {
+  bool have_changed = false;
+  for (std::size_t c = 0; c < state_.size(); ++c) have_changed = change(c) || have_changed;
+  if (have_changed) state_.forget_shares();
+  return have_changed;
+}
+
 /// Lets those contacts slide that count as at rest but move at v more than `times` as fast as the threshold of rest.
 /// Returns true if there are any.
 bool ContactModes::let_slide(const double* v, double times, ModeSwitch* at) {
-  bool some_slide = false;
-  for (std::size_t c = 0; c < state_.size(); ++c) {
+  return change_some([&](std::size_t c) {
     const bool is_held = at->at_rest[c] != 0 && at->passes[c] == 0;
-    if (!is_held || state_.sliding_speed(c, v) <= times * state_.sliding_threshold(c)) continue;
+    if (!is_held || state_.sliding_speed(c, v) <= times * state_.sliding_threshold(c)) return false;
     at->at_rest[c] = 0;
     state_.let_slide(c);
-    some_slide = true;
-  }
-  if (some_slide) state_.forget_shares();
-  return some_slide;
+    return true;
+  });
 }
 
 /// Holds those contacts no longer that have come to rest just now but are kept from it, as their speed at v tells: it
 /// is more than `times` the threshold of rest. They pass through rest, and leave it as their accelerations say. Returns
 /// true if there are any.
 bool ContactModes::let_pass(const double* v, double times, ModeSwitch* at) {
-  bool some_pass = false;
-  for (std::size_t c = 0; c < state_.size(); ++c) {
+  return change_some([&](std::size_t c) {
     const bool has_come = at->at_rest[c] != 0 && at->passes[c] == 0 && !state_.places.holds(c);
-    if (!has_come || !state_.is_at_rest(c, at->before.data())) continue;
-    if (state_.sliding_speed(c, v) <= times * state_.sliding_threshold(c)) continue;
+    if (!has_come || !state_.is_at_rest(c, at->before.data())) return false;
+    if (state_.sliding_speed(c, v) <= times * state_.sliding_threshold(c)) return false;
     at->passes[c] = 1;
     state_.tangents.set_stick(c, false);
-    some_pass = true;
-  }
-  if (some_pass) state_.forget_shares();
-  return some_pass;
+    return true;
+  });
 }
 
 /// Lets contacts slide that pass through rest, although by their accelerations they would stay there. Returns true if
 /// there are any.
 bool ContactModes::keep_from_rest(ModeSwitch* at) {
-  bool some_slide = false;
-  for (std::size_t c = 0; c < state_.size(); ++c) {
-    if (at->passes[c] == 0 || at->at_rest[c] == 0 || !state_.tangents.sticks(c)) continue;
+  return change_some([&](std::size_t c) {
+    if (at->passes[c] == 0 || at->at_rest[c] == 0 || !state_.tangents.sticks(c)) return false;
     at->at_rest[c] = 0;
     state_.let_slide(c);
-    some_slide = true;
-  }
-  if (some_slide) state_.forget_shares();
-  return some_slide;
+    return true;
+  });
 }
 
 /// Returns the largest speed at v of a contact that counts as at rest, m/s.
@@ -238,16 +238,13 @@ Outcome ContactModes::put_to_rest(ModeSwitch* at) {
 /// Contacts that were about to stop are at rest as well if those that were put to rest hold them. Otherwise they slide
 /// with the rounding of their velocity, which nothing lowers. Returns true if there are any.
 bool ContactModes::bring_along(ModeSwitch* at) {
-  bool are_some = false;
-  for (std::size_t c = 0; c < state_.size(); ++c) {
+  return change_some([&](std::size_t c) {
     const bool is_open = at->has_changed[friction_.islands().of_contact[c]] != 0;
-    if (!is_open || at->at_rest[c] != 0 || !state_.may_stick(c) || !state_.is_at_rest(c, at->v)) continue;
+    if (!is_open || at->at_rest[c] != 0 || !state_.may_stick(c) || !state_.is_at_rest(c, at->v)) return false;
     at->at_rest[c] = 1;
     state_.tangents.set_stick(c, true);
-    are_some = true;
-  }
-  if (are_some) state_.forget_shares();
-  return are_some;
+    return true;
+  });
 }
 
 /// Slow slip directions are chosen anew, since other contacts may hold them now or hold them no longer.
@@ -280,8 +277,8 @@ std::vector<char> ContactModes::find_many_on_surfaces(const ModeSwitch& at) cons
 Outcome ContactModes::count(const ModeSwitch& at, const std::vector<char>& wanted, std::size_t most_contacts,
                             bool takes_all, std::vector<ContactChoice>* choices) {
   std::vector<ContactChoice> counted;
-  Outcome outcome = choices_.count(at, wanted, most_contacts, &state_.verdict, &counted);
-  if (outcome.ok()) outcome = choices_.take(at, takes_all, &counted);
+  Outcome outcome = count_motions(state_, friction_, at, wanted, most_contacts, &counted);
+  if (outcome.ok()) outcome = take_choices(state_, at, takes_all, &counted);
   if (takes_all) std::erase_if(counted, [](const auto& choice) { return !choice.has_shared; });
   choices->insert(choices->end(), std::make_move_iterator(counted.begin()), std::make_move_iterator(counted.end()));
   return outcome;
@@ -313,13 +310,13 @@ Outcome ContactModes::search(const ModeSwitch& at, bool shared_loads, std::vecto
       const bool is_counted = (*are_counted)[friction_.islands().of_contact[c]] != 0;
       if (!is_counted && !shared_loads) state_.release(c, state_.system.lambda().data());
     }
-    found = pivoting_.find_complementary_modes(at, choices, friction_.islands(), *are_counted);
+    found = find_complementary_modes(state_, at, choices, friction_.islands(), *are_counted);
   }
   const auto may_go_on = [&] { return !found.ok() && found.status != Status::NotUnique; };
   const auto has_more = [](const ContactChoice& choice) { return choice.has_solution() && !choice.has_shared; };
   if (may_go_on() && are_listed && std::any_of(choices.begin(), choices.end(), has_more)) {
-    found = choices_.take(at, true, &choices);
-    if (found.ok()) found = pivoting_.find_complementary_modes(at, choices, friction_.islands(), *are_counted);
+    found = take_choices(state_, at, true, &choices);
+    if (found.ok()) found = find_complementary_modes(state_, at, choices, friction_.islands(), *are_counted);
   }
   if (may_go_on() && at.num_at_rest() > most_contacts_counted) {
     for (std::size_t c = 0; c < state_.size(); ++c) state_.tangents.set_stick(c, at.at_rest[c] != 0);
@@ -329,7 +326,7 @@ Outcome ContactModes::search(const ModeSwitch& at, bool shared_loads, std::vecto
     const std::size_t before = choices.size();
     const Outcome outcome = count(at, wanted, unlimited, true, &choices);
     if (outcome.ok() && choices.size() > before)
-      found = pivoting_.find_complementary_modes(at, choices, friction_.islands(), *are_counted);
+      found = find_complementary_modes(state_, at, choices, friction_.islands(), *are_counted);
   }
   return found;
 }
@@ -346,7 +343,7 @@ Outcome ContactModes::finish(const ModeSwitch& at, const std::vector<char>& are_
   for (std::size_t island = 0; island < are_open.size(); ++island) {
     if (are_counted[island] != 0 || !rests(at, island)) are_open[island] = 0;
   }
-  if (Outcome outcome = choices_.verify_uncounted(at, are_open, &state_.verdict); !outcome.ok()) return outcome;
+  if (Outcome outcome = verify_uncounted(state_, friction_, at, are_open); !outcome.ok()) return outcome;
   if (Outcome outcome = keep_moving(at); !outcome.ok()) return outcome;
   state_.places.hold(at.t, at.r);
   Request at_end = at.request;

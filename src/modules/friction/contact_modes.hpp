@@ -5,7 +5,6 @@
 
 #include "dynamics/roles.hpp"
 #include "friction/contact_choices.hpp"
-#include "friction/mode_pivoting.hpp"
 
 namespace tanor::detail {
 
@@ -17,12 +16,7 @@ class ContactModes final : public EventFunctions {
  public:
   /// Both arguments must outlive this object.
   ContactModes(ContactState& state, FrictionSolver& friction)
-      : work_(state.work),
-        model_(state.model),
-        friction_(friction),
-        state_(state),
-        choices_(state, friction),
-        pivoting_(state, choices_) {}
+      : work_(state.work), model_(state.model), friction_(friction), state_(state) {}
 
   // ---- the modes ----
 
@@ -46,6 +40,8 @@ class ContactModes final : public EventFunctions {
   friend struct Tampering;  // the tests corrupt the search through it, and every corruption must be caught
   Outcome choose(ModeSwitch at);
   Outcome put_to_rest(ModeSwitch* at);
+  template <class Change>
+  bool change_some(const Change& change);
   bool let_slide(const double* v, double times, ModeSwitch* at);
   bool let_pass(const double* v, double times, ModeSwitch* at);
   bool keep_from_rest(ModeSwitch* at);
@@ -68,8 +64,6 @@ class ContactModes final : public EventFunctions {
   const Model& model_;
   FrictionSolver& friction_;
   ContactState& state_;
-  ContactChoices choices_;
-  ModePivoting pivoting_;
   Power work_of_rest_;  // J, at the last switch
 };
 
