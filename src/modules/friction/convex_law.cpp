@@ -19,145 +19,106 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-struct Disk {
-  Eigen::Index first, dimension;  // position among the unknowns
-};
-
-/// Returns the largest step <= 1 along du that keeps |u_c| < 1, and a little away from it.
-double longest_step(const std::vector<Disk>& disks, const VectorXd& u, const VectorXd& du) {
-  constexpr double part = 0.995;
-  double step = 1.0;
-  for (const auto& [first, dimension] : disks) {
-    // solves |u + s du|^2 = 1 for s
-    const auto own = u.segment(first, dimension), change = du.segment(first, dimension);
-    const double a = change.squaredNorm(), b = own.dot(change), c = own.squaredNorm() - 1.0;
-    if (a == 0.0) continue;
-    const double root = std::sqrt(std::max(0.0, b * b - a * c));
-    step = std::min(step, part * (b > 0.0 ? -c / (b + root) : (root - b) / a));
-  }
-  return step;
-}
-
 /// The problem in units of the limits, and the current point of the iteration.
 class InteriorPoint {
  public:
-  InteriorPoint(MatrixXd Q, VectorXd q, std::vector<Disk> disks)
+  /// `disk` [unknown] is the number of its contact; unknowns of a contact stand side by side.
+  InteriorPoint(MatrixXd Q, VectorXd q, std::vector<Eigen::Index> disk)
       : Q_(std::move(Q)),
         q_(std::move(q)),
-        disks_(std::move(disks)),
-        num_(static_cast<Eigen::Index>(disks_.size())),
+        disk_(std::move(disk)),
         u_(VectorXd::Zero(q_.size())),
-        z_(VectorXd::Constant(num_, 0.5)),
-        g_(num_),
-        dz_(num_) {}
+        z_(VectorXd::Constant(disk_.back() + 1, 0.5)) {}
 
   /// Returns u, as near to the solution as rounding allows.
-  const VectorXd& solve();
+  const VectorXd& solve() {
+    constexpr int most_steps = 100;
+    for (int pass = 0; pass < most_steps && !is_solved(); ++pass) {
+      if (!advance()) break;
+    }
+    return u_;
+  }
 
  private:
   bool is_solved();
   void factorize();
-  VectorXd find_step(double mu);
+  VectorXd find_step(double mu, const VectorXd& correction);
   double longest(const VectorXd& du) const;
-  void set_correction(double reached, const VectorXd& du);
   bool advance();
-  auto part(const VectorXd& x, Eigen::Index c) const {
-    const auto& [first, dimension] = disks_[static_cast<std::size_t>(c)];
-    return x.segment(first, dimension);
+  VectorXd spread(const VectorXd& of_disks) const { return of_disks(disk_); }
+  /// Returns x_c.y_c of each disk.
+  VectorXd dot(const VectorXd& x, const VectorXd& y) const {
+    VectorXd sum = VectorXd::Zero(z_.size());
+    for (Eigen::Index k = 0; k < x.size(); ++k) sum(disk_[static_cast<std::size_t>(k)]) += x(k) * y(k);
+    return sum;
   }
 
   const MatrixXd Q_;
   const VectorXd q_;
-  const std::vector<Disk> disks_;
-  const Eigen::Index num_;
+  const std::vector<Eigen::Index> disk_;
   VectorXd u_, z_, g_, dz_;
-  VectorXd defect_, correction_;  // Q u + q + z u; second-order term [disk]
-  double gap_ = 0.0;              // mean of z g
+  VectorXd defect_;   // Q u + q + z u
+  double gap_ = 0.0;  // mean of z g
   dense::Ldlt factor_;
 };
-
-const VectorXd& InteriorPoint::solve() {
-  constexpr int most_steps = 100;
-  for (int pass = 0; pass < most_steps && !is_solved(); ++pass) {
-    factorize();
-    if (!advance()) break;
-  }
-  return u_;
-}
 
 /// Measures the point and returns true if it is the solution.
 bool InteriorPoint::is_solved() {
   constexpr double least_gap = 1e-17, rounding = 1e-14;
-  VectorXd zu(u_.size());
-  for (Eigen::Index c = 0; c < num_; ++c) {
-    const auto& [first, dimension] = disks_[static_cast<std::size_t>(c)];
-    const double size = part(u_, c).norm();
-    g_(c) = 0.5 * (1.0 - size) * (1.0 + size);
-    zu.segment(first, dimension) = z_(c) * part(u_, c);
-  }
-  defect_ = Q_ * u_ + q_ + zu;
-  gap_ = z_.dot(g_) / static_cast<double>(num_);
+  const Eigen::ArrayXd size = dot(u_, u_).array().sqrt();
+  g_ = 0.5 * (1.0 - size) * (1.0 + size);
+  defect_ = Q_ * u_ + q_ + spread(z_).cwiseProduct(u_);
+  gap_ = z_.dot(g_) / static_cast<double>(z_.size());
   return gap_ <= least_gap && defect_.lpNorm<Eigen::Infinity>() <= rounding;
 }
 
 /// Factorizes Q + z + (z_c/g_c) u_c u_c'.
 void InteriorPoint::factorize() {
   MatrixXd J = Q_;
-  for (Eigen::Index c = 0; c < num_; ++c) {
-    const auto& [first, dimension] = disks_[static_cast<std::size_t>(c)];
-    const auto own = part(u_, c);
-    auto block = J.block(first, first, dimension, dimension);
-    block += z_(c) / g_(c) * own * own.transpose();
-    block.diagonal().array() += z_(c);
+  J.diagonal() += spread(z_);
+  for (Eigen::Index k = 0; k < u_.size(); ++k) {
+    const Eigen::Index c = disk_[static_cast<std::size_t>(k)];
+    for (Eigen::Index j = k; j >= 0 && disk_[static_cast<std::size_t>(j)] == c; --j)
+      J(k, j) += z_(c) / g_(c) * u_(k) * u_(j);
   }
   factor_.compute(J);
 }
 
-/// Finds du and dz with z g + g dz - z u'du = mu - (correction).
-VectorXd InteriorPoint::find_step(double mu) {
-  VectorXd right = -defect_;
-  for (Eigen::Index c = 0; c < num_; ++c) {
-    const auto& [first, dimension] = disks_[static_cast<std::size_t>(c)];
-    right.segment(first, dimension) -= (mu - correction_(c) - z_(c) * g_(c)) / g_(c) * part(u_, c);
-  }
-  VectorXd du = factor_.solve(right);
-  for (Eigen::Index c = 0; c < num_; ++c) {
-    const double along = part(u_, c).dot(part(du, c));
-    dz_(c) = (mu - correction_(c) - z_(c) * g_(c) + z_(c) * along) / g_(c);
-  }
+/// Finds du and dz with z g + g dz - z u'du = mu - correction, for a second-order term [disk].
+VectorXd InteriorPoint::find_step(double mu, const VectorXd& correction) {
+  const VectorXd rest = (mu - correction.array()) / g_.array() - z_.array();
+  VectorXd du = factor_.solve(-defect_ - spread(rest).cwiseProduct(u_));
+  dz_ = rest.array() + z_.array() * dot(u_, du).array() / g_.array();
   return du;
 }
 
-/// Returns the largest step <= 1 that keeps |u_c| < 1 and z > 0, and a little away from both.
+/// Returns the largest step <= 1 along du and dz that keeps |u_c| < 1 and z > 0, and a little away from both.
 double InteriorPoint::longest(const VectorXd& du) const {
-  double step = longest_step(disks_, u_, du);
-  for (Eigen::Index c = 0; c < num_; ++c) {
-    if (dz_(c) < 0.0) step = std::min(step, -0.995 * z_(c) / dz_(c));
+  constexpr double part = 0.995;
+  const VectorXd a = dot(du, du), b = dot(u_, du);
+  double step = 1.0;
+  for (Eigen::Index c = 0; c < z_.size(); ++c) {
+    // solves |u + s du|^2 = 1 for s
+    const double root = std::sqrt(std::max(0.0, b(c) * b(c) + 2.0 * a(c) * g_(c)));
+    if (a(c) > 0.0) step = std::min(step, part * (b(c) > 0.0 ? 2.0 * g_(c) / (b(c) + root) : (root - b(c)) / a(c)));
+    if (dz_(c) < 0.0) step = std::min(step, -part * z_(c) / dz_(c));
   }
   return step;
 }
 
-/// Sets the second-order term of the step du, of which the part `reached` can be made (Mehrotra).
-void InteriorPoint::set_correction(double reached, const VectorXd& du) {
-  for (Eigen::Index c = 0; c < num_; ++c) {
-    const double along = part(u_, c).dot(part(du, c));
-    correction_(c) = reached * reached * (-dz_(c) * along - 0.5 * z_(c) * part(du, c).squaredNorm());
-  }
-}
-
 /// Makes one step. Returns false if it is not finite.
 bool InteriorPoint::advance() {
+  factorize();
   // The step for mu = 0 tells how far mu may fall.
-  correction_ = VectorXd::Zero(num_);
-  const VectorXd du = find_step(0.0);
+  const VectorXd none = VectorXd::Zero(z_.size()), du = find_step(0.0, none);
   const double reached = longest(du);
   const double mu = std::pow(1.0 - 0.99 * reached, 3) * gap_;
-  set_correction(reached, du);
-  VectorXd corrected = find_step(mu);
+  // The second-order term of the part that can be made (Mehrotra).
+  const VectorXd correction = -reached * reached * (dz_.cwiseProduct(dot(u_, du)) + 0.5 * z_.cwiseProduct(dot(du, du)));
+  VectorXd corrected = find_step(mu, correction);
   double step = longest(corrected);
   if (step < 0.1 * reached) {
-    correction_.setZero();
-    corrected = find_step(std::max(mu, 0.1 * gap_));
+    corrected = find_step(std::max(mu, 0.1 * gap_), none);
     step = longest(corrected);
   }
   if (!corrected.allFinite()) return false;
@@ -170,16 +131,16 @@ bool InteriorPoint::advance() {
 
 VectorXd solve_convex_law(const ContactProblem& problem, const VectorXd& limits) {
   VectorXd x = VectorXd::Zero(problem.size()), scale(problem.size());
-  std::vector<Eigen::Index> rows;
-  std::vector<Disk> disks;
+  std::vector<Eigen::Index> rows, disk;
   for (std::size_t c = 0; c < problem.contacts.size(); ++c) {
     const auto& [first, dimension, moves, mu] = problem.contacts[c];
     const double h = limits(static_cast<Eigen::Index>(c));
     if (moves) x(first) = h;
     if (moves || !(h > 0.0)) continue;
-    disks.push_back({static_cast<Eigen::Index>(rows.size()), dimension});
+    const Eigen::Index number = disk.empty() ? 0 : disk.back() + 1;
     for (Eigen::Index k = first; k < first + dimension; ++k) {
       rows.push_back(k);
+      disk.push_back(number);
       scale(k) = h;
     }
   }
@@ -191,7 +152,7 @@ VectorXd solve_convex_law(const ContactProblem& problem, const VectorXd& limits)
   if (!(unit > 0.0)) return x;
   Q /= unit;
   q /= unit;
-  x(rows) = h.cwiseProduct(InteriorPoint(std::move(Q), std::move(q), std::move(disks)).solve());
+  x(rows) = h.cwiseProduct(InteriorPoint(std::move(Q), std::move(q), std::move(disk)).solve());
   return x;
 }
 

@@ -10,6 +10,13 @@ namespace tanor::detail {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+LinearProgram::LinearProgram(Eigen::Index num_variables)
+    : G_(64 + 2 * num_variables, num_variables), g_(G_.rows()), count_(2 * num_variables) {
+  G_.topRows(num_variables).setIdentity();
+  G_.middleRows(num_variables, num_variables) = -G_.topRows(num_variables);
+  g_.head(count_).setConstant(most);
+}
+
 void LinearProgram::add(const Eigen::Ref<const Eigen::RowVectorXd>& row, double bound) {
   constexpr double nothing = 1e-13;
   const double size = row.size() > 0 ? row.lpNorm<Eigen::Infinity>() : 0.0;
@@ -25,35 +32,16 @@ void LinearProgram::add(const Eigen::Ref<const Eigen::RowVectorXd>& row, double 
   g_(count_++) = bound / size;
 }
 
-/// Writes one row of all: those of G, then u_i <= most, then -u_i <= most.
-void LinearProgram::write_row(Eigen::Index row, Eigen::Ref<Eigen::RowVectorXd> values, double* bound) const {
-  const Eigen::Index n = G_.cols();
-  if (row < count_) {
-    values = G_.row(row);
-    *bound = g_(row);
-    return;
-  }
-  values.setZero();
-  values((row - count_) % n) = row < count_ + n ? 1.0 : -1.0;
-  *bound = most;
-}
-
 /// Returns the row that is violated most, or the first violated one; -1 if there is none.
 Eigen::Index LinearProgram::find_violated(const VectorXd& u, bool takes_first) const {
-  const Eigen::Index n = u.size(), count = count_;
-  Eigen::Index worst = -1;
-  double most_violated = rounding;
-  for (Eigen::Index row = 0; row < count + 2 * n; ++row) {
-    const double value = row < count       ? G_.row(row).dot(u) - g_(row)
-                         : row < count + n ? u(row - count) - most
-                                           : -u(row - count - n) - most;
-    const double allowed = row < count ? 0.0 : rounding * most;
-    if (value - allowed <= most_violated) continue;
-    worst = row;
-    most_violated = value - allowed;
-    if (takes_first) break;
-  }
-  return worst;
+  VectorXd excess = G_.topRows(count_) * u - g_.head(count_);
+  excess.head(2 * u.size()).array() -= rounding * most;
+  Eigen::Index worst = 0;
+  if (takes_first)
+    while (worst + 1 < count_ && excess(worst) <= rounding) ++worst;
+  else
+    excess.maxCoeff(&worst);
+  return excess(worst) <= rounding ? -1 : worst;
 }
 
 namespace {
@@ -85,12 +73,11 @@ LinearProgram::Status LinearProgram::maximize(const VectorXd& c, VectorXd* u) co
   if (n == 0) return Status::Optimal;
   MatrixXd B(n, n);
   VectorXd right(n);
-  Eigen::RowVectorXd values(n);
   const auto enter = [&](Eigen::Index place, Eigen::Index row) {
-    write_row(row, values, &right(place));
-    B.row(place) = values;
+    B.row(place) = G_.row(row);
+    right(place) = g_(row);
   };
-  for (Eigen::Index i = 0; i < n; ++i) enter(i, count_ + (c(i) < 0.0 ? n : 0) + i);
+  for (Eigen::Index i = 0; i < n; ++i) enter(i, (c(i) < 0.0 ? n : 0) + i);
   dense::Lu lu;
   for (int pivot = 0; pivot < most_pivots; ++pivot) {
     const bool takes_first = pivot > plain_pivots;  // prevents cycles after many pivots (Bland)
@@ -99,9 +86,7 @@ LinearProgram::Status LinearProgram::maximize(const VectorXd& c, VectorXd* u) co
     const Eigen::Index worst = find_violated(*u, takes_first);
     if (worst < 0) return Status::Optimal;
     // With B'lambda = c and B'y = normal, lambda stays above 0.
-    double bound = 0.0;
-    write_row(worst, values, &bound);
-    const VectorXd lambda = lu.solve_transposed(c), y = lu.solve_transposed(values.transpose());
+    const VectorXd lambda = lu.solve_transposed(c), y = lu.solve_transposed(G_.row(worst).transpose());
     const Eigen::Index leaving = find_leaving(lambda, y, takes_first);
     if (leaving < 0) return Status::Infeasible;
     enter(leaving, worst);

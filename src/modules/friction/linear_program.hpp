@@ -11,7 +11,7 @@ class LinearProgram {
   enum class Status { Optimal, Infeasible, Unfinished };
   static constexpr double most = 1e5, rounding = 1e-10;
 
-  explicit LinearProgram(Eigen::Index num_variables) : G_(64, num_variables), g_(64) {}
+  explicit LinearProgram(Eigen::Index num_variables);
 
   /// Adds row u <= bound, scaled to unit size. A row of rounding alone holds or not; if it does not, the program is
   /// infeasible for good.
@@ -20,12 +20,11 @@ class LinearProgram {
   Status maximize(const Eigen::VectorXd& c, Eigen::VectorXd* u) const;
 
  private:
-  void write_row(Eigen::Index row, Eigen::Ref<Eigen::RowVectorXd> values, double* bound) const;
   Eigen::Index find_violated(const Eigen::VectorXd& u, bool takes_first) const;
 
-  Rows G_;
+  Rows G_;  // u_i <= most, then -u_i <= most, then what was added
   Eigen::VectorXd g_;
-  Eigen::Index count_ = 0;
+  Eigen::Index count_;
   bool is_empty_ = false;
 };
 

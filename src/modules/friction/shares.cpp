@@ -16,8 +16,15 @@ using Eigen::MatrixXd;
 using Eigen::RowVectorXd;
 using Eigen::VectorXd;
 
-/// All shares x = x0 + Z y, and limits that are linear in x, since a share may press contacts together.
+/// The contacts at rest that share a load, with all shares x = own + Z y, and limits that are linear in x, since a
+/// share may press contacts together.
 struct Shares {
+  Shares(const ContactProblem& a_problem, const std::vector<char>& shares_it, const VectorXd& x);
+
+  const ContactProblem& problem;
+  std::vector<std::size_t> members, others;
+  std::vector<Eigen::Index> rows;  // components of the members
+  VectorXd own;                    // their part of x, with A x = b to rounding
   struct Contact {
     Eigen::Index first, dimension;
     double base, unit;  // the limit is base + slope x, which is `unit` at the given share
@@ -47,20 +54,69 @@ struct Shares {
     for (const Contact& contact : contacts) worst = std::max(worst, contact.load(x));
     return worst;
   }
-  /// Minimizes price level - sum of log(q_c) + |F|^2/2 by damped Newton steps from (x, level) inside. Without a price
+  /// Finds Z, and projects x onto the shares. For the members A x = b, which is equivalent to U'x = g. Returns false if
+  /// nothing is free.
+  bool find_free(VectorXd* x);
+  /// Changes x to the least share and returns the largest of its loads.
+  double find_least(VectorXd* x) const;
+  /// Minimizes price level - sum of log(q_c) + |F|^2/2 by damped Newton steps from (own, level) inside. Without a price
   /// the level is fixed.
-  void center(double price, double* level, VectorXd* x) const;
-  /// Moves x to the centre and returns the level there.
-  double find_centre(VectorXd* x) const;
-  /// Sets the limits at x [components of the problem]. As |N| >= n.N, with equality at x, another share obeys the law
-  /// if it obeys these limits. `rows` are the components of the contacts that share. Returns true if limits depend on
-  /// the share.
-  bool set_limits(const ContactProblem& problem, const std::vector<std::size_t>& members,
-                  const std::vector<Eigen::Index>& rows, const VectorXd& x);
-  void set_curb(const ContactProblem& problem, const std::vector<Eigen::Index>& rows, const VectorXd& least);
+  void center(double price, double* level);
+  /// Moves to the centre and returns the level there.
+  double find_centre();
+  /// Sets the limits at x. As |N| >= n.N, with equality at x, another share obeys the law if it obeys these limits.
+  /// Returns true if limits depend on the share.
+  bool set_limits(const VectorXd& x);
+  void set_curb(const VectorXd& least);
+  /// Sets the weights to those of the Hessian, in whose norm the least changes follow the centre.
+  void set_weights(double level, VectorXd* weights) const;
 };
 
-void Shares::center(double price, double* level, VectorXd* x) const {
+constexpr double rounding_of_shares = 1e-10;
+
+Shares::Shares(const ContactProblem& a_problem, const std::vector<char>& shares_it, const VectorXd& x)
+    : problem(a_problem) {
+  for (std::size_t c = 0; c < problem.contacts.size(); ++c) {
+    const auto& [first, dimension, moves, mu] = problem.contacts[c];
+    const bool shares = shares_it[c] != 0 && problem.limit(c, x) > 0.0;
+    (shares ? members : others).push_back(c);
+    for (Eigen::Index k = first; shares && k < first + dimension; ++k) rows.push_back(k);
+  }
+}
+
+bool Shares::find_free(VectorXd* x) {
+  if (rows.empty()) return false;
+  const Range range(problem.A(rows, rows), rounding_of_shares);
+  if (range.is_whole()) return false;
+  const MatrixXd& U = range.vectors;
+  Z = range.null;
+  // A share that changes the reactions of others would be another motion, so that these reactions are kept.
+  for (const std::size_t c : others) {
+    const double mu = problem.contacts[c].mu;
+    const MatrixXd change = mu * problem.W.middleRows<3>(3 * static_cast<Eigen::Index>(c))(Eigen::all, rows) * Z;
+    if (Z.cols() == 0 || change.norm() <= rounding_of_shares) continue;
+    const auto [sigma, U_of_change, V] = dense::find_singular_values_and_V(change);
+    const Eigen::Index lost = (sigma.array() > rounding_of_shares).count();
+    Z = (Z * V.rightCols(Z.cols() - lost)).eval();
+  }
+  const VectorXd a = problem.accelerations(*x)(rows);
+  own = (*x)(rows);
+  own -= U * (U.transpose() * a).cwiseQuotient(range.values);
+  (*x)(rows) = own;
+  return true;
+}
+
+double Shares::find_least(VectorXd* x) const {
+  (*x)(rows) = own - Z * (Z.transpose() * own);
+  double worst = 0.0;
+  for (const std::size_t c : members) {
+    const auto& [first, dimension, moves, mu] = problem.contacts[c];
+    worst = std::max(worst, x->segment(first, dimension).norm() / problem.limit(c, *x));
+  }
+  return worst;
+}
+
+void Shares::center(double price, double* level) {
   constexpr int most_steps = 60;
   constexpr double enough = 1e-2;
   const Eigen::Index n = Z.cols(), size = price > 0.0 ? n + 1 : n;
@@ -75,9 +131,9 @@ void Shares::center(double price, double* level, VectorXd* x) const {
       // With s = u - |x_c| and p = u + |x_c|, -log q = -log s - log p. The Hessian is (ds/s)^2 + (dp/p)^2, and 2/q
       // across x_c.
       const Eigen::Index rows = 1 + contact.dimension;
-      const VectorXd own = x->segment(contact.first, contact.dimension);
-      const double u = contact.raised(*level, *x), length = own.norm(), s = u - length, p = u + length;
-      const VectorXd along = length > 0.0 ? VectorXd(own / length) : VectorXd(VectorXd::Unit(contact.dimension, 0));
+      const VectorXd part = own.segment(contact.first, contact.dimension);
+      const double u = contact.raised(*level, own), length = part.norm(), s = u - length, p = u + length;
+      const VectorXd along = length > 0.0 ? VectorXd(part / length) : VectorXd(VectorXd::Unit(contact.dimension, 0));
       RowVectorXd du = RowVectorXd::Zero(size), dx = RowVectorXd::Zero(size);
       du.head(n) = contact.slope_by_y;
       if (size > n) du(n) = contact.unit;
@@ -94,7 +150,7 @@ void Shares::center(double price, double* level, VectorXd* x) const {
     }
     H.setZero();
     if (C.rows() > 0) {
-      g.head(n) += C_by_y.transpose() * (F0 + C * *x);
+      g.head(n) += C_by_y.transpose() * (F0 + C * own);
       H.topLeftCorner(n, n).selfadjointView<Eigen::Lower>().rankUpdate(C_by_y.transpose());
     }
     H.selfadjointView<Eigen::Lower>().rankUpdate(B.topRows(next).transpose());
@@ -103,126 +159,67 @@ void Shares::center(double price, double* level, VectorXd* x) const {
     if (!change.allFinite()) return;
     // The function is self-concordant, so that such a step stays inside and lowers it.
     const double factor = decrement > 0.25 ? 1.0 / (1.0 + decrement) : 1.0;
-    *x -= factor * (Z * change.head(n));
+    own -= factor * (Z * change.head(n));
     if (size > n) *level -= factor * change(n);
-    if (decrement < enough || (size > n && load(*x) < 1.0 - 1e-3)) return;
+    if (decrement < enough || (size > n && load(own) < 1.0 - 1e-3)) return;
   }
 }
 
-double Shares::find_centre(VectorXd* x) const {
+double Shares::find_centre() {
   // Levels fall until there is something to spare, or to the least of any share; the gap is 2 m/price.
   constexpr double spared = 1e-10, smallest_gap = 1e-10;
-  const VectorXd given = *x;
+  const VectorXd given = own;
   const auto num_terms = 2.0 * static_cast<double>(contacts.size());
-  double level = 1.5 * load(*x);
-  for (double price = num_terms / level; load(*x) > 1.0 - spared; price *= 10.0) {
-    center(price, &level, x);
+  double level = 1.5 * load(own);
+  for (double price = num_terms / level; load(own) > 1.0 - spared; price *= 10.0) {
+    center(price, &level);
     if (num_terms / price < smallest_gap) break;
   }
-  if (load(*x) < 1.0 - spared) center(0.0, &(level = 1.0), x);
-  if (load(*x) <= std::max(1.0, load(given))) return level;
-  *x = given;
+  if (load(own) < 1.0 - spared) center(0.0, &(level = 1.0));
+  if (load(own) <= std::max(1.0, load(given))) return level;
+  own = given;
   return (1.0 + smallest_gap) * load(given);
 }
 
-bool Shares::set_limits(const ContactProblem& problem, const std::vector<std::size_t>& members,
-                        const std::vector<Eigen::Index>& rows, const VectorXd& x) {
-  constexpr double rounding = 1e-10;
+bool Shares::set_limits(const VectorXd& x) {
   contacts.clear();
   bool depend_on_share = false;
   Eigen::Index first_row = 0;
-  const VectorXd own = x(rows);
+  const VectorXd at = x(rows);
   for (const std::size_t c : members) {
     const auto& [first, dimension, moves, mu] = problem.contacts[c];
     const Eigen::Vector3d N = problem.normal_force(c, x);
     const RowVectorXd slope =
         mu * N.normalized().transpose() * problem.W.middleRows<3>(3 * static_cast<Eigen::Index>(c))(Eigen::all, rows);
     const double limit = mu * N.norm();
-    contacts.push_back({first_row, dimension, limit - slope.dot(own), limit, slope, slope * Z});
+    contacts.push_back({first_row, dimension, limit - slope.dot(at), limit, slope, slope * Z});
     first_row += dimension;
-    depend_on_share = depend_on_share || contacts.back().slope_by_y.norm() > rounding;
+    depend_on_share = depend_on_share || contacts.back().slope_by_y.norm() > rounding_of_shares;
   }
   return depend_on_share;
 }
 
-void Shares::set_curb(const ContactProblem& problem, const std::vector<Eigen::Index>& rows, const VectorXd& least) {
+void Shares::set_curb(const VectorXd& least) {
   const MatrixXd W = problem.W(Eigen::all, rows);
-  const VectorXd own = least(rows), N = problem.N0 + problem.W * least;
-  const double size = own.norm() + N.norm();
-  C.resize(own.size() + N.size(), own.size());
-  C << MatrixXd::Identity(own.size(), own.size()) / size, W / size;
+  const VectorXd share = least(rows), N = problem.N0 + problem.W * least;
+  const double size = share.norm() + N.norm();
+  C.resize(share.size() + N.size(), share.size());
+  C << MatrixXd::Identity(share.size(), share.size()) / size, W / size;
   F0.setZero(C.rows());
-  F0.tail(N.size()) = (N - W * own) / size;
+  F0.tail(N.size()) = (N - W * share) / size;
   C_by_y = C * Z;
 }
 
-/// The contacts at rest that share a load. All their shares are own + Z y.
-struct Sharing {
-  std::vector<std::size_t> members, others;
-  std::vector<Eigen::Index> rows;  // components of the members
-  VectorXd own;                    // their part of x, with A x = b to rounding
-};
-
-constexpr double rounding_of_shares = 1e-10;
-
-Sharing list_members(const ContactProblem& problem, const std::vector<char>& shares_it, const VectorXd& x) {
-  Sharing sharing;
-  for (std::size_t c = 0; c < problem.contacts.size(); ++c) {
-    const auto& [first, dimension, moves, mu] = problem.contacts[c];
-    const bool shares = shares_it[c] != 0 && problem.limit(c, x) > 0.0;
-    (shares ? sharing.members : sharing.others).push_back(c);
-    for (Eigen::Index k = first; shares && k < first + dimension; ++k) sharing.rows.push_back(k);
-  }
-  return sharing;
-}
-
-/// Finds the free shares. For the members A x = b, which is equivalent to U'x = g. Projects x onto it; Z spans what is
-/// left free. Returns false if nothing is free.
-bool find_free_shares(const ContactProblem& problem, Sharing* sharing, VectorXd* x, MatrixXd* Z) {
-  const auto& rows = sharing->rows;
-  if (rows.empty()) return false;
-  const Range range(problem.A(rows, rows), rounding_of_shares);
-  if (range.is_whole()) return false;
-  const MatrixXd& U = range.vectors;
-  *Z = range.null;
-  // A share that changes the reactions of others would be another motion, so that these reactions are kept.
-  for (const std::size_t c : sharing->others) {
-    const double mu = problem.contacts[c].mu;
-    const MatrixXd change = mu * problem.W.middleRows<3>(3 * static_cast<Eigen::Index>(c))(Eigen::all, rows) * *Z;
-    if (Z->cols() == 0 || change.norm() <= rounding_of_shares) continue;
-    const auto [sigma, U_of_change, V] = dense::find_singular_values_and_V(change);
-    const Eigen::Index lost = (sigma.array() > rounding_of_shares).count();
-    *Z = (*Z * V.rightCols(Z->cols() - lost)).eval();
-  }
-  const VectorXd a = problem.accelerations(*x)(rows);
-  sharing->own = (*x)(rows);
-  sharing->own -= U * (U.transpose() * a).cwiseQuotient(range.values);
-  (*x)(rows) = sharing->own;
-  return true;
-}
-
-/// Writes the least share and returns the largest of its loads.
-double find_least(const ContactProblem& problem, const Sharing& sharing, const MatrixXd& Z, VectorXd* x) {
-  (*x)(sharing.rows) = sharing.own - Z * (Z.transpose() * sharing.own);
-  double load = 0.0;
-  for (const std::size_t c : sharing.members) {
-    const auto& [first, dimension, moves, mu] = problem.contacts[c];
-    load = std::max(load, x->segment(first, dimension).norm() / problem.limit(c, *x));
-  }
-  return load;
-}
-
-/// Sets the weights to those of the Hessian, in whose norm the least changes follow the centre.
-void set_weights(const Shares& shares, const Sharing& sharing, double level, VectorXd* weights) {
+void Shares::set_weights(double level, VectorXd* weights) const {
   double largest = 0.0;
-  for (std::size_t k = 0; k < sharing.members.size(); ++k) {
-    const Shares::Contact& contact = shares.contacts[k];
-    const double size = contact.size(sharing.own) * contact.size(sharing.own), q = contact.spare(level, sharing.own);
-    double& weight = (*weights)(static_cast<Eigen::Index>(sharing.members[k]));
+  for (std::size_t k = 0; k < members.size(); ++k) {
+    const Contact& contact = contacts[k];
+    const double size = contact.size(own) * contact.size(own), q = contact.spare(level, own);
+    double& weight = (*weights)(static_cast<Eigen::Index>(members[k]));
     weight = 2.0 / q + 4.0 * size / (q * q);
     largest = std::max(largest, weight);
   }
-  for (const std::size_t c : sharing.members) (*weights)(static_cast<Eigen::Index>(c)) /= largest;
+  for (const std::size_t c : members) (*weights)(static_cast<Eigen::Index>(c)) /= largest;
 }
 
 }  // namespace
@@ -231,12 +228,11 @@ double share_load(const ContactProblem& problem, const std::vector<char>& shares
                   VectorXd* weights) {
   constexpr double nothing_to_share = std::numeric_limits<double>::quiet_NaN();
   weights->setOnes(static_cast<Eigen::Index>(problem.contacts.size()));
-  Sharing sharing = list_members(problem, shares_it, *x);
-  Shares shares;
-  if (!find_free_shares(problem, &sharing, x, &shares.Z)) return nothing_to_share;
+  Shares shares(problem, shares_it, *x);
+  if (!shares.find_free(x)) return nothing_to_share;
 
   VectorXd least = *x;
-  const double least_load = find_least(problem, sharing, shares.Z, &least);
+  const double least_load = shares.find_least(&least);
   constexpr double to_spare = 0.1;
   if (prefers_least && shares.Z.cols() > 0 && least_load < 1.0 - to_spare) {
     *x = least;
@@ -247,14 +243,14 @@ double share_load(const ContactProblem& problem, const std::vector<char>& shares
   double level = 1.0;
   constexpr int most_turns = 3;
   for (int turn = 0; turn < most_turns; ++turn) {
-    const bool depends = shares.set_limits(problem, sharing.members, sharing.rows, *x);
-    if (turn == 0 && depends) shares.set_curb(problem, sharing.rows, least);
-    level = shares.find_centre(&sharing.own);
-    (*x)(sharing.rows) = sharing.own;
+    const bool depends = shares.set_limits(*x);
+    if (turn == 0 && depends) shares.set_curb(least);
+    level = shares.find_centre();
+    (*x)(shares.rows) = shares.own;
     if (!depends) break;
   }
-  set_weights(shares, sharing, level, weights);
-  return shares.load(sharing.own);
+  shares.set_weights(level, weights);
+  return shares.load(shares.own);
 }
 
 }  // namespace tanor::detail
