@@ -4,7 +4,6 @@
 
 #include "dynamics/split.hpp"
 #include "friction/fixed_point.hpp"
-#include "friction/friction_scales.hpp"
 #include "friction/laws.hpp"
 
 namespace tanor::detail {

@@ -118,8 +118,7 @@ bool lower_overloaded(const ContactState& state, const ContactChoice& choice, co
   bool are_some = false;
   for (std::size_t c = 0; choice.has_solution() && c < choice.size(); ++c) {
     const std::size_t contact = choice.members[c];
-    if (met[contact] == 0 || state.overloads.empty() || state.overloads[contact] == 0 || choice.sticks[c] == 0)
-      continue;
+    if (met[contact] == 0 || state.overloads[contact] == 0 || choice.sticks[c] == 0) continue;
     const double limit = choice.limit(c, choice.x), largest = std::max(choice.x.lpNorm<Eigen::Infinity>(), limit);
     (*lowered)[contact] = std::min(most, told_apart * largest / limit);
     are_some = true;
@@ -289,8 +288,6 @@ Outcome count_motions(ContactState& state, FrictionSolver& friction, const ModeS
 }
 
 Outcome take_choices(ContactState& state, const ModeSwitch& at, bool all, std::vector<ContactChoice>* choices) {
-  state.overloads.resize(state.size(), 0);
-  state.softness.resize(state.size(), 0);
   bool has_taken = false;
   for (ContactChoice& choice : *choices) {
     if (!choice.has_solution() || (!all && is_left_to_search(state, at, choice))) continue;

@@ -69,12 +69,9 @@ void ContactCoupling::gather(const double* b, double* touched) const {
   for (std::size_t k = 0; k < touched_rows_.size(); ++k) touched[k] = b[touched_rows_[k]];
 }
 
-void ContactCoupling::write_sum(const double* base, const double* x, double* rows) const {
-  for (std::size_t k = 0; k < touched_rows_.size(); ++k) rows[touched_rows_[k]] = base[k] + row(k, x);
-}
-
-void ContactCoupling::write(const double* x, double* rows) const {
-  for (std::size_t k = 0; k < touched_rows_.size(); ++k) rows[touched_rows_[k]] = row(k, x);
+void ContactCoupling::write(const double* base, const double* x, double* rows) const {
+  for (std::size_t k = 0; k < touched_rows_.size(); ++k)
+    rows[touched_rows_[k]] = (base != nullptr ? base[k] : 0.0) + row(k, x);
 }
 
 void ContactCoupling::add_to_rows(double sign, const double* x, double* b) const {

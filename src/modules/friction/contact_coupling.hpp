@@ -25,10 +25,9 @@ class ContactCoupling {
   std::size_t num_touched_rows() const { return touched_rows_.size(); }
   /// Copies the touched rows of b [rows] into `touched` [touched rows].
   void gather(const double* b, double* touched) const;
-  /// Computes rows := base + K'M^-1 tau in the touched rows alone, for x [parts] and base [touched rows].
-  void write_sum(const double* base, const double* x, double* rows) const;
-  /// Computes rows := K'M^-1 tau in the touched rows alone.
-  void write(const double* x, double* rows) const;
+  /// Computes rows := base + K'M^-1 tau in the touched rows alone, for x [parts] and base [touched rows], or null for
+  /// 0.
+  void write(const double* base, const double* x, double* rows) const;
   /// Adds sign K'M^-1 tau to b [rows].
   void add_to_rows(double sign, const double* x, double* b) const;
   /// Adds K'M^-1 of one force at a contact along T, N, to b.

@@ -71,8 +71,8 @@ Outcome ContactModes::begin(double t, const double* r, double* v, const Request&
   }
   state_.laws.keep_slip_directions(v);
   state_.verdict.uniqueness = Uniqueness::NotAsked;
-  state_.softness.clear();
-  state_.overloads.clear();
+  std::ranges::fill(state_.softness, 0);
+  std::ranges::fill(state_.overloads, 0);
   std::fill(state_.system.lambda().begin(), state_.system.lambda().end(), 0.0);
   return choose(std::move(at));
 }

@@ -11,41 +11,76 @@
 
 namespace tanor::detail {
 
-namespace {
-
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-}  // namespace
 
 double ContactProblem::acceleration_scale(const VectorXd& x) const {
   if (size() == 0) return 0.0;
   return std::max(a0.lpNorm<Eigen::Infinity>(), (A.cwiseAbs() * x.cwiseAbs()).lpNorm<Eigen::Infinity>());
 }
 
+double ContactProblem::mobility(std::size_t contact, double least) const {
+  const double own = A.diagonal().segment(contacts[contact].first, contacts[contact].dimension).maxCoeff();
+  return std::max(own, least * A.diagonal().lpNorm<Eigen::Infinity>());
+}
+
+VectorXd ContactProblem::defect(const VectorXd& x, const VectorXd& a, double least_mobility, MatrixXd* J) const {
+  // If contacts share a load, a small multiple of x in the derivative leads to the nearest share.
+  constexpr double share = 1e-7;
+  VectorXd F(x.size());
+  if (J != nullptr) J->setZero(x.size(), x.size());
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    const auto [first, dimension, moves, mu] = contacts[c];
+    const Eigen::Vector3d N = normal_force(c, x);
+    const double size = N.norm(), h = mu * size;
+    Eigen::RowVectorXd dh = Eigen::RowVectorXd::Zero(x.size());
+    if (J != nullptr && size > 0.0) dh = mu / size * N.transpose() * W.middleRows<3>(3 * static_cast<Eigen::Index>(c));
+    if (moves) {
+      F(first) = x(first) - h;
+      if (J != nullptr) {
+        J->row(first) = -dh;
+        (*J)(first, first) += 1.0;
+      }
+      continue;
+    }
+    const double own_A = mobility(c, least_mobility), rho = own_A > 0.0 ? 1.0 / own_A : 0.0;
+    const VectorXd own = x.segment(first, dimension), z = own - rho * a.segment(first, dimension);
+    const double length = z.norm();
+    const bool sticks = length <= h;
+    F.segment(first, dimension) = sticks ? VectorXd(own - z) : VectorXd(own - h / length * z);
+    if (J == nullptr) continue;
+    auto rows = J->middleRows(first, dimension);
+    const MatrixXd unit = MatrixXd::Identity(dimension, dimension);
+    const MatrixXd A_rows = rho * A.middleRows(first, dimension);
+    if (sticks) {
+      rows = A_rows;
+      rows.middleCols(first, dimension) += share * unit;
+      continue;
+    }
+    const VectorXd e = z / length;
+    const MatrixXd turn = h / length * (unit - e * e.transpose());
+    rows = turn * A_rows - e * dh;
+    rows.middleCols(first, dimension) += unit - turn;
+  }
+  return F;
+}
+
 double ContactProblem::residual(const VectorXd& x) const {
+  constexpr double least_mobility = 1e-12;
   if (!x.allFinite()) return std::numeric_limits<double>::infinity();
-  const VectorXd a = accelerations(x);
-  const double largest_a = acceleration_scale(x), largest_A = A.diagonal().lpNorm<Eigen::Infinity>();
+  VectorXd a = accelerations(x);
+  const double largest_a = acceleration_scale(x);
   double worst = 0.0, scale = x.lpNorm<Eigen::Infinity>();
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const auto [first, dimension, moves, mu] = contacts[c];
-    const double limit = this->limit(c, x);
-    scale = std::max(scale, limit);
-    if (moves) {
-      worst = std::max(worst, std::abs(x(first) - limit));
-      continue;
-    }
+    scale = std::max(scale, limit(c, x));
     // Accelerations below rounding count as 0.
-    VectorXd own_a = a.segment(first, dimension);
-    if (own_a.norm() <= 1e-11 * largest_a) own_a.setZero();
-    const double own_A = std::max(A.diagonal().segment(first, dimension).maxCoeff(), 1e-12 * largest_A);
-    const VectorXd own = x.segment(first, dimension);
-    VectorXd projected = own - (own_A > 0.0 ? 1.0 / own_A : 0.0) * own_a;
+    if (a.segment(first, dimension).norm() <= 1e-11 * largest_a) a.segment(first, dimension).setZero();
+    const double own_A = moves ? 0.0 : mobility(c, least_mobility);
     if (own_A > 0.0) scale = std::max(scale, a0.segment(first, dimension).norm() / own_A);
-    if (projected.norm() > limit) projected *= limit / projected.norm();
-    worst = std::max(worst, (own - projected).norm());
   }
+  const VectorXd F = defect(x, a, least_mobility, nullptr);
+  for (const auto& contact : contacts) worst = std::max(worst, F.segment(contact.first, contact.dimension).norm());
   return worst == 0.0 ? 0.0 : worst / scale;
 }
 
@@ -130,73 +165,14 @@ bool is_proven_unique(const ContactProblem& problem) {
 
 namespace {
 
-/// The law as equations: x - P(x - rho a) for a contact at rest, where P is the projection onto |x| <= h and rho =
-/// 1/A_cc, and x - h for one that moves (Alart and Curnier 1991).
-class Equations {
- public:
-  explicit Equations(const ContactProblem& problem) : problem_(problem) {
-    const double largest = problem.A.diagonal().lpNorm<Eigen::Infinity>();
-    for (const auto& contact : problem.contacts) {
-      const double own = problem.A.diagonal().segment(contact.first, contact.dimension).maxCoeff();
-      rho_.push_back(largest > 0.0 ? 1.0 / std::max(own, 1e-9 * largest) : 0.0);
-    }
-  }
-
-  /// Returns the defect at x, and writes its derivative unless null.
-  VectorXd evaluate(const VectorXd& x, MatrixXd* J) const;
-
- private:
-  const ContactProblem& problem_;
-  std::vector<double> rho_;
-};
-
-VectorXd Equations::evaluate(const VectorXd& x, MatrixXd* J) const {
-  // If contacts share a load, a small multiple of x in the derivative leads to the nearest share.
-  constexpr double share = 1e-7;
-  const VectorXd a = problem_.accelerations(x);
-  VectorXd F(x.size());
-  if (J != nullptr) J->setZero(x.size(), x.size());
-  for (std::size_t c = 0; c < problem_.contacts.size(); ++c) {
-    const auto [first, dimension, moves, mu] = problem_.contacts[c];
-    const auto at = 3 * static_cast<Eigen::Index>(c);
-    const double h = problem_.limit(c, x), size = problem_.normal_force(c, x).norm();
-    Eigen::RowVectorXd dh = Eigen::RowVectorXd::Zero(x.size());
-    if (J != nullptr && size > 0.0)
-      dh = mu / size * problem_.normal_force(c, x).transpose() * problem_.W.middleRows<3>(at);
-    if (moves) {
-      F(first) = x(first) - h;
-      if (J != nullptr) {
-        J->row(first) = -dh;
-        (*J)(first, first) += 1.0;
-      }
-      continue;
-    }
-    const VectorXd own = x.segment(first, dimension), z = own - rho_[c] * a.segment(first, dimension);
-    const double length = z.norm();
-    const bool sticks = length <= h;
-    F.segment(first, dimension) = sticks ? VectorXd(own - z) : VectorXd(own - h / length * z);
-    if (J == nullptr) continue;
-    auto rows = J->middleRows(first, dimension);
-    const MatrixXd unit = MatrixXd::Identity(dimension, dimension);
-    const MatrixXd A_rows = rho_[c] * problem_.A.middleRows(first, dimension);
-    if (sticks) {
-      rows = A_rows;
-      rows.middleCols(first, dimension) += share * unit;
-      continue;
-    }
-    const VectorXd e = z / length;
-    const MatrixXd turn = h / length * (unit - e * e.transpose());
-    rows = turn * A_rows - e * dh;
-    rows.middleCols(first, dimension) += unit - turn;
-  }
-  return F;
-}
-
 /// Solves by Newton's method, with shorter steps if a whole one leads away. Returns true if it converged.
-bool solve_by_newton(const Equations& equations, VectorXd* x) {
+bool solve_by_newton(const ContactProblem& problem, VectorXd* x) {
   constexpr int most_steps = 40, patience = 8;
+  const auto defect = [&](const VectorXd& at, MatrixXd* J) {
+    return problem.defect(at, problem.accelerations(at), 1e-9, J);
+  };
   MatrixXd J;
-  VectorXd F = equations.evaluate(*x, &J);
+  VectorXd F = defect(*x, &J);
   double size = F.norm(), best = size;
   int since_best = 0;
   for (int step = 0; step < most_steps; ++step) {
@@ -207,12 +183,12 @@ bool solve_by_newton(const Equations& equations, VectorXd* x) {
     double factor = 1.0, trial_size = 0.0;
     for (int cut = 0; cut < 6; ++cut, factor *= 0.5) {
       trial = *x - factor * dx;
-      trial_size = equations.evaluate(trial, nullptr).norm();
+      trial_size = defect(trial, nullptr).norm();
       if (trial_size < (1.0 - 0.1 * factor) * size) break;
     }
     if (!std::isfinite(trial_size)) return false;
     *x = trial;
-    F = equations.evaluate(*x, &J);
+    F = defect(*x, &J);
     size = F.norm();
     since_best = size < 0.9 * best ? 0 : since_best + 1;
     best = std::min(best, size);
@@ -225,10 +201,9 @@ bool solve_by_newton(const Equations& equations, VectorXd* x) {
 
 VectorXd find_one(const ContactProblem& problem, const VectorXd& guess) {
   const auto obeys = [&](const VectorXd& x) { return problem.residual(x) <= obeys_below; };
-  const Equations equations(problem);
   const auto refine = [&](const VectorXd& from) {
     VectorXd x = from;
-    return solve_by_newton(equations, &x) && obeys(x) ? x : VectorXd();
+    return solve_by_newton(problem, &x) && obeys(x) ? x : VectorXd();
   };
   VectorXd x = guess.size() == problem.size() ? guess : VectorXd(VectorXd::Zero(problem.size()));
   if (VectorXd found = refine(x); found.size() > 0) return found;

@@ -38,12 +38,19 @@ struct ContactProblem {
   double limit(std::size_t contact, const Eigen::VectorXd& x) const {
     return contacts[contact].mu * normal_force(contact, x).norm();
   }
+  /// Returns A_cc of a contact, but at least the part `least` of the largest one.
+  double mobility(std::size_t contact, double least) const;
   Eigen::VectorXd accelerations(const Eigen::VectorXd& x) const { return a0 + A * x; }
   /// Returns the largest term that cancels in the accelerations, m/s^2.
   double acceleration_scale(const Eigen::VectorXd& x) const;
 
-  /// Returns how far x is from the law: the largest |x - P(x - a/A_cc)| of all contacts, where P is the projection onto
-  /// |x| <= h, over the largest of |x|, h and |a0|/A_cc. It is 0 exactly at solutions.
+  /// Returns the law as equations (Alart and Curnier 1991): x - h of a contact that moves, and x - P(x - a/A_cc) of one
+  /// at rest, where P is the projection onto |x| <= h. Writes their derivative by x for accelerations a = a0 + A x,
+  /// unless J is null.
+  Eigen::VectorXd defect(const Eigen::VectorXd& x, const Eigen::VectorXd& a, double least_mobility,
+                         Eigen::MatrixXd* J) const;
+  /// Returns how far x is from the law: the largest defect of all contacts, over the largest of |x|, h and |a0|/A_cc.
+  /// It is 0 exactly at solutions.
   double residual(const Eigen::VectorXd& x) const;
   /// Returns true if two solutions are the same motion.
   bool are_same(const Eigen::VectorXd& x, const Eigen::VectorXd& y) const;
@@ -82,8 +89,8 @@ class ContractionBound {
 bool is_proven_unique(const ContactProblem& problem);
 
 constexpr std::size_t most_contacts_counted = 10;
-/// What searches at one instant may take: 0.6 s of a slow processor at a start, some hundredths of a second in the
-/// middle of a run.
+/// The work that searches at one instant may take: 0.6 s of a slow processor at a start, some hundredths of a second in
+/// the middle of a run.
 constexpr std::size_t most_work(bool is_start) {
   return is_start ? 500000 : 40000;
 }

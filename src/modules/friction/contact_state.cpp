@@ -29,7 +29,9 @@ ContactState::ContactState(Workspace& a_work, ConstrainedSystem& a_system)
       model(a_work.model()),
       tangents(a_work.constraints.tangents()),
       laws(model.system, model.numbering, tangents, model.incidences),
-      places(a_work) {
+      places(a_work),
+      softness(size(), 0),
+      overloads(size(), 0) {
   for (std::size_t c = 0; c < size(); ++c) num_switches += may_stick(c) ? 1 : 0;
 }
 
@@ -44,7 +46,7 @@ void ContactState::set_sliding_speeds() {
 }
 
 double ContactState::limit(std::size_t contact, const double* lambda) const {
-  const double factor = !overloads.empty() && overloads[contact] != 0 ? 1.0 + overload : 1.0;
+  const double factor = overloads[contact] != 0 ? 1.0 + overload : 1.0;
   return factor * laws.static_limit(contact, lambda);
 }
 
@@ -71,8 +73,8 @@ std::vector<int> ContactState::discrete_state() const {
                     : along > 0.0                                 ? slides_forward
                                                                   : slides_backward);
     if (state.back() > sticks && laws.is_at_limit(c)) state.back() += at_limit;
-    if (!overloads.empty() && overloads[c] != 0) state.back() = overloaded;
-    if (!softness.empty()) state.back() += num_modes * softness[c];
+    if (overloads[c] != 0) state.back() = overloaded;
+    state.back() += num_modes * softness[c];
   }
   return state;
 }
@@ -84,8 +86,8 @@ void ContactState::restore_discrete_state(std::span<const int> state) {
                                                      " contacts that may stick");
   }
   restored_.assign(state.begin(), state.end());
-  softness.assign(state.size(), 0);
-  overloads.assign(state.size(), 0);
+  softness.assign(size(), 0);
+  overloads.assign(size(), 0);
   for (std::size_t c = 0; c < state.size(); ++c) {
     softness[c] = std::max(0, state[c] / num_modes);
     restored_[c] -= num_modes * softness[c];
@@ -124,7 +126,7 @@ bool ContactState::begin_sharing() {
   shares_loads = true;
   const Numbering& numbering = model.numbering;
   std::vector<double> weights(model.num_rows() - numbering.num_user_rows, 1.0);
-  for (std::size_t c = 0; c < size() && !softness.empty(); ++c) {
+  for (std::size_t c = 0; c < size(); ++c) {
     const Tangents::Place& place = tangents[c];
     for (int k = 0; place.first_row >= 0 && k < place.num_tangents(); ++k) {
       const auto row = static_cast<std::size_t>(numbering.user_row[static_cast<std::size_t>(place.first_row + k)]);
@@ -145,7 +147,6 @@ bool ContactState::has_references() const {
 void ContactState::share_again(const std::vector<double>& loads) {
   constexpr double least_load = 0.05;
   constexpr int steps = softness_steps, hardest = 12 * steps;
-  softness.resize(loads.size(), 0);
   int softest = hardest;
   for (std::size_t c = 0; c < loads.size(); ++c) {
     if (loads[c] < 0.0) continue;

@@ -43,8 +43,8 @@ struct ContactState {
   FrictionLaws laws;
   HeldPlaces places;
   std::size_t num_switches = 0;  ///< contacts that may stick
-  std::vector<int> softness;     ///< [contact] 0: softest; empty if all are alike
-  std::vector<char> overloads;   ///< [contact] held until `overload` above its limit; empty if none is
+  std::vector<int> softness;     ///< [contact] 0: softest
+  std::vector<char> overloads;   ///< [contact] held until `overload` above its limit
   bool shares_loads = false;  ///< the contacts that stick depend on constraints or on each other; see `begin_sharing`
   ContactVerdict verdict;
 

@@ -56,7 +56,7 @@ void FrictionSolver::set_right_side(const double* b) {
 
 /// Computes lambda = -S^-1 (b + K'M^-1 tau(x)).
 void FrictionSolver::find_multipliers(const double* x, double* lambda) {
-  coupling_.write_sum(b_touched_.data(), x, right_side_.data());
+  coupling_.write(b_touched_.data(), x, right_side_.data());
   if (refines_)
     response_.solve_refined(right_side_.data(), lambda, nullptr);
   else
@@ -66,7 +66,7 @@ void FrictionSolver::find_multipliers(const double* x, double* lambda) {
 
 /// Computes lambda = -S^-1 K'M^-1 tau(x).
 void FrictionSolver::find_change(const double* x, double* lambda) {
-  coupling_.write(x, change_.data());
+  coupling_.write(nullptr, x, change_.data());
   response_.solve_once(change_.data(), lambda);
   response_.minimize_multiplier_norm(lambda);
 }
@@ -126,34 +126,26 @@ bool FrictionSolver::converges(FrictionMethod method, double poor, const double*
 }
 
 Outcome FrictionSolver::iterate(double t, const UniquenessCheck& check, const double* guess, double* lambda) {
-  const auto converges = [&](FrictionMethod method, double poor = std::numeric_limits<double>::infinity()) {
-    return this->converges(method, poor, guess, lambda);
-  };
   const bool are_few = tangents_.size() <= most_contacts_counted;
-  switch (method_) {
-    case FrictionMethod::FixedPoint:
-      if (converges(FrictionMethod::FixedPoint)) return {};
-      return fail_friction(Status::NotConverged, t,
-                           "the iteration of friction does not converge by itself (contraction " +
-                               text(report_.contraction) + "); others may");
-    case FrictionMethod::Auto:
-      // A step of Newton's method costs a few solves for few contacts, less than slow iterations.
-      if (are_few && converges(FrictionMethod::Anderson, poor_contraction)) return {};
-      if (are_few && converges(FrictionMethod::Newton)) return {};
-      if (converges(FrictionMethod::Anderson)) return {};
-      if (!are_few && converges(FrictionMethod::Newton)) return {};
-      break;
-    case FrictionMethod::Anderson:
-      if (converges(FrictionMethod::Anderson)) return {};
-      break;
-    case FrictionMethod::Newton:
-      if (converges(FrictionMethod::Newton)) return {};
-      if (!are_few && converges(FrictionMethod::Anderson)) return {};
-      break;
-    case FrictionMethod::Enumeration:
-      break;
+  using enum FrictionMethod;
+  struct Attempt {
+    FrictionMethod of, method;
+    bool for_few, for_many;  // contacts
+    double poor = std::numeric_limits<double>::infinity();
+  };
+  // A step of Newton's method costs a few solves for few contacts, less than slow iterations.
+  static constexpr Attempt attempts[]{
+      {FixedPoint, FixedPoint, true, true}, {Auto, Anderson, true, false, poor_contraction},
+      {Auto, Newton, true, false},          {Auto, Anderson, true, true},
+      {Auto, Newton, false, true},          {Anderson, Anderson, true, true},
+      {Newton, Newton, true, true},         {Newton, Anderson, false, true}};
+  for (const auto& [of, method, for_few, for_many, poor] : attempts) {
+    if (of == method_ && (are_few ? for_few : for_many) && converges(method, poor, guess, lambda)) return {};
   }
-  return sliding_.enumerate(t, check, lambda, &report_);
+  if (method_ != FixedPoint) return sliding_.enumerate(t, check, lambda, &report_);
+  return fail_friction(Status::NotConverged, t,
+                       "the iteration of friction does not converge by itself (contraction " +
+                           text(report_.contraction) + "); others may");
 }
 
 /// Applies Newton's method with refined solves. With an ill-conditioned S the rounding of a single solve exceeds the
@@ -219,10 +211,8 @@ void FrictionSolver::write_points(const double* forces, double* tau) const {
 }
 
 double FrictionSolver::power(const double* lambda, const double* v) const {
-  double sum = held_power(lambda, v);
-  for (std::size_t c = 0; c < tangents_.size(); ++c) {
-    if (!tangents_.sticks(c)) sum += dot(load(now_.tau.data(), c), load(v, tangents_[c].point));
-  }
+  double sum = 0.0;
+  for (std::size_t c = 0; c < tangents_.size(); ++c) sum += dot(force(c, lambda), load(v, tangents_[c].point));
   return sum;
 }
 

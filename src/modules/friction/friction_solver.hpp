@@ -7,7 +7,6 @@
 #include "dynamics/workspace.hpp"
 #include "friction/contact_coupling.hpp"
 #include "friction/fixed_point.hpp"
-#include "friction/friction_scales.hpp"
 #include "friction/laws.hpp"
 #include "friction/sliding_islands.hpp"
 
