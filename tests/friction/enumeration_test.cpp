@@ -7,6 +7,7 @@
 #include <tanor/tanor.hpp>
 
 #include "dense.hpp"
+#include "friction/contact_problem.hpp"
 #include "friction/random_beads.hpp"
 #include "friction/rough_contacts.hpp"
 #include "reference.hpp"
@@ -303,6 +304,88 @@ TEST(FrictionEnumeration, TenContactsAreCountedAndElevenAreNot) {
   }
   EXPECT_GT(counts.count(1), 10u);
   EXPECT_GT(counts.size(), 35u);
+}
+
+// ---- contacts that all slide ----
+
+using detail::ContactProblem;
+
+/// Makes contacts that slide, with reactions that turn in a plane, or keep to a line, and change each other.
+ContactProblem make_sliding(unsigned seed, Eigen::Index count, bool on_lines) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> mu(0.1, 1.2);
+  ContactProblem problem;
+  problem.A = Eigen::MatrixXd::Identity(count, count);
+  problem.a0 = VectorXd::Zero(count);
+  problem.N0 = VectorXd::Zero(3 * count);
+  problem.W = Eigen::MatrixXd::Zero(3 * count, count);
+  for (Eigen::Index c = 0; c < count; ++c) {
+    problem.contacts.push_back({c, 1, true, mu(random)});
+    const Vector3d u = Vector3d::NullaryExpr([&] { return normal(random); }),
+                   v = on_lines ? u : Vector3d::NullaryExpr([&] { return normal(random); });
+    problem.N0.segment<3>(3 * c) = normal(random) * u + normal(random) * v;
+    for (Eigen::Index j = 0; j < count; ++j)
+      problem.W.block<3, 1>(3 * c, j) = 0.6 * (normal(random) * u + normal(random) * v);
+  }
+  return problem;
+}
+
+/// Returns the sizes of friction that Newton's method finds from many starts.
+std::vector<VectorXd> find_sizes(const ContactProblem& problem, int starts) {
+  const Eigen::Index count = problem.size();
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> log_size(-3.0, 5.0);
+  std::vector<VectorXd> found;
+  for (int start = 0; start < starts; ++start) {
+    VectorXd s = VectorXd::NullaryExpr(count, [&] { return std::exp(log_size(random)); }), F(count);
+    for (int pass = 0; pass < 60; ++pass) {
+      Eigen::MatrixXd J = Eigen::MatrixXd::Identity(count, count);
+      for (Eigen::Index c = 0; c < count; ++c) {
+        const auto k = static_cast<std::size_t>(c);
+        const Vector3d N = problem.normal_force(k, s);
+        F(c) = s(c) - problem.contacts[k].mu * N.norm();
+        J.row(c) -= problem.contacts[k].mu * N.normalized().transpose() * problem.W.middleRows<3>(3 * c);
+      }
+      s -= reference::solve_partial(J, F);
+      if (!s.allFinite()) break;
+    }
+    if (!s.allFinite() || s.minCoeff() < 0.0 || F.norm() > 1e-11 * s.norm()) continue;
+    const auto is_same = [&](const VectorXd& other) { return (other - s).norm() <= 1e-7 * s.norm(); };
+    if (std::none_of(found.begin(), found.end(), is_same)) found.push_back(s);
+  }
+  return found;
+}
+
+TEST(FrictionEnumeration, SizesOfFrictionThatSlidesAreThoseThatNewtonsMethodFindsFromManyStarts) {
+  std::multiset<std::size_t> counts;
+  int open = 0;
+  for (unsigned seed = 1; seed <= 60; ++seed) {
+    for (const bool on_lines : {true, false}) {
+      const ContactProblem problem = make_sliding(seed, seed % 3 + 1, on_lines);
+      const std::vector<VectorXd> wanted = find_sizes(problem, 400);
+      std::size_t work_left = detail::most_work(true);
+
+      const detail::ContactSolutions all = detail::find_all(problem, &work_left, {});
+
+      SCOPED_TRACE("seed " + std::to_string(seed) + (on_lines ? ", lines" : ", planes") + ": " + all.reason);
+      if (!all.is_complete) {
+        ++open;
+        continue;
+      }
+      counts.insert(wanted.size());
+      EXPECT_EQ(all.found.size(), wanted.size());
+      EXPECT_EQ(all.uniqueness, uniqueness_of(wanted.size()));
+      for (const VectorXd& s : all.found) {
+        EXPECT_TRUE(std::any_of(wanted.begin(), wanted.end(),
+                                [&](const VectorXd& other) { return (other - s).norm() <= 1e-7 * s.norm(); }));
+      }
+    }
+  }
+  EXPECT_LE(open, 2);
+  EXPECT_GT(counts.count(0), 5u);
+  EXPECT_GT(counts.count(1), 40u);
+  EXPECT_GT(counts.size() - counts.count(0) - counts.count(1), 5u);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <set>
 #include <string>
@@ -176,31 +177,33 @@ Outcome explain(const Workspace& work, double t, const ContactChoice& choice) {
                            " m/s^2; at a start nothing says which");
 }
 
-/// Lets the members slide while their islands are reduced; other contacts keep their modes. Returns the members that
-/// stuck.
-std::vector<std::size_t> free_members(ContactState& state, const std::vector<ContactChoice>& choices) {
+/// Reduces the islands while none of their members sticks; other contacts keep their modes. Then calls use() ->
+/// Outcome.
+template <class Use>
+Outcome with_reduced(ContactState& state, FrictionSolver& friction, const ModeSwitch& at,
+                     std::vector<ContactChoice>* choices, const Use& use) {
   std::vector<std::size_t> stuck;
-  for (const ContactChoice& choice : choices) {
-    for (const std::size_t c : choice.members) {
-      if (!state.tangents.sticks(c)) continue;
-      stuck.push_back(c);
-      state.tangents.set_stick(c, false);
-    }
+  for (const ContactChoice& choice : *choices) {
+    std::ranges::copy_if(choice.members, std::back_inserter(stuck),
+                         [&](std::size_t c) { return state.tangents.sticks(c); });
   }
-  state.forget_shares();
-  return stuck;
+  const auto set_stick = [&](bool sticks) {
+    for (const std::size_t c : stuck) state.tangents.set_stick(c, sticks);
+    state.forget_shares();
+  };
+  set_stick(false);
+  Outcome outcome = state.system.linearise(at.t, at.r);
+  if (outcome.ok()) {
+    reduce_islands(state, friction, at, choices);
+    outcome = use();
+  }
+  set_stick(true);
+  return outcome;
 }
 
-void hold_again(ContactState& state, const std::vector<std::size_t>& contacts) {
-  for (const std::size_t c : contacts) state.tangents.set_stick(c, true);
-  state.forget_shares();
-}
-
-/// Reduces the islands while no member sticks, and chooses the motion of each.
-Outcome solve_without_members(ContactState& state, FrictionSolver& friction, const ModeSwitch& at,
-                              std::vector<ContactChoice>* choices) {
-  if (Outcome outcome = state.system.linearise(at.t, at.r); !outcome.ok()) return outcome;
-  reduce_islands(state, friction, at, choices);
+/// Chooses the motion of each island.
+Outcome choose_all(ContactState& state, FrictionSolver& friction, const ModeSwitch& at,
+                   std::vector<ContactChoice>* choices) {
   std::vector<char> released(state.size(), 0);
   for (const std::size_t c : at.releases) released[c] = 1;
   Outcome failed;
@@ -273,18 +276,22 @@ void take_one(ContactState& state, const ModeSwitch& at, ContactChoice* choice) 
 }  // namespace
 
 Outcome count_motions(ContactState& state, FrictionSolver& friction, const ModeSwitch& at,
-                      const std::vector<char>& wanted, std::size_t most_contacts, std::vector<ContactChoice>* choices) {
+                      const std::vector<char>& wanted, std::size_t most_contacts, bool takes_all,
+                      std::vector<ContactChoice>* choices) {
   friction.set_place(state.place(at.t, at.r, at.v));
-  *choices = list_islands(state, friction, at, wanted, most_contacts);
-  if (choices->empty()) return {};
-  const std::vector<std::size_t> stuck = free_members(state, *choices);
-  Outcome outcome = solve_without_members(state, friction, at, choices);
-  hold_again(state, stuck);
-  if (!outcome.ok()) return outcome;
-  for (const ContactChoice& choice : *choices) {
-    if (choice.has_solution()) set_modes(state, at, choice);
+  std::vector<ContactChoice> counted = list_islands(state, friction, at, wanted, most_contacts);
+  if (counted.empty()) return {};
+  Outcome outcome =
+      with_reduced(state, friction, at, &counted, [&] { return choose_all(state, friction, at, &counted); });
+  if (outcome.ok()) {
+    for (const ContactChoice& choice : counted) {
+      if (choice.has_solution()) set_modes(state, at, choice);
+    }
+    outcome = take_choices(state, at, takes_all, &counted);
   }
-  return {};
+  if (takes_all) std::erase_if(counted, [](const auto& choice) { return !choice.has_shared; });
+  std::ranges::move(counted, std::back_inserter(*choices));
+  return outcome;
 }
 
 Outcome take_choices(ContactState& state, const ModeSwitch& at, bool all, std::vector<ContactChoice>* choices) {
@@ -312,16 +319,16 @@ Outcome verify_uncounted(ContactState& state, FrictionSolver& friction, const Mo
     return are_too_many;
   });
   if (choices.empty()) return {};
-  const std::vector<std::size_t> stuck = free_members(state, choices);
-  const Outcome outcome = state.system.linearise(at.t, at.r);
-  if (outcome.ok()) reduce_islands(state, friction, at, &choices);
-  for (ContactChoice& choice : choices) {
-    for (std::size_t c = 0; c < choice.size(); ++c)
-      choice.problem.contacts[c].mu = state.laws.static_coefficient(choice.members[c]);
-    const bool is_proven = outcome.ok() && is_proven_unique(choice.problem);
-    state.verdict.note(is_proven ? Uniqueness::Proven : Uniqueness::Unproven, is_proven ? "" : too_many);
-  }
-  hold_again(state, stuck);
+  const Outcome reduced = with_reduced(state, friction, at, &choices, [&]() -> Outcome {
+    for (ContactChoice& choice : choices) {
+      for (std::size_t c = 0; c < choice.size(); ++c)
+        choice.problem.contacts[c].mu = state.laws.static_coefficient(choice.members[c]);
+      const bool is_proven = is_proven_unique(choice.problem);
+      state.verdict.note(is_proven ? Uniqueness::Proven : Uniqueness::Unproven, is_proven ? "" : too_many);
+    }
+    return {};
+  });
+  if (!reduced.ok()) state.verdict.note(Uniqueness::Unproven, too_many);
   return state.system.linearise(at.t, at.r);
 }
 

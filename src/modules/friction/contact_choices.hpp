@@ -116,10 +116,12 @@ void guess_multipliers(const ContactState& state, FrictionSolver& friction, cons
 // ---- the choice which contacts at rest stick and which begin to slide ----
 
 /// Counts the motions of the islands that are `wanted` [island] and have at most `most_contacts` contacts, and notes
-/// the verdict. Sets the modes of those with a solution. `choices` receives these islands with what each has chosen. At
-/// a start several motions are refused.
+/// the verdict. Sets the modes of those with a solution, and adds them to `choices` with what each has chosen and what
+/// `take_choices` takes. If `takes_all` is true, islands that were not taken are dropped. At a start several motions
+/// are refused.
 Outcome count_motions(ContactState& state, FrictionSolver& friction, const ModeSwitch& at,
-                      const std::vector<char>& wanted, std::size_t most_contacts, std::vector<ContactChoice>* choices);
+                      const std::vector<char>& wanted, std::size_t most_contacts, bool takes_all,
+                      std::vector<ContactChoice>* choices);
 /// Sets modes and shares from x where contacts that stick share their load, or everywhere if `all` is true. Contacts
 /// without acceleration stick. Where no share leaves a contact anything to spare, all accelerations are still 0 and do
 /// not tell yet which contacts will move. Such contacts are held until their load exceeds its limit by more than

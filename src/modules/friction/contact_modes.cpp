@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <limits>
 
 #include "base/text.hpp"
@@ -272,30 +271,19 @@ std::vector<char> ContactModes::find_many_on_surfaces(const ModeSwitch& at) cons
   return result;
 }
 
-/// Adds the choices of the islands that are `wanted`. If `takes_all` is true, every choice is taken as it stands and
-/// islands without a solution are dropped.
-Outcome ContactModes::count(const ModeSwitch& at, const std::vector<char>& wanted, std::size_t most_contacts,
-                            bool takes_all, std::vector<ContactChoice>* choices) {
-  std::vector<ContactChoice> counted;
-  Outcome outcome = count_motions(state_, friction_, at, wanted, most_contacts, &counted);
-  if (outcome.ok()) outcome = take_choices(state_, at, takes_all, &counted);
-  if (takes_all) std::erase_if(counted, [](const auto& choice) { return !choice.has_shared; });
-  choices->insert(choices->end(), std::make_move_iterator(counted.begin()), std::make_move_iterator(counted.end()));
-  return outcome;
-}
-
 /// Solves islands with many contacts on surfaces first, then all others that are small enough.
 Outcome ContactModes::count_islands(const ModeSwitch& at, std::vector<ContactChoice>* choices) {
   constexpr std::size_t most_at_start = 64;
   const bool rest = at.num_at_rest() > 0;
   if (rest) {
-    Outcome outcome = count(at, find_many_on_surfaces(at), unlimited, true, choices);
+    Outcome outcome = count_motions(state_, friction_, at, find_many_on_surfaces(at), unlimited, true, choices);
     if (!outcome.ok()) return outcome;
   }
   if (!rest && !at.is_start()) return {};
   std::vector<char> others = at.has_changed;
   for (const ContactChoice& choice : *choices) others[choice.island] = 0;
-  return count(at, others, at.is_start() ? most_at_start : most_contacts_counted, false, choices);
+  return count_motions(state_, friction_, at, others, at.is_start() ? most_at_start : most_contacts_counted, false,
+                       choices);
 }
 
 /// Searches for the modes. If pivoting fails, the counted choices are taken as they stand, and then islands of many
@@ -324,16 +312,11 @@ Outcome ContactModes::search(const ModeSwitch& at, bool shared_loads, std::vecto
     for (std::size_t island = 0; island < wanted.size(); ++island)
       wanted[island] = at.has_changed[island] && !(*are_counted)[island];
     const std::size_t before = choices.size();
-    const Outcome outcome = count(at, wanted, unlimited, true, &choices);
+    const Outcome outcome = count_motions(state_, friction_, at, wanted, unlimited, true, &choices);
     if (outcome.ok() && choices.size() > before)
       found = find_complementary_modes(state_, at, choices, friction_.islands(), *are_counted);
   }
   return found;
-}
-
-bool ContactModes::rests(const ModeSwitch& at, std::size_t island) const {
-  const auto& contacts = friction_.islands().contacts[island];
-  return std::any_of(contacts.begin(), contacts.end(), [&](std::size_t c) { return at.at_rest[c] != 0; });
 }
 
 /// Computes the accelerations of the modes that were found, and verifies them as at the end of a step. Islands in which
@@ -341,7 +324,9 @@ bool ContactModes::rests(const ModeSwitch& at, std::size_t island) const {
 Outcome ContactModes::finish(const ModeSwitch& at, const std::vector<char>& are_counted) {
   std::vector<char> are_open = at.has_changed;
   for (std::size_t island = 0; island < are_open.size(); ++island) {
-    if (are_counted[island] != 0 || !rests(at, island)) are_open[island] = 0;
+    const bool rests =
+        std::ranges::any_of(friction_.islands().contacts[island], [&](std::size_t c) { return at.at_rest[c] != 0; });
+    if (are_counted[island] != 0 || !rests) are_open[island] = 0;
   }
   if (Outcome outcome = verify_uncounted(state_, friction_, at, are_open); !outcome.ok()) return outcome;
   if (Outcome outcome = keep_moving(at); !outcome.ok()) return outcome;

@@ -50,15 +50,12 @@ class ContactModes final : public EventFunctions {
   Power work_of_impulses(const double* r, const std::vector<double>& impulses) const;
   bool bring_along(ModeSwitch* at);
   void forget_slow_directions(const ModeSwitch& at);
-  Outcome count(const ModeSwitch& at, const std::vector<char>& wanted, std::size_t most_contacts, bool takes_all,
-                std::vector<ContactChoice>* choices);
   Outcome count_islands(const ModeSwitch& at, std::vector<ContactChoice>* choices);
   Outcome search(const ModeSwitch& at, bool shared_loads, std::vector<char>* are_counted);
   Outcome finish(const ModeSwitch& at, const std::vector<char>& are_counted);
   Outcome keep_moving(const ModeSwitch& at);
   Outcome check_rest(const ModeSwitch& at) const;
   std::vector<char> find_many_on_surfaces(const ModeSwitch& at) const;
-  bool rests(const ModeSwitch& at, std::size_t island) const;
 
   Workspace& work_;
   const Model& model_;
