@@ -374,9 +374,7 @@ Outcome ContactModes::check_rest(const ModeSwitch& at) const {
   work_.constraints.evaluate_contacts(model_.parallel, at.r, at.v, at.to.a, Tangents::Which::All, rows.data());
   for (std::size_t c = 0; c < state_.size(); ++c) {
     if (at.at_rest[c] == 0 || !state_.tangents.sticks(c)) continue;
-    double a = 0.0;
-    for (int k = 0; k < state_.tangents[c].num_tangents(); ++k)
-      a = larger(a, std::abs(rows[static_cast<std::size_t>(state_.tangents[c].first_row + k)]));
+    const double a = norm(state_.laws.along_tangents(c, rows.data()));
     const double scale = state_.system.acceleration_scales()[state_.neighbourhood(c)];
     const double limit = (1.0 + ContactState::overload) * state_.laws.static_limit(c, lambda);
     const double held = state_.held(c, lambda);

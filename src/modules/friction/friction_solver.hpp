@@ -23,7 +23,6 @@ class FrictionSolver final : private Response {
   /// All arguments must outlive this object.
   FrictionSolver(Workspace& work, FrictionLaws& laws, FrictionMethod method, ContactResponse& response);
 
-  FrictionLaws& laws() { return laws_; }
   const FrictionLaws& laws() const { return laws_; }
   const ContactIslands& islands() const { return islands_; }
   const ContactCoupling& coupling() const { return coupling_; }

@@ -169,11 +169,11 @@ Vec3 FrictionLaws::normal_force(std::size_t contact, const double* lambda) const
   return sum;
 }
 
-Vec3 FrictionLaws::held(std::size_t contact, const double* lambda) const {
+Vec3 FrictionLaws::along_tangents(std::size_t contact, const double* rows) const {
   const Tangents::Place& place = tangents_[contact];
-  Vec3 sum = reference(contact);
+  Vec3 sum{};
   for (int k = 0; place.first_row >= 0 && k < place.num_tangents(); ++k)
-    sum = sum + lambda[place.first_row + k] * tangents_.directions(contact)[static_cast<std::size_t>(k)];
+    sum = sum + rows[place.first_row + k] * tangents_.directions(contact)[static_cast<std::size_t>(k)];
   return sum;
 }
 

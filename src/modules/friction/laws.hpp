@@ -108,9 +108,13 @@ class FrictionLaws {
   Vec3 direction(std::size_t contact) const {
     return has_three_parts(contact) ? Vec3{} : -directions_[first_part(contact)];
   }
+  /// Returns the sum of a contact's own numbers in `rows` [rows] along its directions T; 0 if it may not stick.
+  Vec3 along_tangents(std::size_t contact, const double* rows) const;
   /// Returns the friction of a contact that sticks, N: its reference plus the multipliers of its own rows, lambda
   /// [rows].
-  Vec3 held(std::size_t contact, const double* lambda) const;
+  Vec3 held(std::size_t contact, const double* lambda) const {
+    return reference(contact) + along_tangents(contact, lambda);
+  }
   /// Returns the largest friction that the contact could hold, mu_s |N| at lambda [rows], N.
   double static_limit(std::size_t contact, const double* lambda) const {
     return static_coefficient(contact) * norm(normal_force(contact, lambda));

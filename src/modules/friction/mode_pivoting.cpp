@@ -120,10 +120,7 @@ Outcome Pivoting::look() {
       if (held - (1.0 + limit_slack) * limit > rounding) too_much_.emplace_back((held - limit) / held, c);
       continue;
     }
-    Vec3 a{};
-    for (int k = 0; k < tangents[c].num_tangents(); ++k)
-      a = a + rows[static_cast<std::size_t>(tangents[c].first_row + k)] *
-                  tangents.directions(c)[static_cast<std::size_t>(k)];
+    const Vec3 a = state_.laws.along_tangents(c, rows.data());
     // A sliding contact must accelerate along its slip direction.
     if (!(dot(a, state_.laws.direction(c)) < -rounding_of_accelerations * scale)) {
       look_at_sliding(c, a);

@@ -21,10 +21,6 @@ constexpr double rank_rounding = 1e-11, smallest_sector = 1e-6;
 
 }  // namespace
 
-bool ModeSearch::Sector::is_narrow() const {
-  return !is_any() && half <= 0.26 * pi;
-}
-
 bool ModeSearch::Sector::has(const Vector2d& direction) const {
   if (is_any() || direction.norm() <= equal) return true;
   return std::abs(std::remainder(std::atan2(direction(1), direction(0)) - middle, 2.0 * pi)) <= half + equal;
@@ -136,11 +132,6 @@ bool ModeSearch::stick(std::size_t subset) {
     if (is_locked && a_p_.segment(first, dimension).lpNorm<Eigen::Infinity>() <= equal) return false;
   }
   return true;
-}
-
-/// Returns x of u = (x_J, z).
-VectorXd ModeSearch::complete(const VectorXd& u) const {
-  return p_ + E_ * u.head(E_.cols());
 }
 
 void ModeSearch::search() {

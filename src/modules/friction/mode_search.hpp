@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -40,7 +41,7 @@ class ModeSearch {
   struct Sector {
     double middle = 0.0, half = -1.0;
     bool is_any() const { return half < 0.0; }
-    bool is_narrow() const;  // true if the bound from above is useful
+    bool is_narrow() const { return !is_any() && half <= 0.26 * std::numbers::pi; }  // the bound from above is useful
     bool has(const Eigen::Vector2d& direction) const;
   };
   struct Piece {
@@ -96,7 +97,8 @@ class ModeSearch {
     return contacts_[c].nu0 + contacts_[c].V * x;
   }
   bool sticks(std::size_t c) const { return std::find(stick_.begin(), stick_.end(), c) != stick_.end(); }
-  Eigen::VectorXd complete(const Eigen::VectorXd& u) const;
+  /// Returns x of u = (x_J, z).
+  Eigen::VectorXd complete(const Eigen::VectorXd& u) const { return p_ + E_ * u.head(E_.cols()); }
 
   const ContactProblem& problem_;
   const std::size_t most_work_;

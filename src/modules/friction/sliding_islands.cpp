@@ -86,13 +86,6 @@ bool SlidingIslands::are_coulomb(const Island& island) const {
   return std::all_of(island.members.begin(), island.members.end(), [&](std::size_t c) { return laws_.is_coulomb(c); });
 }
 
-/// Returns true if all islands have Coulomb friction alone, and few contacts.
-bool SlidingIslands::are_small() const {
-  return std::all_of(islands_.begin(), islands_.end(), [&](const Island& island) {
-    return island.members.size() <= most_contacts_counted && are_coulomb(island);
-  });
-}
-
 /// Theorem A: a law by full reactions is a contraction in the norm of M^-1, |tau(e1) - tau(e2)| <= mu |e1 - e2|, for
 /// every S. Returns 1/(1 - mu), times the largest ratio between norms, or NaN if some law is another one.
 double SlidingIslands::amplification_of_full_reactions() const {
@@ -227,7 +220,10 @@ Outcome SlidingIslands::verify_uniqueness(double t, const UniquenessCheck& check
 
 Outcome SlidingIslands::enumerate(double t, const UniquenessCheck& check, double* lambda, FrictionReport* report) {
   list_members();
-  if (!are_small()) {
+  const bool are_small = std::ranges::all_of(islands_, [&](const Island& island) {
+    return island.members.size() <= most_contacts_counted && are_coulomb(island);
+  });
+  if (!are_small) {
     return fail_friction(
         Status::NotConverged, t,
         "its iterations do not converge, and contacts are too many to try all signs of their normal forces, or "

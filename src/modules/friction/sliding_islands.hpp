@@ -45,7 +45,6 @@ class SlidingIslands {
   };
   void list_members();
   void reduce();
-  bool are_small() const;
   bool are_coulomb(const Island& island) const;
   double amplification_of_full_reactions() const;
   std::string name(const Island& island) const;
