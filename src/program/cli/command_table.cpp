@@ -1,7 +1,6 @@
 #include "cli/command_table.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -405,41 +404,55 @@ const Command& find_command(const std::string& name) {
   throw InputError("", "there is no command " + name + detail::suggest(name, names) + "; see tanor --help");
 }
 
-std::span<const ProgramOption> program_options() {
-  static constexpr std::array options{
-      ProgramOption{"-h, --help", "this overview; behind a command: all about it"},
-      ProgramOption{"--version", "the version, and what this program was built of"},
-      ProgramOption{"--methods", "the methods: name, order, steps, what it is"},
-      ProgramOption{"--json", "with --version or --methods: print it as JSON"},
-  };
-  return options;
+namespace {
+
+std::vector<Row> program_options() {
+  return {{"-h, --help", "this overview; behind a command: all about it"},
+          {"--version", "the version, and what this program was built of"},
+          {"--methods", "the methods: name, order, steps, what it is"},
+          {"--json", "with --version or --methods: print it as JSON"}};
 }
+
+std::vector<Row> exit_meanings() {
+  return {{"0", "done; redundant but consistent constraints are no fault"},
+          {"2", "bad input or usage: one line says what and where, nothing was written"},
+          {"3", "no answer, no unique one, not certified, or not within the tolerance"},
+          {"4", "memory, disk, a folder in use, standard output or another failure of the machine"},
+          {"129, 130, 143", "SIGHUP, SIGINT, SIGTERM came; files are whole, run --resume goes on"}};
+}
+
+std::vector<Row> first_examples() {
+  return {{"tanor info net.json", "what is in it, and what will a step cost?"},
+          {"tanor run net.json --report", "simulate; results go to net.out"},
+          {"tanor check net.json", "is the start consistent, what is redundant?"},
+          {"tanor help run", "all options of a command"}};
+}
+
+}  // namespace
 
 std::vector<std::string> list_program_options() {
   std::vector<std::string> names;
-  for (const ProgramOption& each : program_options()) names.emplace_back(each.names.substr(each.names.find("--")));
+  for (const auto& [term, what] : program_options()) names.push_back(term.substr(term.find("--")));
   return names;
 }
 
-std::span<const ExitMeaning> exit_meanings() {
-  static constexpr std::array meanings{
-      ExitMeaning{"0", "done; redundant but consistent constraints are no fault"},
-      ExitMeaning{"2", "bad input or usage: one line says what and where, nothing was written"},
-      ExitMeaning{"3", "no answer, no unique one, not certified, or not within the tolerance"},
-      ExitMeaning{"4", "memory, disk, a folder in use, standard output or another failure of the machine"},
-      ExitMeaning{"129, 130, 143", "SIGHUP, SIGINT, SIGTERM came; files are whole, run --resume goes on"},
-  };
-  return meanings;
+std::vector<Section> sections_of_program() {
+  std::vector<Row> commands;
+  for (const Command& each : all_commands()) commands.push_back({each.name, each.summary});
+  return {{"Commands", commands},
+          {"Options", program_options()},
+          {"Examples", first_examples()},
+          {exit_codes, exit_meanings()}};
 }
 
-std::span<const Example> first_examples() {
-  static const std::array examples{
-      Example{"tanor info net.json", "what is in it, and what will a step cost?"},
-      Example{"tanor run net.json --report", "simulate; results go to net.out"},
-      Example{"tanor check net.json", "is the start consistent, what is redundant?"},
-      Example{"tanor help run", "all options of a command"},
-  };
-  return examples;
+std::vector<Section> sections_of(const Command& command, const char* help) {
+  std::vector<Row> arguments, options;
+  for (const Argument& each : command.arguments) arguments.push_back({each.name, each.what});
+  for (const Option& each : command.options)
+    options.push_back({each.place.empty() ? each.name : each.name + " " + each.place, describe(each)});
+  options.push_back({"-h, --help", help});
+  return {
+      {"Arguments", arguments}, {"Options", options}, {"Examples", command.examples}, {exit_codes, exit_meanings()}};
 }
 
 std::string describe(const Option& option) {

@@ -39,8 +39,9 @@ struct Option {
   std::vector<std::string> excludes = {};  ///< options that may not stand beside it
 };
 
-struct Example {
-  std::string line, what;
+/// A term, such as a line to type, and what it means.
+struct Row {
+  std::string term, what;
 };
 
 struct Command {
@@ -49,7 +50,7 @@ struct Command {
   std::string text;     ///< one or several paragraphs, each a line
   std::vector<Argument> arguments = {};
   std::vector<Option> options = {};
-  std::vector<Example> examples = {};
+  std::vector<Row> examples = {};
 };
 
 /// Returns all commands in the order of the help, which is that in which a new user needs them. They keep in `options`
@@ -62,22 +63,21 @@ const std::vector<Command>& all_commands();
 /// Returns the command of a name. Throws InputError if there is none.
 const Command& find_command(const std::string& name);
 
-/// Options of the program itself: --help, --version, --methods, --json.
-struct ProgramOption {
-  std::string_view names, what;
-};
-std::span<const ProgramOption> program_options();
-/// Returns their long names, "--help" and so on.
+/// Returns the long names of the options of the program itself: --help, --version, --methods, --json.
 std::vector<std::string> list_program_options();
 
-/// The meaning of an exit code.
-struct ExitMeaning {
-  std::string_view codes, what;
+/// A list of a page of help, and of a manual page.
+struct Section {
+  std::string title;
+  std::vector<Row> rows;
 };
-std::span<const ExitMeaning> exit_meanings();
+/// Returns the lists about the program: its commands, options, examples for someone who sees it for the first time, and
+/// exit codes.
+std::vector<Section> sections_of_program();
+/// Returns the lists about a command. `help` says what its --help prints.
+std::vector<Section> sections_of(const Command& command, const char* help);
 
-/// Examples for someone who sees the program for the first time.
-std::span<const Example> first_examples();
+inline constexpr const char* exit_codes = "Exit codes";  ///< title of a section
 
 inline constexpr std::string_view program_summary =
     "Motion and reactions of large systems of material points under constraints.";

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <array>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
@@ -21,37 +22,18 @@ std::string list_commands(const std::vector<Command>& commands) {
   return names;
 }
 
-/// The ways of a shell for words of each kind; {} stands for the words that it offers.
-struct Shell {
-  const char *file, *folder, *scene, *choice, *choices, *nothing;
-};
-constexpr Shell bash{"_tanor_files",      "_tanor_files /",
-                     "_tanor_files json", "COMPREPLY=($(compgen -W '{}' -- \"$cur\"))",
-                     "_tanor_list '{}'",  ":"};
-constexpr Shell zsh{"_files", "_files -/", "_files -g \"*.json\"", "({})", "_values -s , name {}", " "};
+/// The ways of a shell for the kinds of Word, in their order; {} stands for the words that it offers.
+using Shell = std::array<const char*, 8>;
+constexpr const char* offer_in_bash = "COMPREPLY=($(compgen -W '{}' -- \"$cur\"))";
+constexpr Shell bash{
+    ":", ":", "_tanor_files", "_tanor_files /", "_tanor_files json", offer_in_bash, "_tanor_list '{}'", offer_in_bash};
+constexpr Shell zsh{" ", " ", "_files", "_files -/", "_files -g \"*.json\"", "({})", "_values -s , name {}", "({})"};
 
 /// Returns what a shell does for a value; `commands` are their names.
 std::string complete(const Shell& shell, const Value& value, const std::string& commands) {
-  const auto offer = [](const char* how, const std::string& words) { return fmt::format(fmt::runtime(how), words); };
-  const std::string offers = fmt::format("{}", fmt::join(value.offers, " "));
-  switch (value.word) {
-    case Word::File:
-      return shell.file;
-    case Word::Folder:
-      return shell.folder;
-    case Word::Scene:
-      return shell.scene;
-    case Word::Choice:
-      return offer(shell.choice, offers);
-    case Word::Choices:
-      return offer(shell.choices, offers);
-    case Word::Command:
-      return offer(shell.choice, commands);
-    case Word::Text:
-    case Word::Number:
-      break;
-  }
-  return shell.nothing;
+  const bool is_command = value.word == Word::Command;
+  return fmt::format(fmt::runtime(shell.at(static_cast<std::size_t>(value.word))),
+                     is_command ? commands : fmt::format("{}", fmt::join(value.offers, " ")));
 }
 
 /// Returns what bash completes behind a command: the value of an option, an option, or the command's first argument.

@@ -34,8 +34,8 @@ struct Prediction {
 
 /// The facts about a scene that was planned.
 struct Needs {
-  const scene::Scene& scene;
-  std::string constraints, coordinates, forces, friction;
+  const scene::Scene& scene;  ///< without its system
+  const System& system;
   const PlanSummary& plan;
   ChosenMethod chosen;
   std::vector<Prediction> predictions;  ///< the chosen method first
@@ -119,10 +119,10 @@ void print_system(const Needs& needs) {
   print("degrees of freedom",
         fmt::format("{}, {}", needs.degrees_of_freedom(),
                     plan.coordinates > 0 ? "as many as coordinates" : "if all equations are independent"));
-  print("constraints", needs.constraints);
-  if (plan.coordinates > 0) print("coordinates", needs.coordinates);
-  print("forces", needs.forces);
-  print("friction", needs.friction);
+  print("constraints", list_entries(needs.system.constraints));
+  if (plan.coordinates > 0) print("coordinates", list_entries(needs.system.coordinates));
+  print("forces", list_entries(needs.system.forces));
+  print("friction", report::describe_friction(needs.system));
   print("islands", fmt::format("{}, in {}", plan.islands, report::count_in_words(plan.parts, "part")));
 }
 
@@ -167,9 +167,9 @@ Json as_json(const Needs& needs) {
           {"equations", plan.equations},
           {"coordinates", plan.coordinates},
           {"degrees_of_freedom", needs.degrees_of_freedom()},
-          {"constraints", needs.constraints},
-          {"forces", needs.forces},
-          {"friction", needs.friction},
+          {"constraints", list_entries(needs.system.constraints)},
+          {"forces", list_entries(needs.system.forces)},
+          {"friction", report::describe_friction(needs.system)},
           {"islands", plan.islands},
           {"parts", plan.parts},
           {"form", name_of(plan.form)},
@@ -191,16 +191,10 @@ Json as_json(const Needs& needs) {
 
 ExitCode execute_info(const Options& options) {
   scene::Scene scene = prepare(scene::load_scene(options.scene));
-  const std::string constraints = list_entries(scene.system.constraints);
-  const std::string coordinates = list_entries(scene.system.coordinates);
-  const std::string forces = list_entries(scene.system.forces);
   const Dynamics dynamics = naming_file(options.scene, [&] { return Dynamics(std::move(scene.system), scene.solver); });
   const ChosenMethod chosen = choose_method(scene.motion, dynamics);
   const Needs needs{.scene = scene,
-                    .constraints = constraints,
-                    .coordinates = coordinates,
-                    .forces = forces,
-                    .friction = report::describe_friction(dynamics.system()),
+                    .system = dynamics.system(),
                     .plan = dynamics.plan(),
                     .chosen = chosen,
                     .predictions = predict(scene, dynamics.plan(), dynamics.num_points(), chosen.method)};

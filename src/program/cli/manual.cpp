@@ -46,22 +46,15 @@ std::string item(std::string_view term, std::string_view what) {
   return fmt::format(".TP\n.B {}\n{}\n", escape(term), escape(what));
 }
 
-std::string set_examples(std::span<const Example> examples) {
-  std::string text = ".SH EXAMPLES\n";
-  for (const Example& each : examples) text += item(each.line, each.what);
-  return text;
-}
-
-std::string list_exit_codes() {
-  std::string text = ".SH EXIT STATUS\n";
-  for (const ExitMeaning& each : exit_meanings()) text += item(each.codes, each.what);
-  return text;
-}
-
-std::string list_environment() {
-  return ".SH ENVIRONMENT\n" +
+std::string print_sections(const std::vector<Section>& sections) {
+  std::string text;
+  for (const auto& [title, rows] : sections) {
+    if (!rows.empty()) text += ".SH " + (title == exit_codes ? "EXIT STATUS" : in_upper_case(title)) + "\n";
+    for (const auto& [term, what] : rows) text += item(term, what);
+  }
+  return text + ".SH ENVIRONMENT\n" +
          item("NO_COLOR", "where it is set and not empty, nothing is coloured; colours appear on terminals only") +
-         item("OMP_NUM_THREADS", "threads, where neither the scene nor --threads says how many");
+         item("OMP_NUM_THREADS", "threads, where neither the scene nor --threads says how many") + ".SH SEE ALSO\n";
 }
 
 std::string write_page(const Command& command) {
@@ -70,15 +63,7 @@ std::string write_page(const Command& command) {
   std::string text = escape(command.text);
   for (std::size_t at = text.find('\n'); at != std::string::npos; at = text.find('\n', at + 5))
     text.replace(at, 1, "\n.PP\n");
-  page += text + "\n";
-  if (!command.arguments.empty()) page += ".SH ARGUMENTS\n";
-  for (const Argument& each : command.arguments) page += item(each.name, each.what);
-  page += ".SH OPTIONS\n";
-  for (const Option& each : command.options)
-    page += item(each.place.empty() ? each.name : each.name + " " + each.place, describe(each));
-  page += item("-h, --help", "print a summary of this page");
-  return page + set_examples(command.examples) + list_exit_codes() + list_environment() +
-         ".SH SEE ALSO\n.BR tanor (1)\n";
+  return page + text + "\n" + print_sections(sections_of(command, "print a summary of this page")) + ".BR tanor (1)\n";
 }
 
 std::string write_page_of_program() {
@@ -86,12 +71,8 @@ std::string write_page_of_program() {
   page += ".SH SYNOPSIS\n.B tanor\n.I COMMAND\n[\\fIARGUMENT\\fR...] [\\fIOPTION\\fR...]\n.SH DESCRIPTION\n";
   page +=
       "A scene is a JSON file. The commands read one and tell what it holds, move it, or solve it at one instant.\n";
-  page += ".SH COMMANDS\n";
+  page += print_sections(sections_of_program());
   const std::vector<Command>& commands = all_commands();
-  for (const Command& each : commands) page += item(each.name, each.summary);
-  page += ".SH OPTIONS\n";
-  for (const ProgramOption& each : program_options()) page += item(each.names, each.what);
-  page += set_examples(first_examples()) + list_exit_codes() + list_environment() + ".SH SEE ALSO\n";
   for (const Command& each : commands)
     page += fmt::format(".BR {} (1){}\n", escape("tanor-" + each.name), &each == &commands.back() ? "" : ",");
   return page;

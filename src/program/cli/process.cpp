@@ -14,8 +14,8 @@
 #include <cstdlib>
 #include <cstring>
 #include <exception>
-#include <future>
 #include <initializer_list>
+#include <latch>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -104,17 +104,16 @@ Function* find_function(const char* name) {
 
 void require_threads(int count) {
   const int others = (count > 0 ? count : count_threads()) - 1;
-  std::promise<void> all_are_here;
-  const std::shared_future<void> signal = all_are_here.get_future().share();
+  std::latch all_are_here(1);
   std::vector<std::thread> threads;
   threads.reserve(static_cast<std::size_t>(std::max(others, 0)));
   std::string failure;
   try {
-    for (int k = 0; k < others; ++k) threads.emplace_back([signal] { signal.wait(); });
+    for (int k = 0; k < others; ++k) threads.emplace_back([&] { all_are_here.wait(); });
   } catch (const std::exception& error) {
     failure = "cannot start " + std::to_string(others + 1) + " threads: " + error.what();
   }
-  all_are_here.set_value();
+  all_are_here.count_down();
   for (std::thread& thread : threads) thread.join();
   if (!failure.empty()) throw std::runtime_error(failure);
 }
@@ -162,16 +161,10 @@ void catch_interrupts() {
 }
 
 std::optional<Interrupt> caught_interrupt() {
-  switch (caught_signal) {
-    case SIGINT:
-      return Interrupt{"SIGINT", ExitCode::Interrupted};
-    case SIGTERM:
-      return Interrupt{"SIGTERM", ExitCode::Terminated};
-    case SIGHUP:
-      return Interrupt{"SIGHUP", ExitCode::HungUp};
-    default:
-      return std::nullopt;
-  }
+  for (const Interrupt& each : {Interrupt{"SIGINT", ExitCode::Interrupted}, Interrupt{"SIGTERM", ExitCode::Terminated},
+                                Interrupt{"SIGHUP", ExitCode::HungUp}})
+    if (128 + caught_signal == static_cast<int>(each.code)) return each;
+  return std::nullopt;
 }
 
 }  // namespace tanor::cli
