@@ -12,15 +12,15 @@
 
 namespace tanor::report {
 
-#if TANOR_HAS_ZLIB
-
 namespace {
 
 constexpr int with_gzip_head = 15 + 16, with_zlib_head = 15;  // window bits of deflateInit2
-constexpr int level = 6;
+
+#if TANOR_HAS_ZLIB
 
 /// Compresses all bytes. Throws std::bad_alloc if memory runs out; no other failure is expected.
 std::string deflate_all(std::string_view bytes, int window_bits) {
+  constexpr int level = 6;
   z_stream stream{};
   if (deflateInit2(&stream, level, Z_DEFLATED, window_bits, 8, Z_DEFAULT_STRATEGY) != Z_OK) throw std::bad_alloc();
   std::string result(deflateBound(&stream, bytes.size()), '\0');
@@ -35,10 +35,29 @@ std::string deflate_all(std::string_view bytes, int window_bits) {
   return result;
 }
 
+/// Unpacks bytes with zlib's head. Returns false if they are not `size` bytes.
+bool inflate_all(std::string_view packed, char* to, std::size_t size) {
+  auto found = static_cast<uLongf>(size);
+  return uncompress(reinterpret_cast<Bytef*>(to), &found, reinterpret_cast<const Bytef*>(packed.data()),
+                    static_cast<uLong>(packed.size())) == Z_OK &&
+         found == size;
+}
+
+#else
+
+std::string deflate_all(std::string_view, int) {
+  throw std::runtime_error("this tanor was built without zlib");
+}
+bool inflate_all(std::string_view, char*, std::size_t) {
+  throw std::runtime_error("this tanor was built without zlib");
+}
+
+#endif
+
 }  // namespace
 
 bool has_compression() {
-  return true;
+  return TANOR_HAS_ZLIB != 0;
 }
 
 std::string gzip(std::string_view bytes) {
@@ -81,33 +100,12 @@ std::optional<std::string> decompress_for_vtk(std::string_view bytes, std::size_
   std::size_t done = 0;
   for (const std::uint64_t packed : sizes) {
     if (packed > bytes.size()) return {};
-    uLongf there = static_cast<uLongf>(std::min<std::uint64_t>(block_size, size - done));
-    const uLongf wanted = there;
-    if (uncompress(reinterpret_cast<Bytef*>(&result[done]), &there, reinterpret_cast<const Bytef*>(bytes.data()),
-                   static_cast<uLong>(packed)) != Z_OK ||
-        there != wanted)
-      return {};
+    const std::size_t there = std::min<std::uint64_t>(block_size, size - done);
+    if (!inflate_all(bytes.substr(0, packed), &result[done], there)) return {};
     done += there;
     bytes.remove_prefix(packed);
   }
   return done == size ? std::optional(std::move(result)) : std::nullopt;
 }
-
-#else
-
-bool has_compression() {
-  return false;
-}
-std::string gzip(std::string_view) {
-  throw std::runtime_error("this tanor was built without zlib");
-}
-std::string compress_for_vtk(std::string_view) {
-  throw std::runtime_error("this tanor was built without zlib");
-}
-std::optional<std::string> decompress_for_vtk(std::string_view, std::size_t) {
-  throw std::runtime_error("this tanor was built without zlib");
-}
-
-#endif
 
 }  // namespace tanor::report

@@ -27,18 +27,12 @@ std::string format_digits(const std::vector<DigitsRow>& rows) {
 }
 
 Json describe_digits(const std::vector<DigitsRow>& rows) {
-  Json list = Json::array();
-  for (const DigitsRow& row : rows) {
-    list.push_back({{"problem", row.name},
-                    {"known_from", row.known},
-                    {"method", row.method},
-                    {"digits", row.won()},
-                    {"promised", row.promised},
-                    {"keeps_promise", row.keeps_promise()},
-                    {"wall_s", row.wall_s},
-                    {"trouble", json_or_null(row.outcome.what)}});
-  }
-  return list;
+  return list_of(rows, [](const DigitsRow& row) {
+    return Json{{"problem", row.name},      {"known_from", row.known},
+                {"method", row.method},     {"digits", row.won()},
+                {"promised", row.promised}, {"keeps_promise", row.keeps_promise()},
+                {"wall_s", row.wall_s},     {"trouble", json_or_null(row.outcome.what)}};
+  });
 }
 
 Outcome verify_digits(const std::vector<DigitsRow>& rows) {

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <fstream>
@@ -18,6 +17,7 @@
 #include "report/output_file.hpp"
 #include "report/shown_parts.hpp"
 #include "report/words.hpp"
+#include "scene/text_file.hpp"
 
 namespace tanor::report {
 
@@ -338,9 +338,7 @@ std::vector<std::string> split_row(std::string_view row) {
 
 /// Returns the number of a field, or null if there is none.
 Json read_field(const std::string& text) {
-  double number = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  return error == std::errc() && end == text.data() + text.size() && !text.empty() ? Json(number) : Json();
+  return json_or_null(scene::parse_number(text));
 }
 
 /// Returns a number as a field, which is empty if the number is not finite.

@@ -41,9 +41,7 @@ Json json_of(const Report& report);
 
 template <class Value>
 Json json_of(const std::vector<Value>& list) {
-  Json array = Json::array();
-  for (const Value& each : list) array.push_back(json_of(each));
-  return array;
+  return list_of(list, [](const Value& each) { return json_of(each); });
 }
 
 template <HasReportFields Report>

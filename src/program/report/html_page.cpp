@@ -39,27 +39,24 @@ std::string escape(const Json& json) {
 }
 
 /// Returns "#rrggbb".
-std::string describe(Rgb colour) {
+std::string in_hexadecimals(Rgb colour) {
   const auto part = [](float x) { return static_cast<int>(std::lround(255.0f * x)); };
   return fmt::format("#{:02x}{:02x}{:02x}", part(colour.r), part(colour.g), part(colour.b));
 }
 
 /// Returns the colours of the motion, which are those of its pictures.
 Json describe_colours(const TensionScale& tensions) {
-  Json stops_of_pulled = Json::array(), stops_of_pushed = Json::array();
-  for (const Rgb stop : pulled) stops_of_pulled.push_back(describe(stop));
-  for (const Rgb stop : pushed) stops_of_pushed.push_back(describe(stop));
   return {{"tensions", {tensions.least, tensions.most}},
-          {"pulled", stops_of_pulled},
-          {"pushed", stops_of_pushed},
-          {"bead", describe(bead_colour)},
-          {"support", describe(support_colour)},
-          {"earth", describe(earth_colour)},
-          {"normal", describe(normal_colour)},
-          {"tangent", describe(tangent_colour)},
-          {"guide", describe(guide_colour)},
-          {"ground", describe(ground)},
-          {"ink", describe(ink)}};
+          {"pulled", list_of(pulled, in_hexadecimals)},
+          {"pushed", list_of(pushed, in_hexadecimals)},
+          {"bead", in_hexadecimals(bead_colour)},
+          {"support", in_hexadecimals(support_colour)},
+          {"earth", in_hexadecimals(earth_colour)},
+          {"normal", in_hexadecimals(normal_colour)},
+          {"tangent", in_hexadecimals(tangent_colour)},
+          {"guide", in_hexadecimals(guide_colour)},
+          {"ground", in_hexadecimals(ground)},
+          {"ink", in_hexadecimals(ink)}};
 }
 
 struct Range {
@@ -85,9 +82,7 @@ Json pack(std::string_view name, const std::vector<Row>& rows, bool in_one_range
   for (std::size_t k = 0; k < rows.size(); ++k)
     for (const double number : rows[k]) numbers.push_back(to_16_bits(number, range_of(k).least, range_of(k).most));
   bytes->add_rows(name, numbers, rows.empty() ? 1 : std::max<std::size_t>(1, rows[0].size()));
-  Json list = Json::array();
-  for (const Range& range : ranges) list.push_back(range.json());
-  return list;
+  return list_of(ranges, [](const Range& range) { return range.json(); });
 }
 
 /// Packs an array of all frames.
@@ -103,9 +98,9 @@ std::span<const std::int32_t> flat(const std::vector<std::array<std::int32_t, 2>
 }
 
 Json describe_images(const ShownParts& shown) {
-  Json images = Json::array();
-  for (const auto& [point, offset] : shown.images) images.push_back({point, offset[0], offset[1], offset[2]});
-  return images;
+  return list_of(shown.images, [](const ShownParts::Image& image) {
+    return Json{image.point, image.offset[0], image.offset[1], image.offset[2]};
+  });
 }
 
 Json describe_guides(const std::vector<Guide>& guides, const std::vector<RecordedFrame>& frames) {
@@ -122,17 +117,15 @@ Json describe_guides(const std::vector<Guide>& guides, const std::vector<Recorde
 }
 
 Json describe_rod_groups(const ShownParts& shown) {
-  Json groups = Json::array();
-  for (const auto& [name, first, members] : shown.rod_groups)
-    groups.push_back({{"name", name}, {"first", first}, {"members", members}});
-  return groups;
+  return list_of(shown.rod_groups, [](const ShownParts::RodGroup& group) {
+    return Json{{"name", group.name}, {"first", group.first}, {"members", group.members}};
+  });
 }
 
 Json describe_ties(const ShownParts& shown) {
-  Json ties = Json::array();
-  for (const auto& [kind, name, points, sheaves, row] : shown.ties)
-    ties.push_back({{"kind", kind}, {"name", name}, {"points", points}, {"sheaves", sheaves}});
-  return ties;
+  return list_of(shown.ties, [](const ShownParts::Tie& tie) {
+    return Json{{"kind", tie.kind}, {"name", tie.name}, {"points", tie.points}, {"sheaves", tie.sheaves}};
+  });
 }
 
 /// Returns the edges and the origin of a cell that is periodic in all directions, or null.
@@ -147,9 +140,7 @@ Json describe_motion(const System& system, const Recording& recording, const std
   const std::vector<RecordedFrame> frames = recording.frames();
   const ShownParts& shown = recording.shown();
   const Vector3 gravity = find_gravity(system);
-  Json times = Json::array(), supports = Json::array(), without_picture = Json::array();
-  for (const Guide& each : list_guides_without_picture(system)) without_picture.push_back(name_guide(each));
-  for (const RecordedFrame& frame : frames) times.push_back(frame.time);
+  Json supports = Json::array();
   for (std::size_t k = 0; k < shown.num_points; ++k) {
     if (shown.is_support[k]) supports.push_back(k);
   }
@@ -160,14 +151,14 @@ Json describe_motion(const System& system, const Recording& recording, const std
               {"numbers", are_all ? std::vector<Index>() : shown.points},
               {"rods", shown.rods.size()},
               {"rod_groups", describe_rod_groups(shown)},
-              {"times", times},
+              {"times", list_of(frames, [](const RecordedFrame& frame) { return frame.time; })},
               {"frames_seen", recording.frames_seen()},
               {"supports", supports},
               {"images", describe_images(shown)},
               {"guides", describe_guides(recording.guides(), frames)},
               {"ties", describe_ties(shown)},
               {"cell", describe_cell(cell)},
-              {"without_picture", without_picture},
+              {"without_picture", list_of(list_guides_without_picture(system), name_guide)},
               {"up", {-gravity[0], -gravity[1], -gravity[2]}},
               {"has_friction", !system.friction.empty()}};
   using F = RecordedFrame;
@@ -189,9 +180,7 @@ Json describe_history(const Recording& recording) {
   const std::vector<RecordedStep> steps = recording.steps();
   Json history;
   const auto add = [&](const char* key, double RecordedStep::*number) {
-    Json list = Json::array();
-    for (const RecordedStep& step : steps) list.push_back(shorten(step.*number));
-    history[key] = list;
+    history[key] = list_of(steps, [&](const RecordedStep& step) { return shorten(step.*number); });
   };
   add("t", &RecordedStep::time);
   add("step", &RecordedStep::step);

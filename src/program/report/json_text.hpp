@@ -29,6 +29,14 @@ inline Json json_or_null(std::string_view text) {
   return text.empty() ? Json() : Json(text);
 }
 
+/// Returns the list of what describe(each) returns.
+template <class Range, class Describe>
+Json list_of(const Range& range, const Describe& describe) {
+  Json list = Json::array();
+  for (const auto& each : range) list.push_back(describe(each));
+  return list;
+}
+
 /// Writes an object member by member, so that little of it is in memory. Members of objects and rows of tables have a
 /// line of their own. Elements of a list have no key.
 class JsonObjectFile {

@@ -204,16 +204,14 @@ std::string format_passages(std::span<const Passage> passages, const Units& unit
 
 Json describe_observables(std::span<const Observed> observables) {
   constexpr std::size_t many = 1000;
-  Json list = Json::array();
-  for (const Observed& each : observables) {
+  return list_of(observables, [](const Observed& each) {
     Json object = json_of(each);
     if (each.values.size() > many) {
       object.erase("members");
       object.erase("values");
     }
-    list.push_back(std::move(object));
-  }
-  return list;
+    return object;
+  });
 }
 
 }  // namespace tanor::report

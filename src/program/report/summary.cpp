@@ -18,27 +18,24 @@ namespace {
 constexpr const char* arrays_prefix = "final_";
 
 void add_sizes(const RunEnd& end, JsonObjectFile* json) {
-  const PlanSummary& plan = end.plan;
-  json->add("points", plan.points);
-  json->add("supports", plan.supports);
-  json->add("equations", plan.equations);
+  using P = PlanSummary;
+  json->add_members(json_of_members<&P::points, &P::supports, &P::equations>(end.plan));
   json->add_members(describe_rank(end.rank));
-  json->add("islands", plan.islands);
+  json->add("islands", end.plan.islands);
 }
 
 /// Returns the rank at the start, and the times at which it changed, `count` in all.
 Json describe_rank_changes(const RankChanges& changes) {
-  Json first = Json::array();
-  for (const RankChange& change : changes.first) first.push_back({{"t", change.time}, {"rank", change.rank}});
-  return {{"start", changes.start}, {"count", changes.count}, {"first", first}};
+  const auto describe = [](const RankChange& change) { return Json{{"t", change.time}, {"rank", change.rank}}; };
+  return {{"start", changes.start}, {"count", changes.count}, {"first", list_of(changes.first, describe)}};
 }
 
 /// Returns the times of singular configurations, at which constraints depend on each other, `count` in all.
 Json describe_singular_passages(const SingularPassages& passages) {
-  Json first = Json::array();
-  for (const SingularPassage& passage : passages.first)
-    first.push_back({{"t", passage.time}, {"reciprocal_condition", passage.reciprocal_condition}});
-  return {{"count", passages.count}, {"first", first}};
+  const auto describe = [](const SingularPassage& passage) {
+    return Json{{"t", passage.time}, {"reciprocal_condition", passage.reciprocal_condition}};
+  };
+  return {{"count", passages.count}, {"first", list_of(passages.first, describe)}};
 }
 
 /// Returns the time at which the motion came nearest to a singular configuration.
@@ -48,22 +45,17 @@ Json describe_nearest_to_singular(const RunFacts& facts, const MotionReport& rep
 }
 
 void add_work(const MotionReport& report, JsonObjectFile* json) {
-  json->add("steps", report.steps);
-  json->add("rejected", report.rejected);
-  json->add("events", report.events);
-  json->add("factorizations", report.counters.factorizations);
-  json->add("solves", report.counters.solves);
+  using M = MotionReport;
+  json->add_members(json_of_members<&M::steps, &M::rejected, &M::events>(report));
+  json->add_members(json_of_members<&Counters::factorizations, &Counters::solves>(report.counters));
 }
 
 Json describe_times(const RunFacts& facts, const PhaseTimes& times, bool has_friction) {
-  return {{"total", facts.wall.total},
-          {"setup", facts.wall.setup},
-          {"evaluate", times.evaluate},
-          {"assemble", times.assemble},
-          {"factor", times.factor},
-          {"solve", times.solve},
-          {"friction", has_friction ? Json(times.friction) : Json()},
-          {"output", facts.wall.output}};
+  using T = PhaseTimes;
+  Json json{{"total", facts.wall.total}, {"setup", facts.wall.setup}};
+  json.update(json_of_members<&T::evaluate, &T::assemble, &T::factor, &T::solve, &T::friction>(times));
+  json["output"] = facts.wall.output;
+  return known_if(has_friction, std::move(json), "friction");
 }
 
 void add_final(const std::filesystem::path& directory, const RunFacts& facts, const RunEnd& end, JsonObjectFile* json) {
