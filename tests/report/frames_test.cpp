@@ -69,7 +69,7 @@ TEST(XyzTest, FramesReadBackToTenDigits) {
   positions[4] = -1.0 / 3.0 * 1e-20;
   const std::vector<double> velocities = count_up(15, 1.0 / 7.0);
 
-  const std::unique_ptr<FrameFile> file = open_xyz(folder / "x.xyz", &shown, {});
+  const std::unique_ptr<FrameFile> file = open_xyz({.path = folder / "x.xyz", .shown = &shown});
   file->write({.time = 0.0, .positions = positions, .velocities = velocities});
   file->write({.time = 0.1 + 0.2, .positions = velocities, .velocities = positions});
 

@@ -81,9 +81,9 @@ class H5mdTrajectory : public FrameFile {
     H5dont_atexit();                              // each frame is flushed after it was written
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are reported by this class
     try {
-      request.frames > 0 ? open(request) : create(request);
+      request.mark > 0 ? open(request) : create(request);
     } catch (const WriteError&) {
-      if (request.frames > 0) throw;
+      if (request.mark > 0) throw;
       abandon();  // the file has no frame, and no reader would accept it
       remove_file(request.path);
       throw;
@@ -380,10 +380,10 @@ class H5mdTrajectory : public FrameFile {
     }
     for (const Element& each : list_elements(request.observables)) open_series(each);
     for (const Series& each : series_) {
-      if (count_frames(each) < request.frames)
+      if (count_frames(each) < request.mark)
         throw InputError(name_, "has fewer frames than the checkpoint says; run without --resume");
     }
-    resize(request.frames);
+    resize(request.mark);
     check(H5Fstart_swmr_write(file_));
   }
 

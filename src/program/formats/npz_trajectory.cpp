@@ -250,5 +250,5 @@ void NpzTrajectory::save() const {
 extern "C" __attribute__((visibility("default"))) void tanor_open_frame_file(
     const tanor::report::FrameFileRequest& request, std::unique_ptr<tanor::report::FrameFile>* opened) {
   *opened = std::make_unique<tanor::report::NpzTrajectory>(request.path, request.shown, request.is_compressed,
-                                                           request.frames, request.observables);
+                                                           request.mark, request.observables);
 }

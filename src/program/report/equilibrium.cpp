@@ -331,7 +331,7 @@ void write_equilibrium(const fs::path& directory, const scene::Scene& scene, con
   write_summary(directory, scene, found, modes);
   const ShownParts shown = choose_parts(scene.system, {});
   const std::vector<double> at_rest(found.positions.size(), 0.0);
-  open_xyz(directory / places_at_rest_name, &shown, scene.system.cell)
+  open_xyz({.path = directory / places_at_rest_name, .shown = &shown, .cell = scene.system.cell})
       ->write({.time = scene.equilibrium.at, .positions = found.positions, .velocities = at_rest});
   if (found.stability.status != Stability::None) write_scene(directory / scene_at_rest_name, scene, found);
 }

@@ -54,21 +54,23 @@ class FrameFile {
   virtual void synchronize() = 0;
 };
 
-/// Describes the file that a module opens. Trajectories that need a library of their own (HDF5, libzip) are modules,
-/// `tanor_h5md` and `tanor_npz`, in src/program/formats. Only a run that writes them loads them: HDF5 alone brings
-/// thirty libraries, and their loading took as long as everything else that a short run does.
+/// Describes a file that is to be opened.
 struct FrameFileRequest {
   std::filesystem::path path;
-  const ShownParts* shown;         ///< must outlive the file
-  std::string title;               ///< name of the scene
-  std::span<const double> masses;  ///< m, kg
-  std::optional<Cell> cell;
-  std::span<const Observed> observables;
-  Units units;
-  bool is_compressed;
-  std::uint64_t frames;  ///< 0 for a new file, else the frames after which an existing file continues
+  const ShownParts* shown = nullptr;  ///< must outlive the file
+  std::string title{};                ///< name of the scene
+  std::span<const double> masses{};   ///< m, kg
+  std::optional<Cell> cell{};
+  std::span<const Observed> observables{};
+  Units units{};
+  bool is_compressed = false;
+  std::uint64_t mark = 0;  ///< 0 for a new file, else the mark after which an existing file continues
 };
 
+/// Trajectories that need a library of their own (HDF5, libzip) are modules, `tanor_h5md` and `tanor_npz`, in
+/// src/program/formats. Only a run that writes them loads them: HDF5 alone brings thirty libraries, and their loading
+/// took as long as everything else that a short run does.
+///
 /// Opens the file. Throws WriteError, or InputError if an existing file has fewer frames.
 using OpenFrameFile = void(const FrameFileRequest&, std::unique_ptr<FrameFile>* opened);
 /// The name of that function in each module.

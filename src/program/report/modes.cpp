@@ -10,6 +10,7 @@
 
 #include <tanor/version.hpp>
 
+#include "report/field_json.hpp"
 #include "report/npy.hpp"
 #include "report/output_file.hpp"
 #include "report/shown_parts.hpp"
@@ -28,10 +29,8 @@ constexpr int frames_of_period = 24;
 constexpr double largest_move = 0.05;  // relative to the scene's size, in pictures
 
 Json frequencies(const Modes& modes) {
-  Json result = Json::array();
-  for (const double omega : modes.omega)
-    result.push_back(omega < 0.0 ? Json() : Json(omega / (2.0 * std::numbers::pi)));
-  return result;
+  return list_of(modes.omega,
+                 [](double omega) { return omega < 0.0 ? Json() : Json(omega / (2.0 * std::numbers::pi)); });
 }
 
 /// Returns half of the diagonal of the box around the points, or 1 m if it has no size.
@@ -56,9 +55,8 @@ void write_picture(const fs::path& directory, const ShownParts& shown, std::span
   const double size = measure_move(shape), amplitude = size > 0.0 ? largest_move * measure_size(positions) / size : 0.0;
   const double omega = modes.omega[mode] > 0.0 ? modes.omega[mode] : 2.0 * std::numbers::pi;
   std::vector<double> places(positions.size()), velocities(positions.size()), accelerations(positions.size());
-  std::vector<double> r, v, w;
   const std::vector<double> tensions = find_tensions(shown, modes.multipliers);
-  std::string list = "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n";
+  std::string list(VtpTrajectory::list_head);
   for (int k = 0; k < frames_of_period; ++k) {
     const double phase = 2.0 * std::numbers::pi * k / frames_of_period, time = phase / omega;
     for (std::size_t i = 0; i < places.size(); ++i) {
@@ -67,16 +65,17 @@ void write_picture(const fs::path& directory, const ShownParts& shown, std::span
       velocities[i] = -omega * move * std::sin(phase);
       accelerations[i] = -omega * omega * move * std::cos(phase);
     }
-    gather_points(shown, places, &r);
-    gather_points(shown, velocities, &v);
-    gather_points(shown, accelerations, &w);
     const std::string frame = fmt::format("{}/frame_{:03}.vtp", name, k);
     write_vtp(directory / frame, shown,
-              {.time = time, .positions = r, .velocities = v, .accelerations = w, .tensions = tensions});
-    list += fmt::format("<DataSet timestep=\"{}\" group=\"\" part=\"0\" file=\"{}\"/>\n", time, frame);
+              {.time = time,
+               .positions = places,
+               .velocities = velocities,
+               .accelerations = accelerations,
+               .tensions = tensions});
+    list += VtpTrajectory::list_frame(time, frame);
   }
-  replace_file(directory / (name + ".pvd"),
-               [&](OutputFile* file) { file->write(list + "</Collection>\n</VTKFile>\n"); });
+  list += VtpTrajectory::list_tail;
+  replace_file(directory / (name + ".pvd"), [&](OutputFile* file) { file->write(std::string_view(list)); });
 }
 
 }  // namespace
@@ -96,10 +95,9 @@ void add_modes(const fs::path& directory, const std::optional<Modes>& modes, Jso
   json->add_numbers("omega", modes->omega);
   json->add("frequency_hz", frequencies(*modes));
   if (is_damped) json->add_numbers("decay", modes->decay);
-  json->add("residual_max", modes->residual_max);
-  json->add("unstable_directions", modes->unstable_directions);
-  json->add("zero_modes", modes->zero_modes);
-  json->add("rigid_zero_modes", modes->rigid_zero_modes);
+  using M = Modes;
+  json->add_members(
+      json_of_members<&M::residual_max, &M::unstable_directions, &M::zero_modes, &M::rigid_zero_modes>(*modes));
   json->add("shapes", shapes_name);
   if (is_damped) json->add("shapes_imaginary", imaginary_name);
   json->end();
@@ -112,9 +110,8 @@ void write_modes(const fs::path& directory, const ModesFacts& facts, const Modes
     json.add("scene", facts.scene);
     json.add("source", facts.source);
     json.add("tanor_version", TANOR_VERSION);
-    json.add("points", facts.points);
-    json.add("supports", facts.supports);
-    json.add("equations", facts.equations);
+    using F = ModesFacts;
+    json.add_members(json_of_members<&F::points, &F::supports, &F::equations>(facts));
     json.add("degrees_of_freedom", modes.outcome.ok() ? Json(modes.degrees_of_freedom) : Json());
     add_modes(directory, modes, &json);
     if (facts.buckling) {

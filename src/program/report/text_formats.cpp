@@ -16,8 +16,6 @@
 
 namespace tanor::report {
 
-namespace fs = std::filesystem;
-
 namespace {
 
 /// A text file that grows by one piece for each frame; each is complete before the next one begins. If the name ends in
@@ -25,11 +23,12 @@ namespace {
 class TextTrajectory : public FrameFile {
  public:
   using Print = std::function<void(const Frame&, fmt::appender)>;
-  /// Creates a file that begins with `head`, or continues an existing one after `mark` if that is not 0.
-  TextTrajectory(const fs::path& path, std::string_view head, std::uint64_t mark, Print print)
-      : is_compressed_(path.extension() == ".gz"),
+  /// Creates a file that begins with `head`, or continues an existing one.
+  TextTrajectory(const FrameFileRequest& request, std::string_view head, Print print)
+      : is_compressed_(request.path.extension() == ".gz"),
         print_(std::move(print)),
-        file_(mark > 0 ? GrowingFile(path, mark, "") : GrowingFile(path, pack(head), "")) {}
+        file_(request.mark > 0 ? GrowingFile(request.path, request.mark, "")
+                               : GrowingFile(request.path, pack(head), "")) {}
 
   void write(const Frame& frame) override {
     buffer_.clear();
@@ -124,9 +123,9 @@ std::string make_observables_head(std::span<const Observed> observables, const U
 
 }  // namespace
 
-std::unique_ptr<FrameFile> open_xyz(const fs::path& path, const ShownParts* shown, const std::optional<Cell>& cell,
-                                    std::uint64_t mark) {
-  const auto print = [shown, lattice = describe_lattice(cell)](const Frame& frame, fmt::appender out) {
+std::unique_ptr<FrameFile> open_xyz(const FrameFileRequest& request) {
+  const auto print = [shown = request.shown, lattice = describe_lattice(request.cell)](const Frame& frame,
+                                                                                       fmt::appender out) {
     fmt::format_to(out, "{}\n{}Properties=species:S:1:pos:R:3:velo:R:3 Time={}\n", shown->num_points, lattice,
                    frame.time);
     for (std::size_t k = 0; k < shown->num_points; ++k) {
@@ -136,10 +135,10 @@ std::unique_ptr<FrameFile> open_xyz(const fs::path& path, const ShownParts* show
                      shown->is_support[k] ? 'X' : 'C', r[0], r[1], r[2], v[0], v[1], v[2]);
     }
   };
-  return std::make_unique<TextTrajectory>(path, "", mark, print);
+  return std::make_unique<TextTrajectory>(request, "", print);
 }
 
-std::unique_ptr<FrameFile> open_csv(const fs::path& path, const ShownParts& shown, std::uint64_t mark) {
+std::unique_ptr<FrameFile> open_csv(const FrameFileRequest& request) {
   const auto print = [](const Frame& frame, fmt::appender out) {
     fmt::format_to(out, "{}", frame.time);
     for (std::size_t k = 0; k < frame.positions.size(); k += 3) {
@@ -149,12 +148,11 @@ std::unique_ptr<FrameFile> open_csv(const fs::path& path, const ShownParts& show
     for (const double tension : frame.tensions) fmt::format_to(out, ",{}", tension);
     fmt::format_to(out, "\n");
   };
-  return std::make_unique<TextTrajectory>(path, make_csv_head(shown), mark, print);
+  return std::make_unique<TextTrajectory>(request, make_csv_head(*request.shown), print);
 }
 
-std::unique_ptr<FrameFile> open_lammps_dump(const fs::path& path, const ShownParts* shown,
-                                            const std::optional<Cell>& cell, std::uint64_t mark) {
-  const auto print = [shown, cell](const Frame& frame, fmt::appender out) {
+std::unique_ptr<FrameFile> open_lammps_dump(const FrameFileRequest& request) {
+  const auto print = [shown = request.shown, cell = request.cell](const Frame& frame, fmt::appender out) {
     print_head(frame, "ATOMS", shown->num_points, cell, out);
     fmt::format_to(out, "ITEM: ATOMS id type {} vx vy vz fx fy fz\n", is_periodic(cell) ? "xu yu zu" : "x y z");
     for (std::size_t k = 0; k < shown->num_points; ++k) {
@@ -164,12 +162,11 @@ std::unique_ptr<FrameFile> open_lammps_dump(const fs::path& path, const ShownPar
           shown->points[k] + 1, shown->is_support[k] ? 2 : 1, r[0], r[1], r[2], v[0], v[1], v[2], f[0], f[1], f[2]);
     }
   };
-  return std::make_unique<TextTrajectory>(path, "", mark, print);
+  return std::make_unique<TextTrajectory>(request, "", print);
 }
 
-std::unique_ptr<FrameFile> open_lammps_rod_dump(const fs::path& path, const ShownParts* shown,
-                                                const std::optional<Cell>& cell, std::uint64_t mark) {
-  const auto print = [shown, cell](const Frame& frame, fmt::appender out) {
+std::unique_ptr<FrameFile> open_lammps_rod_dump(const FrameFileRequest& request) {
+  const auto print = [shown = request.shown, cell = request.cell](const Frame& frame, fmt::appender out) {
     print_head(frame, "ENTRIES", shown->rods.size(), cell, out);
     fmt::format_to(out, "ITEM: ENTRIES index batom1 batom2 length tension\n");
     std::vector<double> places(frame.positions.begin(), frame.positions.end());
@@ -183,18 +180,17 @@ std::unique_ptr<FrameFile> open_lammps_rod_dump(const fs::path& path, const Show
                      std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]), frame.tensions[k]);
     }
   };
-  return std::make_unique<TextTrajectory>(path, "", mark, print);
+  return std::make_unique<TextTrajectory>(request, "", print);
 }
 
-std::unique_ptr<FrameFile> open_observables(const fs::path& path, std::span<const Observed> observables,
-                                            const Units& units, std::uint64_t mark) {
+std::unique_ptr<FrameFile> open_observables(const FrameFileRequest& request) {
   const auto print = [](const Frame& frame, fmt::appender out) {
     fmt::format_to(out, "{}", frame.time);
     for (const Observed& each : frame.observables)
       for (const double number : each.values) fmt::format_to(out, ",{}", number);
     fmt::format_to(out, "\n");
   };
-  return std::make_unique<TextTrajectory>(path, make_observables_head(observables, units), mark, print);
+  return std::make_unique<TextTrajectory>(request, make_observables_head(request.observables, request.units), print);
 }
 
 }  // namespace tanor::report

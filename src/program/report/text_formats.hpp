@@ -1,42 +1,33 @@
 #pragma once
 
-#include <filesystem>
 #include <memory>
-#include <optional>
-#include <span>
 
 #include "report/frame_file.hpp"
-#include "report/shown_parts.hpp"
 
-/// \file Frames as text. A `mark` of 0 opens a new file, another one continues an existing file after it. `shown` must
-/// outlive the file.
+/// \file Frames as text. A file whose name ends in ".gz" is compressed.
 namespace tanor::report {
 
 /// Opens extended XYZ (OVITO, ASE): a line for each point with position and velocity, 10 significant digits (the .vtp
 /// frames have all). `Lattice` and `pbc` are given if the sample is periodic along all three edges.
 ///
 /// The species are "C" for points that move and "X" for supports: names that every reader of the format knows.
-std::unique_ptr<FrameFile> open_xyz(const std::filesystem::path& path, const ShownParts* shown,
-                                    const std::optional<Cell>& cell, std::uint64_t mark = 0);
+std::unique_ptr<FrameFile> open_xyz(const FrameFileRequest& request);
 
 /// Opens a table of few points for spreadsheets. Each frame is a row with `t`, with `x<i>,y<i>,z<i>,vx<i>,vy<i>,vz<i>`
 /// for each point i, and with `tension<i>_<j>` for each rod between shown points i and j; all digits.
-std::unique_ptr<FrameFile> open_csv(const std::filesystem::path& path, const ShownParts& shown, std::uint64_t mark = 0);
+std::unique_ptr<FrameFile> open_csv(const FrameFileRequest& request);
 
 /// Opens a LAMMPS dump (for its read_dump, OVITO, ASE): id (the number of the point plus 1), type (1: moving, 2:
 /// support), positions, velocities, and the force M w on each point, with 10 significant digits. In a periodic cell
 /// positions are unwrapped. The time step is the number of the frame; the time stands above it.
-std::unique_ptr<FrameFile> open_lammps_dump(const std::filesystem::path& path, const ShownParts* shown,
-                                            const std::optional<Cell>& cell, std::uint64_t mark = 0);
+std::unique_ptr<FrameFile> open_lammps_dump(const FrameFileRequest& request);
 /// Opens a LAMMPS "dump local" (OVITO reads it as bonds): both ids of each rod, its length and its tension.
-std::unique_ptr<FrameFile> open_lammps_rod_dump(const std::filesystem::path& path, const ShownParts* shown,
-                                                const std::optional<Cell>& cell, std::uint64_t mark = 0);
+std::unique_ptr<FrameFile> open_lammps_rod_dump(const FrameFileRequest& request);
 
 inline constexpr const char* observables_name = "observables.csv";
 /// Opens a table of the observables over time for spreadsheets: a row for each frame, with the time and a column for
 /// each number. The head names them with their units, "t [s],torque [N m],load(hook).x [N]"; names with commas stand in
 /// quotes.
-std::unique_ptr<FrameFile> open_observables(const std::filesystem::path& path, std::span<const Observed> observables,
-                                            const Units& units, std::uint64_t mark = 0);
+std::unique_ptr<FrameFile> open_observables(const FrameFileRequest& request);
 
 }  // namespace tanor::report

@@ -21,23 +21,32 @@ using scene::TrajectoryFormat;
 
 namespace {
 
-constexpr const char *rods_name = "trajectory_rods.dump", *packed = ".gz";
+constexpr const char* packed = ".gz";
 
-/// The file whose mark tells how far a format is written; for `lammps` it is that of the points.
+std::unique_ptr<FrameFile> open_vtp(const FrameFileRequest& request) {
+  return std::make_unique<VtpTrajectory>(request.path.parent_path(), request.shown, request.is_compressed,
+                                         request.mark);
+}
+
+/// A file whose mark tells how far it is written.
 struct NamedFile {
   TrajectoryFormat format;
   const char* name;
-  bool is_packed;  ///< if the user wants compression
-};
-constexpr NamedFile named_files[] = {
-    {TrajectoryFormat::Xyz, "trajectory.xyz", true},  {TrajectoryFormat::Lammps, "trajectory.dump", true},
-    {TrajectoryFormat::Csv, "trajectory.csv", true},  {TrajectoryFormat::Vtp, VtpTrajectory::list_name, false},
-    {TrajectoryFormat::H5md, "trajectory.h5", false}, {TrajectoryFormat::Npz, "trajectory.npz", false}};
+  bool is_packed;                                               ///< if the user wants compression
+  std::unique_ptr<FrameFile> (*open)(const FrameFileRequest&);  ///< null if a module opens it
 
-std::string name_file(TrajectoryFormat format, bool is_compressed) {
-  const auto* const found = std::ranges::find(named_files, format, &NamedFile::format);
-  return std::string(found->name) + (is_compressed && found->is_packed ? packed : "");
-}
+  std::string name_if(bool is_compressed) const {
+    return std::string(name) + (is_compressed && is_packed ? packed : "");
+  }
+};
+constexpr NamedFile named_files[] = {{TrajectoryFormat::Xyz, "trajectory.xyz", true, open_xyz},
+                                     {TrajectoryFormat::Lammps, "trajectory.dump", true, open_lammps_dump},
+                                     {TrajectoryFormat::Lammps, "trajectory_rods.dump", true, open_lammps_rod_dump},
+                                     {TrajectoryFormat::Csv, "trajectory.csv", true, open_csv},
+                                     {TrajectoryFormat::Vtp, VtpTrajectory::list_name, false, open_vtp},
+                                     {TrajectoryFormat::H5md, "trajectory.h5", false, nullptr},
+                                     {TrajectoryFormat::Npz, "trajectory.npz", false, nullptr}};
+constexpr NamedFile observables_file{TrajectoryFormat::Csv, observables_name, false, open_observables};
 
 void require_size(const fs::path& path, std::uint64_t size) {
   std::error_code error;
@@ -46,22 +55,22 @@ void require_size(const fs::path& path, std::uint64_t size) {
   if (found < size) throw InputError(path.string(), "is shorter than the checkpoint says; run without --resume");
 }
 
-/// Returns the names of the files that a run with these options writes.
-std::vector<std::string> list_files(const TrajectoryOptions& options, const ShownParts& shown) {
-  std::vector<std::string> names;
-  for (const TrajectoryFormat format : options.formats.files) {
-    names.push_back(name_file(format, options.formats.compression));
-    if (format == TrajectoryFormat::Lammps && !shown.rods.empty())
-      names.push_back(rods_name + std::string(options.formats.compression ? packed : ""));
-  }
-  if (!options.observables.empty()) names.push_back(observables_name);
-  std::ranges::sort(names);
-  return names;
+/// Returns the files that a run with these options writes.
+std::vector<NamedFile> choose_files(const TrajectoryOptions& options, const ShownParts& shown) {
+  std::vector<NamedFile> chosen;
+  for (const TrajectoryFormat format : options.formats.files)
+    for (const NamedFile& each : named_files)
+      if (each.format == format && (each.open != open_lammps_rod_dump || !shown.rods.empty())) chosen.push_back(each);
+  if (!options.observables.empty()) chosen.push_back(observables_file);
+  return chosen;
 }
 
 /// Requires that the files of a folder hold everything that the mark promises, before any of them is changed.
-void require_marked(const fs::path& directory, const std::vector<std::string>& names, const TrajectoryMark& mark) {
-  std::vector<std::string> marked;
+void require_marked(const fs::path& directory, const TrajectoryOptions& options, const ShownParts& shown,
+                    const TrajectoryMark& mark) {
+  std::vector<std::string> names, marked;
+  for (const NamedFile& each : choose_files(options, shown)) names.push_back(each.name_if(options.formats.compression));
+  std::ranges::sort(names);
   for (const auto& [name, size] : mark.files) marked.push_back(name);
   if (marked != names)
     throw InputError(directory.string(), fmt::format("holds a run that writes {}, and goes on with these alone, not {}",
@@ -72,20 +81,12 @@ void require_marked(const fs::path& directory, const std::vector<std::string>& n
   for (std::size_t k = 0; k < mark.frames; ++k) require_size(directory / VtpTrajectory::name_frame(k), 1);
 }
 
-std::string say_that_is_missing(TrajectoryFormat format) {
-  return fmt::format("found {}, which this tanor was built without ({})", name_of(format),
-                     format == TrajectoryFormat::H5md ? "libhdf5-dev" : "libzip-dev");
-}
-
 /// Returns the function that opens files of this format, from its module.
 OpenFrameFile* load_opener(TrajectoryFormat format) {
-  const std::string module = "tanor_" + std::string(name_of(format));
-  return reinterpret_cast<OpenFrameFile*>(load_function(module, open_symbol, say_that_is_missing(format)));
-}
-
-/// Returns the bytes of a frame in a format that keeps frames in memory.
-double bytes_of_a_frame(std::size_t num_points) {
-  return 9.0 * sizeof(double) * static_cast<double>(num_points);
+  const std::string name(name_of(format)),
+      missing = fmt::format("found {}, which this tanor was built without ({})", name,
+                            format == TrajectoryFormat::H5md ? "libhdf5-dev" : "libzip-dev");
+  return reinterpret_cast<OpenFrameFile*>(load_function("tanor_" + name, open_symbol, missing));
 }
 
 }  // namespace
@@ -98,9 +99,9 @@ void require_formats(const TrajectoryOptions& options, std::size_t num_points, d
     } catch (const InputError& error) {
       throw InputError("/motion/trajectory", error.what());
     }
-    constexpr double most = 2e9;
+    constexpr double most = 2e9;  // bytes
     const std::size_t shown = options.points.empty() ? num_points : options.points.size();
-    const double needed = expected_frames * bytes_of_a_frame(shown);
+    const double needed = expected_frames * (9.0 * sizeof(double) * static_cast<double>(shown));
     if (format == TrajectoryFormat::Npz && needed > most)
       throw InputError("/motion/trajectory",
                        fmt::format("found npz, which keeps all frames in memory, {:.1f} GB here; wanted at most {:.0f} "
@@ -113,13 +114,9 @@ void require_formats(const TrajectoryOptions& options, std::size_t num_points, d
 
 std::vector<fs::path> list_trajectory(const fs::path& directory) {
   std::vector<fs::path> files = list_frames(directory / VtpTrajectory::frame_folder);
-  for (const NamedFile& each : named_files) {
-    files.push_back(directory / each.name);
-    if (each.is_packed) files.push_back(directory / (std::string(each.name) + packed));
-  }
-  for (const std::string& name :
-       {std::string(rods_name), rods_name + std::string(packed), std::string(observables_name)})
-    files.push_back(directory / name);
+  for (const NamedFile& each : named_files)
+    for (const bool is_compressed : {false, true}) files.push_back(directory / each.name_if(is_compressed));
+  files.push_back(directory / observables_name);
   return files;
 }
 
@@ -134,9 +131,6 @@ std::vector<fs::path> list_frames(const fs::path& frames) {
   return files;
 }
 
-Trajectory::Trajectory(const fs::path& directory, const System& system, const TrajectoryOptions& options)
-    : Trajectory(directory, system, options, {}) {}
-
 Trajectory::Trajectory(const fs::path& directory, const System& system, const TrajectoryOptions& options,
                        const TrajectoryMark& mark)
     : shown_(std::make_unique<ShownParts>(choose_parts(system, options.points))),
@@ -147,56 +141,29 @@ Trajectory::Trajectory(const fs::path& directory, const System& system, const Tr
   const std::vector<bool> is_held = find_held_points(system);
   has_held_points_ =
       std::ranges::any_of(shown_->points, [&](Index point) { return is_held[static_cast<std::size_t>(point)]; });
-  if (mark.frames > 0) require_marked(directory, list_files(options, *shown_), mark);
+  if (mark.frames > 0) require_marked(directory, options, *shown_, mark);
   open_files(directory, options, mark);
 }
 
 void Trajectory::open_files(const fs::path& directory, const TrajectoryOptions& options, const TrajectoryMark& mark) {
-  const bool is_compressed = options.formats.compression;
-  const auto before = [&](const std::string& name) {
-    const auto found = mark.files.find(name);
-    return found == mark.files.end() ? 0 : found->second;
-  };
-  for (const TrajectoryFormat format : options.formats.files) {
-    const std::string name = name_file(format, is_compressed);
-    const fs::path path = directory / name;
-    const std::uint64_t size = before(name);
+  for (const NamedFile& each : choose_files(options, *shown_)) {
+    const std::string name = each.name_if(options.formats.compression);
+    const auto before = mark.files.find(name);
+    const FrameFileRequest request{.path = directory / name,
+                                   .shown = shown_.get(),
+                                   .title = options.title,
+                                   .masses = masses_,
+                                   .cell = options.cell,
+                                   .observables = options.observables,
+                                   .units = options.units,
+                                   .is_compressed = options.formats.compression,
+                                   .mark = before == mark.files.end() ? 0 : before->second};
     std::unique_ptr<FrameFile>& file = files_[name];
-    switch (format) {
-      case TrajectoryFormat::Xyz:
-        file = open_xyz(path, shown_.get(), options.cell, size);
-        break;
-      case TrajectoryFormat::Vtp:
-        file = std::make_unique<VtpTrajectory>(directory, shown_.get(), is_compressed, size);
-        break;
-      case TrajectoryFormat::Lammps:
-        file = open_lammps_dump(path, shown_.get(), options.cell, size);
-        if (!shown_->rods.empty()) {
-          const std::string rods = rods_name + std::string(is_compressed ? packed : "");
-          files_[rods] = open_lammps_rod_dump(directory / rods, shown_.get(), options.cell, before(rods));
-        }
-        break;
-      case TrajectoryFormat::Csv:
-        file = open_csv(path, *shown_, size);
-        break;
-      case TrajectoryFormat::H5md:
-      case TrajectoryFormat::Npz:
-        load_opener(format)({.path = path,
-                             .shown = shown_.get(),
-                             .title = options.title,
-                             .masses = masses_,
-                             .cell = options.cell,
-                             .observables = options.observables,
-                             .units = options.units,
-                             .is_compressed = is_compressed,
-                             .frames = size},
-                            &file);
-        break;
-    }
+    if (each.open)
+      file = each.open(request);
+    else
+      load_opener(each.format)(request, &file);
   }
-  if (!options.observables.empty())
-    files_[observables_name] =
-        open_observables(directory / observables_name, options.observables, options.units, before(observables_name));
 }
 
 /// Copies the rows of the shown points and rods from the simulation.

@@ -49,12 +49,10 @@ std::vector<std::filesystem::path> list_frames(const std::filesystem::path& fram
 /// All files are readable whenever the program stops, and a frame that could not be written is in none of them.
 class Trajectory {
  public:
-  /// Starts a new trajectory in a folder that has none.
-  Trajectory(const std::filesystem::path& directory, const System& system, const TrajectoryOptions& options);
-  /// Continues after a mark and removes what was written after it. Throws InputError if the files are not those of the
-  /// mark.
+  /// Starts a new trajectory in a folder that has none, or continues after a mark and removes what was written after
+  /// it. Throws InputError if the files are not those of the mark.
   Trajectory(const std::filesystem::path& directory, const System& system, const TrajectoryOptions& options,
-             const TrajectoryMark& mark);
+             const TrajectoryMark& mark = {});
 
   /// Appends the simulation's present state with its friction (3n, N; empty if there is none). Throws WriteError; the
   /// files are then what they were before.

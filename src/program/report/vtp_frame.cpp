@@ -101,10 +101,6 @@ std::vector<std::uint8_t> collect_supports(const ShownParts& shown) {
   return is_support;
 }
 
-constexpr std::string_view list_head =
-    "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n";
-constexpr std::string_view list_tail = "</Collection>\n</VTKFile>\n";
-
 void add_field(const Frame& frame, Document* document) {
   document->open("FieldData");
   document->add_text("TimeValue", {&frame.time, 1});
@@ -179,13 +175,17 @@ std::string VtpTrajectory::name_frame(std::size_t number) {
   return fmt::format("{}/frame_{:06}.vtp", frame_folder, number);
 }
 
+std::string VtpTrajectory::list_frame(double time, const std::string& file) {
+  return fmt::format("<DataSet timestep=\"{}\" group=\"\" part=\"0\" file=\"{}\"/>\n", time, file);
+}
+
 void VtpTrajectory::write(const Frame& frame) {
   const std::string name = name_frame(frame.number);
   last_ = directory_ / name;
   const std::uint64_t before = mark();
   try {
     write_vtp(last_, *shown_, frame, is_compressed_);
-    list_.append(fmt::format("<DataSet timestep=\"{}\" group=\"\" part=\"0\" file=\"{}\"/>\n", frame.time, name));
+    list_.append(list_frame(frame.time, name));
   } catch (const WriteError&) {
     cut(before);
     throw;

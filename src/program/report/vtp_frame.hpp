@@ -30,6 +30,12 @@ class VtpTrajectory : public FrameFile {
   static constexpr const char* frame_folder = "trajectory";
   static std::string name_frame(std::size_t number);
 
+  /// A list of frames begins with its head, has an entry for each frame, and ends with its tail.
+  static constexpr std::string_view
+      list_head = "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n",
+      list_tail = "</Collection>\n</VTKFile>\n";
+  static std::string list_frame(double time, const std::string& file);
+
   void write(const Frame& frame) override;
   std::uint64_t mark() const override { return list_.body_size(); }
   /// Cuts the list back to the mark before the last frame.
