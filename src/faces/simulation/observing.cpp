@@ -14,12 +14,11 @@ using Which = Observables::Which;
 /// Returns what an event takes out, from `of` or from the member of which its condition speaks. Throws InputError if
 /// that is nothing, or nothing that breaks or can be let go.
 std::optional<Thing> find_what_goes(const Things& things, const Event& event, const Condition& condition) {
-  constexpr Thing::List lists[] = {Thing::List::Constraints, Thing::List::Supports, Thing::List::Forces};
   const bool breaks = event.action == EventAction::Break;
   std::optional<Thing> thing;
   if (!event.of.empty()) {
     try {
-      thing = things.find({event.of, 0}, lists);
+      thing = things.find({event.of, 0}, {Thing::List::Constraints, Thing::List::Supports, Thing::List::Forces});
     } catch (const TextFault& fault) {
       throw InputError("/of", fault.problem);
     }

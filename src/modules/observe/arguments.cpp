@@ -43,8 +43,6 @@ std::optional<std::vector<Number>> read_list(std::string_view text) {
   }
 }
 
-constexpr Thing::List all_lists[] = {Thing::List::Constraints, Thing::List::Supports, Thing::List::Forces};
-
 const char* word_for(Thing::List list) {
   return list == Thing::List::Constraints ? "constraints" : list == Thing::List::Supports ? "supports" : "forces";
 }
@@ -150,7 +148,7 @@ std::size_t Things::num_members(const Thing& thing) const {
       system_.forces[thing.index]);
 }
 
-Thing Things::find(const Argument& argument, std::span<const Thing::List> lists) const {
+Thing Things::find(const Argument& argument, std::initializer_list<Thing::List> lists) const {
   const auto find_name = [&](std::string_view name) -> std::optional<Thing> {
     for (const Thing::List list : lists)
       for (std::size_t k = 0; k < list_size(list); ++k)
@@ -198,9 +196,8 @@ std::vector<Index> Things::points(const Argument& argument) const {
     for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<Index>(i);
     return all;
   }
-  constexpr Thing::List supports[] = {Thing::List::Supports};
   if (argument.text.empty()) argument.fail("points are missing: a number, [0, 4, 7], a name of supports, or all");
-  const Thing thing = find(argument, supports);
+  const Thing thing = find(argument, {Thing::List::Supports});
   const std::vector<Index>& points = system_.supports[thing.index].points;
   return thing.member ? std::vector{points[*thing.member]} : points;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <initializer_list>
 #include <optional>
 #include <span>
 #include <string>
@@ -71,7 +72,7 @@ class Things {
   const System& system() const { return system_; }
 
   /// Finds a thing in some of the lists. Throws TextFault that names similar ones.
-  Thing find(const Argument& argument, std::span<const Thing::List> lists) const;
+  Thing find(const Argument& argument, std::initializer_list<Thing::List> lists) const;
   /// Reads points: a number, a list [0, 4, 7], the name of an entry of supports, or all.
   std::vector<Index> points(const Argument& argument) const;
   Index point(const Argument& argument) const;

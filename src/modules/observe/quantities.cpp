@@ -15,11 +15,6 @@ namespace tanor::detail {
 namespace {
 
 using List = Thing::List;
-constexpr List constraints_or_forces[] = {List::Constraints, List::Forces};
-constexpr List constraints_alone[] = {List::Constraints};
-constexpr List forces_alone[] = {List::Forces};
-constexpr List supports_alone[] = {List::Supports};
-constexpr List supports_or_constraints[] = {List::Supports, List::Constraints};
 
 /// The members of a thing that a quantity speaks of: one of them or all.
 struct Members {
@@ -42,8 +37,9 @@ struct Members {
 
 /// Returns a quantity of members, whose numbers `evaluate` writes. Members that were taken out have no number.
 template <class Evaluate>
-Quantity of_members(const Members& members, Needs needs, Evaluate evaluate, std::vector<std::string> parts = {}) {
-  Quantity result{.needs = needs, .parts = std::move(parts), .num_members = members.count};
+Quantity of_members(const Members& members, Dimension dimension, Needs needs, Evaluate evaluate,
+                    std::vector<std::string> parts = {}) {
+  Quantity result{dimension, needs, {}, std::move(parts), members.count};
   result.evaluate = [=, n = result.num_parts(), absent = members.absent](const ObservedInstant& at, double* values) {
     evaluate(at, values);
     for (const std::size_t k : absent) std::fill_n(values + k * n, n, std::numeric_limits<double>::quiet_NaN());
@@ -79,22 +75,24 @@ struct Multipliers {
   std::size_t first = 0, rows_per_member = 1, count = 0;
 };
 
-Quantity multipliers_of(const Things& things, const Thing& thing, double factor) {
+Quantity multipliers_of(const Things& things, const Thing& thing, Dimension dimension, double factor) {
   const Members members(things, thing);
   const Multipliers read(things.system(), members, factor);
-  return of_members(members, {.multipliers = true}, read,
+  return of_members(members, dimension, {.multipliers = true}, read,
                     read.rows_per_member == 2 ? std::vector<std::string>{"0", "1"} : std::vector<std::string>{});
 }
 
 /// Returns the pull of springs or bonds between two points: slope(instant, pair, r_j - r_i, number of the member).
 template <class Slope>
 Quantity pulls_of(const Members& members, const std::vector<std::array<Index, 2>>& all, Slope slope) {
-  return of_members(members, {.places = true}, [=, first = members.first](const ObservedInstant& at, double* values) {
+  const auto evaluate = [=](const ObservedInstant& at, double* values) {
+    const double* const r = at.positions.data();
     for (std::size_t k = 0; k < members.count; ++k) {
-      const auto& [i, j] = all[first + k];
-      values[k] = slope(at, all[first + k], load(at.positions.data(), j) - load(at.positions.data(), i), k);
+      const std::array<Index, 2>& pair = all[members.first + k];
+      values[k] = slope(at, pair, load(r, pair[1]) - load(r, pair[0]), k);
     }
-  });
+  };
+  return of_members(members, Dimension::Forces, {.places = true}, evaluate);
 }
 
 /// The pull of a spring is -dU/dL and what damping adds.
@@ -108,13 +106,12 @@ Quantity pulls_of_springs(const Things& things, const Thing& thing, const Spring
     rest.push_back(given.is_initial() ? norm(load(positions, j) - load(positions, i))
                                       : given.constants[given.constants.size() == 1 ? 0 : k]);
   }
-  return pulls_of(members, springs.pairs,
-                  [rest, stiffness = springs.stiffness, damping = springs.damping](
-                      const ObservedInstant& at, const std::array<Index, 2>& pair, const Vec3& a, std::size_t k) {
-                    const double length = norm(a), *const v = at.velocities.data();
-                    return stiffness * (length - rest[k]) +
-                           damping * dot(a, load(v, pair[1]) - load(v, pair[0])) / length;
-                  });
+  const auto slope = [rest, stiffness = springs.stiffness, damping = springs.damping](
+                         const ObservedInstant& at, const std::array<Index, 2>& pair, const Vec3& a, std::size_t k) {
+    const double length = norm(a), *const v = at.velocities.data();
+    return stiffness * (length - rest[k]) + damping * dot(a, load(v, pair[1]) - load(v, pair[0])) / length;
+  };
+  return pulls_of(members, springs.pairs, slope);
 }
 
 /// The pull of a bond is -dU/dL, from the definition of its law.
@@ -132,12 +129,14 @@ Quantity pulls_of_bonds(const Things& things, const Thing& thing, const Bonds& b
   });
 }
 
-Quantity tension_of(const Things& things, const Argument& argument) {
-  const Thing thing = things.find(argument, constraints_or_forces);
+Quantity make_tension(const Things& things, const Arguments& arguments) {
+  arguments.require(1, 1, "rods, pulleys, springs or bonds");
+  const Argument& argument = arguments[0];
+  const Thing thing = things.find(argument, {List::Constraints, List::Forces});
   if (thing.list == List::Constraints) {
     const Constraint& constraint = things.system().constraints[thing.index];
     if (std::holds_alternative<Rods>(constraint) || std::holds_alternative<Pulleys>(constraint))
-      return multipliers_of(things, thing, -1.0);
+      return multipliers_of(things, thing, Dimension::Forces, -1.0);
     argument.fail("'" + things.name(thing) + "' is a " + std::string(kind_name(constraint)) +
                   ", which has no tension; force(" + things.name(thing) + ") is its force");
   }
@@ -147,16 +146,9 @@ Quantity tension_of(const Things& things, const Argument& argument) {
   argument.fail("'" + things.name(thing) + "' has no tension; rods, pulleys, springs and bonds have one");
 }
 
-Quantity make_tension(const Things& things, const Arguments& arguments) {
-  arguments.require(1, 1, "rods, pulleys, springs or bonds");
-  Quantity result = tension_of(things, arguments[0]);
-  result.dimension = Dimension::Forces;
-  return result;
-}
-
 Quantity make_multiplier(const Things& things, const Arguments& arguments) {
   arguments.require(1, 1, "constraints");
-  return multipliers_of(things, things.find(arguments[0], constraints_alone), 1.0);
+  return multipliers_of(things, things.find(arguments[0], {List::Constraints}), Dimension::None, 1.0);
 }
 
 // ---- vectors of points ----
@@ -193,7 +185,7 @@ std::vector<Index> points_of_support(const Things& things, const Thing& thing) {
 
 Quantity make_load(const Things& things, const Arguments& arguments) {
   arguments.require(1, 1, "supports");
-  const Thing thing = things.find(arguments[0], supports_alone);
+  const Thing thing = things.find(arguments[0], {List::Supports});
   Quantity result = vectors_of(things, points_of_support(things, thing), Dimension::Forces,
                                &ObservedInstant::support_forces, {.forces = true});
   result.is_sum = true;
@@ -256,7 +248,7 @@ class ConstraintForces {
 /// The sum of the forces with which constraints act on their points. What they are fixed to feels the opposite.
 Quantity make_force(const Things& things, const Arguments& arguments) {
   arguments.require(1, 1, "constraints");
-  const auto forces = std::make_shared<ConstraintForces>(things, things.find(arguments[0], constraints_alone));
+  const auto forces = std::make_shared<ConstraintForces>(things, things.find(arguments[0], {List::Constraints}));
   const auto evaluate = [forces](const ObservedInstant& at, double* values) {
     const double* const eta = forces->evaluate(at);
     Vec3 sum{};
@@ -273,7 +265,7 @@ Quantity make_moment(const Things& things, const Arguments& arguments) {
                     "a moment needs an axis: moment(" + std::string(arguments[0].text) + ", z, [0, 0, 0])"};
   arguments.require(2, 3, "supports or constraints, axis, about");
   const Vec3 axis = things.axis(arguments[1]);
-  const Thing thing = things.find(arguments[0], supports_or_constraints);
+  const Thing thing = things.find(arguments[0], {List::Supports, List::Constraints});
   const bool is_load = thing.list == List::Supports;
   const auto forces = is_load ? nullptr : std::make_shared<ConstraintForces>(things, thing);
   const std::vector<Index> points = is_load ? points_of_support(things, thing) : forces->points();
@@ -340,7 +332,7 @@ Quantity make_potential(const Things& things, const Arguments& arguments) {
   things.require_forces(arguments);
   if (arguments.size() == 0)
     return one_number(Dimension::Energy, {.energy = true}, [](const ObservedInstant& at) { return at.potential; });
-  const Thing thing = things.find(arguments[0], forces_alone);
+  const Thing thing = things.find(arguments[0], {List::Forces});
   const auto one = std::make_shared<PotentialOfForce>(things.system(), thing.index);
   return one_number(Dimension::Energy, {.places = true},
                     [one](const ObservedInstant& at) { return one->evaluate(at); });
