@@ -63,40 +63,28 @@ std::optional<std::size_t> KktSolver::count_below(std::vector<double> omega2, do
                                     {upper.valuePtr(), upper.valuePtr() + nonzeros});
 }
 
-/// Computes x := A^-1 x.
+/// Computes x := A^-1 x, of many columns eight at once.
 void KktSolver::apply_inverse(MatrixXd* x) {
-  if (x->cols() != 1) {
-    apply_inverse_by_packs(x);
-    return;
-  }
-  const std::size_t n = matrix_->num_points();
-  ordered_.resize(3 * n);
-  for (std::size_t i = 0; i < n; ++i) store(ordered_.data(), matrix_->place(i), load(x->data(), i));
-  factor_->solve(ordered_.data(), model_.parallel.threads());
-  for (std::size_t i = 0; i < n; ++i) store(x->data(), i, load(ordered_.data(), matrix_->place(i)));
-}
-
-/// Computes the same for many columns, eight at once.
-void KktSolver::apply_inverse_by_packs(MatrixXd* x) const {
   const std::size_t n = matrix_->num_points(), columns = static_cast<std::size_t>(x->cols());
-  const std::size_t size = 3 * n * num_lanes;
+  const std::size_t width = columns == 1 ? 1 : num_lanes, size = 3 * n * width;
   const auto solve_groups = [&](std::size_t begin, std::size_t end) {
     std::vector<double> lanes((end - begin) * size);
     const auto for_numbers = [&](const auto& visit) {
-      for (std::size_t j = begin * num_lanes; j < std::min(end * num_lanes, columns); ++j) {
-        double* const own = lanes.data() + (j / num_lanes - begin) * size + j % num_lanes;
+      for (std::size_t j = begin * width; j < std::min(end * width, columns); ++j) {
+        double* const own = lanes.data() + (j / width - begin) * size + j % width;
         double* const column = x->col(static_cast<Eigen::Index>(j)).data();
         for (std::size_t i = 0; i < n; ++i) {
-          double* const at = own + 3 * num_lanes * matrix_->place(i);
-          for (std::size_t axis = 0; axis < 3; ++axis) visit(column[3 * i + axis], at[num_lanes * axis]);
+          double* const at = own + 3 * width * matrix_->place(i);
+          for (std::size_t axis = 0; axis < 3; ++axis) visit(column[3 * i + axis], at[width * axis]);
         }
       }
     };
     for_numbers([](double& given, double& own) { own = given; });
-    factor_->solve_packs(lanes.data(), end - begin);
+    width == 1 ? factor_->solve(lanes.data(), model_.parallel.threads())
+               : factor_->solve_packs(lanes.data(), end - begin);
     for_numbers([](double& found, double& own) { found = own; });
   };
-  model_.parallel.for_ranges((columns + num_lanes - 1) / num_lanes, solve_groups, 1);
+  model_.parallel.for_ranges((columns + width - 1) / width, solve_groups, 1);
 }
 
 /// Compute y += K lambda, and rows = K'x, column by column.
@@ -106,9 +94,6 @@ void KktSolver::add_reactions(const MatrixXd& lambda, MatrixXd* y) const {
 void KktSolver::apply_transposed(const MatrixXd& x, MatrixXd* rows) const {
   rows->resize(static_cast<Eigen::Index>(penalties_.size()), x.cols());
   for (Eigen::Index j = 0; j < x.cols(); ++j) equations_.apply_transposed(x.col(j).data(), rows->col(j).data());
-  for (std::size_t row = 0; row < penalties_.size(); ++row) {
-    if (penalties_[row] == 0.0) rows->row(static_cast<Eigen::Index>(row)).setZero();
-  }
 }
 
 /// Performs one round: x = A^-1(a + K(Cb - y)).

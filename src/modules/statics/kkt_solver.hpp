@@ -61,7 +61,6 @@ class KktSolver {
   void solve_shifted(Eigen::MatrixXd* x, Eigen::MatrixXd* y, double of_rows);
   void find_multipliers(Eigen::MatrixXd* x, Eigen::MatrixXd* y, double of_rows);
   void apply_inverse(Eigen::MatrixXd* x);
-  void apply_inverse_by_packs(Eigen::MatrixXd* x) const;
   void add_reactions(const Eigen::MatrixXd& lambda, Eigen::MatrixXd* y) const;
   void apply_transposed(const Eigen::MatrixXd& x, Eigen::MatrixXd* rows) const;
 
@@ -73,7 +72,6 @@ class KktSolver {
   std::vector<double> penalties_;  // C [row] of the factor, N/m over squared gradients
   std::vector<double> shifts_;     // s [moving point], 1/s^2
   double row_residual_ = 0.0;
-  std::vector<double> ordered_;  // scratch [size()]
   // [size() or rows, columns]
   Eigen::MatrixXd rows_residual_, scaled_, image_, move_, direction_, direction_image_, direction_move_;
 };
