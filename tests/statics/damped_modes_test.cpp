@@ -12,7 +12,6 @@
 #include "errors.hpp"
 #include "scenes.hpp"
 #include "statics/damped_mode_finder.hpp"
-#include "statics/damping_matrix.hpp"
 #include "statics/given_equilibrium.hpp"
 #include "statics/mode_finder.hpp"
 
@@ -176,7 +175,8 @@ TEST(DampedModes, AreTheSameFromDenseAndFromSparseMatrices) {
   KktSolver kkt(state->equations());
   ModeFinder finder(state->equations(), kkt, state->degrees_of_freedom());
   ASSERT_EQ(state->degrees_of_freedom(), 2u * rods);
-  const Eigen::SparseMatrix<double> damping = find_damping(state->equations().work(), 0.0, state->positions().data());
+  const Eigen::SparseMatrix<double> damping =
+      state->equations().stiffness().find_damping(0.0, state->positions().data());
   const double rate = std::sqrt(finder.scale());
 
   const DampedModeSet dense = find_damped_modes(state->equations(), damping, *finder.find_basis(), 1e-6 * rate);

@@ -109,15 +109,7 @@ void AugmentedStiffness::for_each_number(const Visit& visit) const {
 /// Returns the position of block (i, j) if it is in the upper triangle, else -1.
 int AugmentedStiffness::slot(int i, int j) const {
   const int row = place_[static_cast<std::size_t>(i)], column = place_[static_cast<std::size_t>(j)];
-  if (row > column) return -1;
-  const auto begin = columns_.begin() + start_[static_cast<std::size_t>(row)];
-  const auto end = columns_.begin() + start_[static_cast<std::size_t>(row) + 1];
-  return static_cast<int>(std::lower_bound(begin, end, column) - columns_.begin());
-}
-
-/// Returns the position of the point's diagonal block, which is the first one of its row.
-std::size_t AugmentedStiffness::own_slot(std::size_t point) const {
-  return static_cast<std::size_t>(start_[place(point)]);
+  return row > column ? -1 : find_slot(start_, columns_, row, column);
 }
 
 // ---- the values ----
@@ -130,7 +122,8 @@ void AugmentedStiffness::assemble(const std::vector<double>& shifts, double stif
   for (std::size_t k = 0; k < stiffness_slots_.size(); ++k) {
     if (stiffness_slots_[k] >= 0) blocks_[static_cast<std::size_t>(stiffness_slots_[k])] = W.blocks()[k];
   }
-  for (std::size_t i = 0; i < num_points(); ++i) blocks_[own_slot(i)].add_identity(shifts[i] * model_.mass[i]);
+  for (std::size_t i = 0; i < num_points(); ++i)
+    blocks_[static_cast<std::size_t>(start_[place(i)])].add_identity(shifts[i] * model_.mass[i]);
   find_penalties(shifts, stiffer, penalties);
   // A += C g_a g_b'
   for (const auto& [row, a, b, sign, at] : products_)
@@ -165,7 +158,7 @@ void AugmentedStiffness::find_penalties(const std::vector<double>& shifts, doubl
 std::vector<double> AugmentedStiffness::stiffness_of_points(const std::vector<double>& shifts) const {
   std::vector<double> result(num_points());
   for (std::size_t i = 0; i < result.size(); ++i) {
-    const Block3& own = blocks_[own_slot(i)];
+    const Block3& own = blocks_[static_cast<std::size_t>(start_[place(i)])];
     const double mass = shifts[i] * model_.mass[i];
     for (int row = 0; row < 3; ++row) {
       for (int c = 0; c < 3; ++c)

@@ -46,7 +46,6 @@ class AugmentedStiffness {
   template <class Visit>
   void for_each_number(const Visit& visit) const;
   int slot(int i, int j) const;
-  std::size_t own_slot(std::size_t point) const;
   void find_penalties(const std::vector<double>& shifts, double stiffer, std::vector<double>* penalties) const;
   std::vector<double> stiffness_of_points(const std::vector<double>& shifts) const;
 

@@ -17,6 +17,7 @@
 
 namespace tanor {
 using namespace detail;
+using Eigen::VectorXd;
 
 namespace {
 
@@ -78,17 +79,14 @@ class LoadedStiffness {
     return kkt_.factorize(shift_);
   }
   /// Returns W(0) x, and the contribution of the load, (W(p) - W(0)) x, at the last p.
-  std::pair<std::vector<double>, std::vector<double>> multiply(const std::vector<double>& x) const {
-    std::vector<double> without(x.size()), by_load(x.size());
-    W_0_.multiply(x.data(), without.data());
-    state_.equations().stiffness().multiply(x.data(), by_load.data());
-    for (std::size_t i = 0; i < x.size(); ++i) by_load[i] -= without[i];
-    return {std::move(without), std::move(by_load)};
+  std::pair<VectorXd, VectorXd> multiply(const VectorXd& x) const {
+    const VectorXd without = W_0_.multiply(x);
+    return {without, state_.equations().stiffness().multiply(x) - without};
   }
   /// Returns the sum of the absolute terms of x'W(0)x.
-  double sum_terms(const std::vector<double>& x) const { return W_0_.sum_terms(x.data()); }
+  double sum_terms(const VectorXd& x) const { return W_0_.find_work(x.data(), x.data()).terms; }
   /// Computes x := (W(p) + s M)^-1 x where K'x = 0, at the last p that was stable.
-  void solve(std::vector<double>* x) {
+  void solve(VectorXd* x) {
     std::vector<double> y(lambda_0_.size(), 0.0);
     kkt_.solve(x->data(), y.data());
   }
@@ -106,16 +104,8 @@ class LoadedStiffness {
   double shift_ = 0.0;  // s, 1/s^2
 };
 
-Buckling never_buckles() {
-  Buckling result;
-  result.load_factor = std::numeric_limits<double>::infinity();
-  return result;
-}
-
 Buckling refuse_buckling(Status status, std::string what) {
-  Buckling result;
-  result.outcome = {status, std::move(what)};
-  return result;
+  return {{status, std::move(what)}, {}, {}};
 }
 
 /// Returns the largest stable load factor of a bracket [low, low * bracket] of the critical one. Returns 0 if the
@@ -143,23 +133,21 @@ double find_stable_factor(LoadedStiffness* stiffness) {
 /// Refines the critical factor by inverse iteration with the factor of a stable p, `low`, on W_0 x = -p W_1 x, and
 /// Rayleigh's quotient. The changes fall until rounding is left, which is large if bending is a small difference of
 /// large terms. Returns nothing if the iteration does not settle.
-std::optional<double> refine(LoadedStiffness* stiffness, double low, std::vector<double>* x) {
+std::optional<double> refine(LoadedStiffness* stiffness, double low, VectorXd* x) {
   double factor = low, last_change = std::numeric_limits<double>::infinity();
   for (int k = 0; k < most_iterations; ++k) {
     // (W_0 + low W_1 + s M) y = -low W_1 x
-    auto [W0x, by_load] = stiffness->multiply(*x);
-    const double before = factor, work_of_load = dot(*x, by_load);
-    if (k > 0) factor = -low * dot(*x, W0x) / work_of_load;
+    const auto [W0x, by_load] = stiffness->multiply(*x);
+    const double before = factor, work_of_load = x->dot(by_load);
+    if (k > 0) factor = -low * x->dot(W0x) / work_of_load;
     const double change = std::abs(factor - before) / std::abs(factor);
     const double rounding = eps * stiffness->sum_terms(*x) / std::abs(work_of_load);
     if (k > 1 && (change <= rounding_of_factor || (change <= settled + rounding && change >= last_change)))
       return rounding <= too_much_rounding ? std::optional(factor) : std::nullopt;
     if (k > 1) last_change = change;
-    for (double& value : by_load) value = -value;
-    *x = std::move(by_load);
+    *x = -by_load;
     stiffness->solve(x);
-    const double size = std::sqrt(dot(*x, *x));
-    for (double& value : *x) value /= size > 0.0 ? size : 1.0;
+    x->normalize();
   }
   return std::nullopt;
 }
@@ -189,32 +177,27 @@ Buckling find_buckling(const System& system, std::span<const double> positions, 
   if (const std::string rows = state.find_ambiguous_stiffness(); !rows.empty())
     return refuse_buckling(Status::NotUnique,
                            "the stiffness depends on a self-stress that forces do not determine (" + rows + ")");
-  if (state.degrees_of_freedom() == 0) return never_buckles();
+  if (state.degrees_of_freedom() == 0) return {{}, std::numeric_limits<double>::infinity(), {}};
 
   LoadedStiffness stiffness(&state, unloaded->multipliers());
   const double low = find_stable_factor(&stiffness);
   if (low == 0.0) return refuse_buckling(Status::NoSolution, "it is unstable without the load too");
-  if (std::isinf(low)) return never_buckles();
+  if (std::isinf(low)) return {{}, std::numeric_limits<double>::infinity(), {}};
   std::mt19937 generator(3);
   std::normal_distribution<double> normal;
-  std::vector<double> x(state.equations().size());
+  const VectorXd mass = state.equations().masses();
+  VectorXd x(mass.size());
   for (double& value : x) value = normal(generator);
   (void)stiffness.is_stable_at(low);
   stiffness.solve(&x);
-  Buckling result;
   const std::optional<double> factor = refine(&stiffness, low, &x);
   if (!factor)
     return refuse_buckling(Status::NotConverged, "inverse iteration does not settle at the load that buckles it");
-  result.load_factor = *factor;
-  result.shape.resize(3 * system.num_points());
-
-  const Model& model = state.model();
-  double mass = 0.0;
-  for (std::size_t i = 0; i < x.size(); ++i) mass += model.mass[i / 3] * x[i] * x[i];
-  for (double& value : x) value /= std::sqrt(mass);
-  x.resize(3 * model.num_points(), 0.0);
-  model.numbering.scatter_points(x, result.shape);
-  return result;
+  x /= std::sqrt(x.dot(mass.cwiseProduct(x)));
+  std::vector<double> shape(x.begin(), x.end()), users(3 * system.num_points());
+  shape.resize(users.size(), 0.0);
+  state.model().numbering.scatter_points(shape, users);
+  return {{}, *factor, std::move(users)};
 }
 
 }  // namespace tanor

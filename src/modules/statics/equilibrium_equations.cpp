@@ -109,6 +109,30 @@ void EquilibriumEquations::linearise_near(const double* r, const double* lambda,
   for (std::size_t i = 0; i < blur_.size(); ++i) blur_[i] = std::abs(there[i] - here[i]);
 }
 
+Eigen::SparseMatrix<double> EquilibriumEquations::find_coriolis() const {
+  const auto size = static_cast<Eigen::Index>(this->size());
+  std::vector<Eigen::Triplet<double>> entries;
+  for (Eigen::Index i = 0; i < size; i += 3) {
+    const double twice = 2.0 * model_.mass[static_cast<std::size_t>(i / 3)];
+    const auto add = [&](Eigen::Index row, Eigen::Index column, double value) {
+      entries.emplace_back(i + row, i + column, twice * value);
+      entries.emplace_back(i + column, i + row, -twice * value);
+    };
+    add(2, 1, spin_.x);
+    add(0, 2, spin_.y);
+    add(1, 0, spin_.z);
+  }
+  Eigen::SparseMatrix<double> result(size, size);
+  result.setFromTriplets(entries.begin(), entries.end());
+  return result;
+}
+
+Eigen::VectorXd EquilibriumEquations::masses() const {
+  Eigen::VectorXd result(static_cast<Eigen::Index>(size()));
+  for (std::size_t i = 0; i < size(); ++i) result[static_cast<Eigen::Index>(i)] = model_.mass[i / 3];
+  return result;
+}
+
 void EquilibriumEquations::disturb(double by, double* r) const {
   for (std::size_t i = 0; i < size(); ++i) r[i] += by * irregular(i, step_of_irregular);
 }

@@ -26,6 +26,7 @@ class EquilibriumEquations {
   std::size_t num_rows() const { return model_.numbering.first_idle_row(); }
   const Model& model() const { return model_; }
   Workspace& work() const { return work_; }
+  Eigen::VectorXd masses() const;  ///< of the unknowns [size()], kg
   double time() const { return t_; }
   Vec3 spin() const { return spin_; }
 
@@ -40,6 +41,10 @@ class EquilibriumEquations {
   /// Returns the change of the sum of |W_ij| over a row of a moving point that an error of the positions may cause,
   /// N/m.
   double blur(std::size_t point) const { return blur_[point]; }
+
+  /// Returns G = 2 m Omega x [size(), size()], N s/m, minus the derivative of the Coriolis forces in the velocities, in
+  /// a frame that turns.
+  Eigen::SparseMatrix<double> find_coriolis() const;
 
   /// Moves each coordinate of the moving points in r [3 points] by at most `by`, m, without any symmetry and always in
   /// the same way.

@@ -10,7 +10,6 @@
 #include "base/text.hpp"
 #include "dynamics/prestress_rigidity.hpp"
 #include "statics/damped_modes.hpp"
-#include "statics/damping_matrix.hpp"
 #include "statics/forces_without_potential.hpp"
 #include "statics/mode_finder.hpp"
 #include "statics/newton_descent.hpp"
@@ -289,7 +288,7 @@ std::optional<std::size_t> Search::count_growing() {
   const std::optional<Eigen::MatrixXd> basis = finder.find_basis();
   if (!basis) return std::nullopt;
   const DampedModeSet modes =
-      find_damped_modes(equations_, find_coriolis(equations_), *basis, std::sqrt(none * finder.scale()));
+      find_damped_modes(equations_, equations_.find_coriolis(), *basis, std::sqrt(none * finder.scale()));
   const double fastest = modes.lambda.size() > 0 ? modes.lambda.cwiseAbs().maxCoeff() : 0.0;
   return static_cast<std::size_t>((modes.lambda.real().array() > of_double_roots * fastest).count());
 }

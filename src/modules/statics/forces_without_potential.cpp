@@ -2,7 +2,6 @@
 
 #include <variant>
 
-#include "statics/damping_matrix.hpp"
 #include "statics/stiffness_matrix.hpp"
 
 namespace tanor::detail {
@@ -44,7 +43,7 @@ std::vector<std::string> list_formulas_on_velocities(const System& system, const
                                                      double t) {
   std::vector<std::string> names;
   for_each_formula(system, positions, t, [&](std::string name, Workspace& work, const std::vector<double>& r) {
-    if (find_damping(work, t, r.data()).norm() > 0.0) names.push_back(std::move(name));
+    if (StiffnessMatrix(work).find_damping(t, r.data()).norm() > 0.0) names.push_back(std::move(name));
   });
   return names;
 }

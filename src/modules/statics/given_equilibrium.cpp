@@ -21,29 +21,7 @@ constexpr double allowed_violation = 1e-6;
 /// Rounding error of a change of y'Wz by self-stress for moves y and z, relative to the terms of that change.
 constexpr double allowed_change = 1e-8;
 
-/// Points nearer to a corner than this part of the size of the scene stand in it.
-constexpr double near_corner = 1e-9;
-
 constexpr const char* advice = "; find_equilibrium, or tanor equilibrium, finds one";
-
-/// The difference y'(A - B)z, and the sum of its absolute terms.
-struct ChangeOfWork {
-  double sum = 0.0, terms = 0.0;
-};
-
-ChangeOfWork compare_work(const StiffnessMatrix& A, const StiffnessMatrix& B, const std::vector<double>& y,
-                          const std::vector<double>& z) {
-  ChangeOfWork result;
-  A.for_each_block([&](std::size_t i, std::size_t j, std::size_t k) {
-    for (std::size_t entry = 0; entry < 9; ++entry) {
-      const double term =
-          y[3 * i + entry / 3] * (A.blocks()[k].entries[entry] - B.blocks()[k].entries[entry]) * z[3 * j + entry % 3];
-      result.sum += term;
-      result.terms += std::abs(term);
-    }
-  });
-  return result;
-}
 
 void check_size(std::size_t found, std::size_t wanted, const char* name) {
   if (found != wanted) {
@@ -92,16 +70,12 @@ std::unique_ptr<GivenEquilibrium> GivenEquilibrium::stand_at(System system, cons
 
 void GivenEquilibrium::find_multipliers(std::span<const double> given) {
   const Numbering& numbering = model().numbering;
-  rank_.rank = equations_.num_rows();
-  rank_.degrees_of_freedom = equations_.size() - rank_.rank;
   std::vector<double> prestress(lambda_.size());
   for (std::size_t a = 0; a < lambda_.size(); ++a)
     prestress[a] = input_.prestress[static_cast<std::size_t>(numbering.user_row[a])];
-  if (!lambda_.empty()) {
-    if (Outcome outcome = smallest_.find_and_decide(r_, prestress, &lambda_, &rank_); !outcome.ok())
-      throw InputError("", outcome.what);
-    note_useless_prestress(prestress, rank_.dependences.size(), &input_.left_out);
-  }
+  if (Outcome outcome = smallest_.find_and_decide(r_, prestress, &lambda_, &rank_); !outcome.ok())
+    throw InputError("", outcome.what);
+  note_useless_prestress(prestress, rank_.dependences.size(), &input_.left_out);
   if (given.empty()) {
     if (rank_.dependences.empty()) return;
     std::vector<double> g(equations_.size()), xi(lambda_.size());
@@ -133,12 +107,9 @@ std::string GivenEquilibrium::find_complaint(double force_tolerance) {
     throw InputError("", "the positions are no equilibrium: they break " + name_worst_row() + " by " +
                              text(equations_.violation()) + " of a length" + advice);
   }
-  double size = 0.0;
-  for (const double each : r_) size = std::max(size, std::abs(each));
   std::vector<double> users(r_.size());
   model().numbering.scatter_points(r_, users);
-  const double distance = near_corner * (size > 0.0 ? size : 1.0);
-  if (std::string corner = find_standing_corner(model().system, equations_.time(), users, distance); !corner.empty())
+  if (std::string corner = find_standing_corner(model().system, equations_.time(), users); !corner.empty())
     throw InputError("", "the points stand in " + corner + ", where no side of it holds");
   for (std::size_t i = 0; i < residuals_.size(); ++i) residuals_[i] = norm(load(g.data(), i));
   if (g.empty() || scale == 0.0) return {};
@@ -256,7 +227,7 @@ std::string GivenEquilibrium::find_ambiguous_stiffness() {
     for (std::size_t a = 0; a < lambda.size(); ++a) lambda[a] = lambda_[a] + large * lambda[a];
     linearise(lambda);
     // y'(W(lambda + nu) - W(lambda))z
-    const ChangeOfWork change = compare_work(equations_.stiffness(), without, moves[0], moves[1]);
+    const StiffnessMatrix::Work change = equations_.stiffness().find_work(moves[0].data(), moves[1].data(), &without);
     if (std::abs(change.sum) > allowed_change * change.terms) found.push_back(dependence.what);
   }
   linearise(lambda_);

@@ -21,16 +21,11 @@ void join_rows(const Model& model, std::vector<int>* sets) {
   }
 }
 
-std::vector<int> make_sets(std::size_t count) {
-  std::vector<int> sets(count);
-  std::iota(sets.begin(), sets.end(), 0);
-  return sets;
-}
-
 }  // namespace
 
 std::vector<int> find_joined_points(const Model& model) {
-  std::vector<int> sets = make_sets(model.num_moving());
+  std::vector<int> sets(model.num_moving());
+  std::iota(sets.begin(), sets.end(), 0);
   join_rows(model, &sets);
   for (int& point : sets) point = find_root(sets.data(), point);
   return sets;
@@ -46,7 +41,8 @@ std::vector<Eigen::Index> StaticsIsland::coordinates() const {
 
 StaticsIslands::StaticsIslands(const EquilibriumEquations& equations) {
   const StiffnessMatrix& W = equations.stiffness();
-  std::vector<int> sets = make_sets(W.num_points());
+  std::vector<int> sets(W.num_points());
+  std::iota(sets.begin(), sets.end(), 0);
   W.for_each_block([&](std::size_t i, std::size_t j, std::size_t) {
     join_sets(sets.data(), static_cast<int>(i), static_cast<int>(j));
   });

@@ -14,7 +14,6 @@
 #include "base/text.hpp"
 #include "statics/damped_mode_finder.hpp"
 #include "statics/damped_modes.hpp"
-#include "statics/damping_matrix.hpp"
 #include "statics/forces_without_potential.hpp"
 #include "statics/given_equilibrium.hpp"
 #include "statics/mode_finder.hpp"
@@ -182,8 +181,8 @@ Modes modes(const System& system, std::span<const double> positions, const Modes
   const double zero =
       std::max(rounding * finder.scale(), ZeroModes::share_of_residual * residual / (model.smallest_length * lightest));
   const bool feels_coriolis = state.feels_coriolis(), has_rates = options.damped || feels_coriolis;
-  Eigen::SparseMatrix<double> D = find_coriolis(state.equations());
-  if (options.damped) D += find_damping(state.equations().work(), options.time, state.positions().data());
+  Eigen::SparseMatrix<double> D = state.equations().find_coriolis();
+  if (options.damped) D += state.equations().stiffness().find_damping(options.time, state.positions().data());
   if (has_rates && !plan.is_dense) {
     const DampedModeFinder::Found found =
         find_lowest_damped_modes(state.equations(), std::move(D), plan.count, state.degrees_of_freedom(),

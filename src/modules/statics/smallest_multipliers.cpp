@@ -27,9 +27,7 @@ Outcome SmallestMultipliers::find(const std::vector<double>& r, const std::vecto
   g_.resize(equations_.size());
   if (Outcome outcome = linearization_.update(t, r.data()); !outcome.ok()) return outcome;
   // S (lambda - given) = -K'M^-1(f + K given)
-  if (!std::isfinite(equations_.evaluate(r.data(), given.data(), g_.data(), xi_.data()))) return model.not_finite(t);
-  for (std::size_t i = 0; i < g_.size(); ++i) w_[i] = model.inverse_mass[i / 3] * g_[i];
-  (void)linearization_.apply_transposed(w_.data(), nullptr, b_.data());
+  if (!std::isfinite(evaluate(r, given))) return model.not_finite(t);
   lambda->assign(model.num_rows(), 0.0);
   linearization_.solve_refined(b_.data(), lambda->data(), dw_.data());
   linearization_.minimize_multiplier_norm(r.data(), lambda->data());
@@ -37,21 +35,29 @@ Outcome SmallestMultipliers::find(const std::vector<double>& r, const std::vecto
   return {};
 }
 
-bool SmallestMultipliers::wants_decision() const {
-  const std::size_t rows = equations_.num_rows();
-  return rows > 0 && (rows <= most_rows || !(linearization_.reciprocal_condition() > suspect_below));
+/// Computes b = K'M^-1(f + K lambda). Returns the scale of forces, N.
+double SmallestMultipliers::evaluate(const std::vector<double>& r, const std::vector<double>& lambda) {
+  const double scale = equations_.evaluate(r.data(), lambda.data(), g_.data(), xi_.data());
+  for (std::size_t i = 0; i < g_.size(); ++i) w_[i] = equations_.model().inverse_mass[i / 3] * g_[i];
+  (void)linearization_.apply_transposed(w_.data(), nullptr, b_.data());
+  return scale;
 }
 
 Outcome SmallestMultipliers::find_and_decide(const std::vector<double>& r, const std::vector<double>& given,
                                              std::vector<double>* lambda, RankReport* rank) {
+  *rank = {};
+  rank->rank = equations_.num_rows();
+  rank->degrees_of_freedom = equations_.size() - std::min(rank->rank, equations_.size());
+  if (equations_.model().num_rows() == 0) return {};
   if (Outcome outcome = find(r, given, lambda); !outcome.ok()) return outcome;
   dependences_.reset();
-  if (!wants_decision()) {
+  const std::size_t num_rows = equations_.num_rows();
+  if (num_rows == 0 || (num_rows > most_rows && linearization_.reciprocal_condition() > suspect_below)) {
     *rank = this->rank();
     return {};
   }
   const Model& model = equations_.model();
-  const auto rows = static_cast<Index>(equations_.num_rows());
+  const auto rows = static_cast<Index>(num_rows);
   const double tolerance = dependent * std::min(1.0, short_chain / static_cast<double>(rows));
   dependences_.emplace(equations_.work());
   (void)dependences_->decide(linearization_.blocks().data(), {0, rows},
@@ -77,9 +83,7 @@ void SmallestMultipliers::solve_by_qr(const std::vector<double>& r, std::vector<
   constexpr int rounds = 3;
   const std::vector<double> given = *lambda;
   for (int round = 0; round < rounds; ++round) {
-    (void)equations_.evaluate(r.data(), lambda->data(), g_.data(), xi_.data());
-    for (std::size_t i = 0; i < g_.size(); ++i) w_[i] = equations_.model().inverse_mass[i / 3] * g_[i];
-    (void)linearization_.apply_transposed(w_.data(), nullptr, b_.data());
+    (void)evaluate(r, *lambda);
     dependences_->solve_negative(b_.data(), b_.data());
     for (std::size_t a = 0; a < equations_.num_rows(); ++a) (*lambda)[a] += b_[a];
   }

@@ -19,7 +19,8 @@ class SmallestMultipliers {
   /// Finds lambda [rows] at r [3 points]; `given` is [rows].
   Outcome find(const std::vector<double>& r, const std::vector<double>& given, std::vector<double>* lambda);
   /// Finds lambda and decides the rank of K, on which everything that is reported about an equilibrium rests. Rows that
-  /// a collapsed net has brought together count as dependent, although the positions show it to a millionth only.
+  /// a collapsed net has brought together count as dependent, although the positions show it to a millionth only. If
+  /// lambda is not found, all rows count as independent.
   Outcome find_and_decide(const std::vector<double>& r, const std::vector<double>& given, std::vector<double>* lambda,
                           RankReport* rank);
   /// Returns the part of lambda [rows] with K lambda = 0, which no load determines, by the last decision.
@@ -30,7 +31,7 @@ class SmallestMultipliers {
   Linearization& linearization() { return linearization_; }
 
  private:
-  bool wants_decision() const;
+  double evaluate(const std::vector<double>& r, const std::vector<double>& lambda);
   void solve_by_qr(const std::vector<double>& r, std::vector<double>* lambda);
 
   EquilibriumEquations& equations_;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/groups.hpp"
+#include "evaluate/force_derivatives.hpp"
 
 namespace tanor::detail {
 
@@ -60,14 +61,6 @@ void StiffnessMatrix::make_pattern(const double* r) {
   for (const auto& [i, j] : influences) influence_slots_.push_back(i < n && j < n ? slot(i, j) : -1);
 }
 
-/// Returns the number of block (i, j), or -1 if there is none.
-int StiffnessMatrix::slot(int i, int j) const {
-  const auto begin = columns_.begin() + start_[static_cast<std::size_t>(i)];
-  const auto end = columns_.begin() + start_[static_cast<std::size_t>(i) + 1];
-  const auto at = std::lower_bound(begin, end, j);
-  return at != end && *at == j ? static_cast<int>(at - columns_.begin()) : -1;
-}
-
 namespace {
 
 void add(double sign, const Block3& from, Block3* to) {
@@ -103,15 +96,15 @@ void StiffnessMatrix::add_pairs(const double* r) {
 
 /// Adds a coupling: if B is the derivative of the force on j in r_j, W has -B at (i, i) and (j, j), and B at (i, j) and
 /// (j, i).
-void StiffnessMatrix::add_coupling(std::size_t k, const Block3& derivative) {
+void StiffnessMatrix::add_coupling(std::size_t k, const Block3& derivative, std::vector<Block3>* to) const {
   const auto& [points, ij, ji] = couplings_[k];
   for (const int point : {points.i, points.j}) {
     if (static_cast<std::size_t>(point) < diagonal_.size())
-      add(-1.0, derivative, &blocks_[static_cast<std::size_t>(diagonal_[static_cast<std::size_t>(point)])]);
+      add(-1.0, derivative, &(*to)[static_cast<std::size_t>(diagonal_[static_cast<std::size_t>(point)])]);
   }
   if (ij < 0) return;
-  add(1.0, derivative, &blocks_[static_cast<std::size_t>(ij)]);
-  add(1.0, derivative, &blocks_[static_cast<std::size_t>(ji)]);
+  add(1.0, derivative, &(*to)[static_cast<std::size_t>(ij)]);
+  add(1.0, derivative, &(*to)[static_cast<std::size_t>(ji)]);
 }
 
 void StiffnessMatrix::evaluate(double t, const double* r, const double* lambda, Curvature curvature) {
@@ -133,13 +126,37 @@ void StiffnessMatrix::evaluate(double t, const double* r, const double* lambda, 
     const Block3& derivative = coupling_positions_[k];
     // -(T/L)(I - u u') of a rod has the trace -2 T/L.
     const bool is_compressed = k >= num_springs_ && derivative(0, 0) + derivative(1, 1) + derivative(2, 2) > 0.0;
-    if (curvature == Curvature::Exact || !is_compressed) add_coupling(k, derivative);
+    if (curvature == Curvature::Exact || !is_compressed) add_coupling(k, derivative, &blocks_);
   }
   for (std::size_t k = 0; k < influences_.size(); ++k) {
     // Energies give df/dr; curved constraints give -lambda Hess xi, which already has the sign of W.
     const double sign = k < num_energies_ ? -1.0 : 1.0;
     if (influence_slots_[k] >= 0) add(sign, influences_[k], &blocks_[static_cast<std::size_t>(influence_slots_[k])]);
   }
+}
+
+Eigen::SparseMatrix<double> StiffnessMatrix::find_damping(double t, const double* r) const {
+  DerivativeBlocks of(point_positions_.size(), couplings_.size(), influences_.size());
+  work_.set_time(t);
+  work_.forces.evaluate_derivatives(model_.parallel, t, r, at_rest_.data(), nullptr, of);
+  std::vector<Block3> D(blocks_.size());
+  for (std::size_t i = 0; i < diagonal_.size(); ++i)
+    add(-1.0, of.point_velocities[i], &D[static_cast<std::size_t>(diagonal_[i])]);
+  for (std::size_t k = 0; k < num_springs_; ++k) add_coupling(k, of.coupling_velocities[k], &D);
+  for (std::size_t k = 0; k < num_energies_; ++k) {
+    if (influence_slots_[k] >= 0)
+      add(-1.0, of.influence_velocities[k], &D[static_cast<std::size_t>(influence_slots_[k])]);
+  }
+  std::vector<Eigen::Triplet<double>> entries;
+  for_each_block([&](std::size_t i, std::size_t j, std::size_t k) {
+    for (int entry = 0; entry < 9; ++entry)
+      entries.emplace_back(3 * static_cast<int>(i) + entry / 3, 3 * static_cast<int>(j) + entry % 3,
+                           D[k](entry / 3, entry % 3));
+  });
+  const auto size = static_cast<Eigen::Index>(3 * num_points());
+  Eigen::SparseMatrix<double> result(size, size);
+  result.setFromTriplets(entries.begin(), entries.end());
+  return result;
 }
 
 void StiffnessMatrix::add_tension(double tension, const double* r) {
@@ -150,7 +167,7 @@ void StiffnessMatrix::add_tension(double tension, const double* r) {
     const auto [i, j] = couplings_[k].points;
     Block3 derivative;
     derivative.add_identity(-tension / std::max(norm(load(r, j) - load(r, i)), little * model_.smallest_length));
-    add_coupling(k, derivative);
+    add_coupling(k, derivative, &blocks_);
     for (const int point : {i, j}) {
       if (static_cast<std::size_t>(point) < has_rod.size()) has_rod[static_cast<std::size_t>(point)] = 1;
     }
@@ -195,13 +212,18 @@ Eigen::MatrixXd StiffnessMatrix::multiply(const Eigen::MatrixXd& X) const {
   return result;
 }
 
-double StiffnessMatrix::sum_terms(const double* x) const {
-  double sum = 0.0;
+StiffnessMatrix::Work StiffnessMatrix::find_work(const double* y, const double* z,
+                                                 const StiffnessMatrix* without) const {
+  Work result;
   for_each_block([&](std::size_t i, std::size_t j, std::size_t k) {
-    for (std::size_t entry = 0; entry < 9; ++entry)
-      sum += std::abs(x[3 * i + entry / 3] * blocks_[k].entries[entry] * x[3 * j + entry % 3]);
+    for (std::size_t entry = 0; entry < 9; ++entry) {
+      const double less = without != nullptr ? without->blocks_[k].entries[entry] : 0.0;
+      const double term = y[3 * i + entry / 3] * (blocks_[k].entries[entry] - less) * z[3 * j + entry % 3];
+      result.sum += term;
+      result.terms += std::abs(term);
+    }
   });
-  return sum;
+  return result;
 }
 
 std::vector<double> StiffnessMatrix::sum_rows() const {

@@ -1,6 +1,7 @@
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/SparseCore>
+#include <algorithm>
 #include <cstddef>
 #include <numeric>
 #include <span>
@@ -13,6 +14,14 @@ namespace tanor::detail {
 
 inline double dot(const std::vector<double>& a, const std::vector<double>& b) {
   return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+}
+
+/// Returns the number of an entry in compressed rows (see compress_pairs), or -1 if there is none.
+inline int find_slot(std::span<const int> start, std::span<const int> entries, int row, int entry) {
+  const auto begin = entries.begin() + start[static_cast<std::size_t>(row)];
+  const auto end = entries.begin() + start[static_cast<std::size_t>(row) + 1];
+  const auto at = std::lower_bound(begin, end, entry);
+  return at != end && *at == entry ? static_cast<int>(at - entries.begin()) : -1;
 }
 
 /// The response of forces and reactions to a small move of the points, at fixed lambda and t and at rest:
@@ -31,6 +40,10 @@ class StiffnessMatrix {
   enum class Curvature { Exact, Convex };
   /// Evaluates W at (t, r, lambda); r [3 points], lambda [rows].
   void evaluate(double t, const double* r, const double* lambda, Curvature curvature = Curvature::Exact);
+
+  /// Returns D = -df/dv [3n, 3n], N s/m, at rest at (t, r), in the pattern of W. Springs, linear drag and formulas
+  /// contribute to it; friction does not.
+  Eigen::SparseMatrix<double> find_damping(double t, const double* r) const;
 
   /// Adds the stiffness of a tension, N, in every rod, both against turning and against stretching: tension/length
   /// between the ends of the rod. Points without rods get tension over the scene's size.
@@ -60,8 +73,12 @@ class StiffnessMatrix {
   void multiply(const double* x, double* y) const;
   /// Returns W X, column by column.
   Eigen::MatrixXd multiply(const Eigen::MatrixXd& X) const;
-  /// Returns the sum of the absolute terms of x'Wx, to which its rounding error is proportional.
-  double sum_terms(const double* x) const;
+  /// The work y'Wz, and the sum of its absolute terms, to which its rounding error is proportional.
+  struct Work {
+    double sum = 0.0, terms = 0.0;
+  };
+  /// Returns y'Wz, or y'(W - without)z of another matrix with the same pattern.
+  Work find_work(const double* y, const double* z, const StiffnessMatrix* without = nullptr) const;
   /// Returns for each point the largest sum of |W_ij| over one of its rows, N/m. |q_i'Wq| is at most this sum times
   /// |q_i| if all |q_j| are equal.
   std::vector<double> sum_rows() const;
@@ -76,8 +93,8 @@ class StiffnessMatrix {
   void make_pattern(const double* r);
   bool knows_all_pairs(const double* r);
   void add_pairs(const double* r);
-  int slot(int i, int j) const;
-  void add_coupling(std::size_t k, const Block3& derivative);
+  int slot(int i, int j) const { return find_slot(start_, columns_, i, j); }  ///< of block (i, j)
+  void add_coupling(std::size_t k, const Block3& derivative, std::vector<Block3>* to) const;
 
   Workspace& work_;
   const Model& model_;

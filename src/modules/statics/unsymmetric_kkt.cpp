@@ -45,11 +45,7 @@ void UnsymmetricKkt::make_pattern() {
   SquarePattern pattern;
   compress_pairs(equations_.size() + equations_.num_rows(), entries, &pattern.start, &pattern.rows);
   slots_.clear();
-  for (const auto& [column, row] : entries) {
-    const auto begin = pattern.rows.begin() + pattern.start[static_cast<std::size_t>(column)];
-    const auto end = pattern.rows.begin() + pattern.start[static_cast<std::size_t>(column) + 1];
-    slots_.push_back(static_cast<int>(std::lower_bound(begin, end, row) - pattern.rows.begin()));
-  }
+  for (const auto& [column, row] : entries) slots_.push_back(find_slot(pattern.start, pattern.rows, column, row));
   factor_ = std::make_unique<SparseLu<double>>(std::move(pattern));
 }
 
@@ -66,26 +62,19 @@ bool UnsymmetricKkt::factorize(double shift, const Damped& damped) {
   return factor_->factorize();
 }
 
-void UnsymmetricKkt::multiply(const std::vector<double>& x, std::vector<double>* y) const {
-  y->resize(x.size());
-  equations_.stiffness().multiply(x.data(), y->data());
-  for (std::size_t i = 0; i < x.size(); ++i) (*y)[i] += shift_ * model_.mass[i / 3] * x[i];
-  if (damped_.damping == nullptr) return;
-  const auto size = static_cast<Eigen::Index>(x.size());
-  Eigen::Map<Eigen::VectorXd>(y->data(), size) +=
-      damped_.rate * (*damped_.damping * Eigen::Map<const Eigen::VectorXd>(x.data(), size));
-}
-
 void UnsymmetricKkt::solve(std::vector<double>* x, std::vector<double>* mu) {
   constexpr int rounds = 3;
   const std::size_t n = equations_.size(), rows = equations_.num_rows();
+  const auto as_eigen = [n](double* y) { return Eigen::Map<Eigen::VectorXd>(y, static_cast<Eigen::Index>(n)); };
   const std::vector<double> b = *x, c = *mu;
   std::fill(x->begin(), x->end(), 0.0);
   std::fill(mu->begin(), mu->end(), 0.0);
-  std::vector<double> image, residual(n + rows), reactions(model_.num_rows()), of_rows(model_.num_rows());
+  std::vector<double> image(n), residual(n + rows), reactions(model_.num_rows()), of_rows(model_.num_rows());
   for (int round = 0; round < rounds; ++round) {
-    multiply(*x, &image);
-    for (std::size_t i = 0; i < n; ++i) residual[i] = b[i] - image[i];
+    equations_.stiffness().multiply(x->data(), image.data());
+    for (std::size_t i = 0; i < n; ++i) residual[i] = b[i] - image[i] - shift_ * model_.mass[i / 3] * (*x)[i];
+    if (damped_.damping != nullptr)
+      as_eigen(residual.data()) -= damped_.rate * (*damped_.damping * as_eigen(x->data()));
     for (std::size_t a = 0; a < rows; ++a) reactions[a] = -(*mu)[a];
     equations_.add_reactions(reactions.data(), residual.data());
     equations_.apply_transposed(x->data(), of_rows.data());

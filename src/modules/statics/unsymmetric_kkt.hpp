@@ -29,8 +29,6 @@ class UnsymmetricKkt {
   [[nodiscard]] bool factorize(double shift, const Damped& damped);
   /// Solves in place: x [size()] and mu [num_rows()] hold b and c on entry and the solution on return.
   void solve(std::vector<double>* x, std::vector<double>* mu);
-  /// Computes y = A x [size()].
-  void multiply(const std::vector<double>& x, std::vector<double>* y) const;
 
  private:
   template <class Visit>
