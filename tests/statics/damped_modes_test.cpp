@@ -11,7 +11,7 @@
 
 #include "errors.hpp"
 #include "scenes.hpp"
-#include "statics/damped_mode_finder.hpp"
+#include "statics/damped_modes.hpp"
 #include "statics/given_equilibrium.hpp"
 #include "statics/mode_finder.hpp"
 
@@ -180,13 +180,13 @@ TEST(DampedModes, AreTheSameFromDenseAndFromSparseMatrices) {
   const double rate = std::sqrt(finder.scale());
 
   const DampedModeSet dense = find_damped_modes(state->equations(), damping, *finder.find_basis(), 1e-6 * rate);
-  const DampedModeFinder::Found sparse =
-      DampedModeFinder(state->equations(), damping, rate, 1e-6 * rate).find_lowest(wanted, state->degrees_of_freedom());
+  const DampedModeSet sparse =
+      find_lowest_damped_modes(state->equations(), damping, wanted, state->degrees_of_freedom(), rate, 1e-6 * rate);
 
   ASSERT_TRUE(sparse.outcome.ok()) << sparse.outcome.what;
-  ASSERT_GE(sparse.modes.lambda.size(), wanted);
+  ASSERT_GE(sparse.lambda.size(), wanted);
   for (Eigen::Index k = 0; k < wanted; ++k)
-    EXPECT_NEAR(std::abs(sparse.modes.lambda[k] - dense.lambda[k]), 0.0, 1e-9 * std::abs(dense.lambda[k])) << k;
+    EXPECT_NEAR(std::abs(sparse.lambda[k] - dense.lambda[k]), 0.0, 1e-9 * std::abs(dense.lambda[k])) << k;
 }
 
 /// Two beads slide on a line with a spring and its damper between them: one slides freely, one swings with the reduced

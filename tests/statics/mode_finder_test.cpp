@@ -11,7 +11,6 @@
 #include "dense.hpp"
 #include "dense_modes.hpp"
 #include "random_systems.hpp"
-#include "statics/block_lanczos.hpp"
 #include "statics/given_equilibrium.hpp"
 #include "statics/mode_finder.hpp"
 
@@ -282,35 +281,6 @@ TEST(Modes, HaveTheSameBitsOnAnyNumberOfThreads) {
     EXPECT_EQ(more.shapes, one.shapes);
     EXPECT_EQ(more.residual_max, one.residual_max);
   }
-}
-
-RC_GTEST_PROP(BlockLanczos, FindsTheLargestEigenvaluesHoweverManyAreEqual, ()) {
-  const Eigen::Index size = *rc::gen::inRange(1, 60).as("size"),
-                     block = *rc::gen::inRange<Eigen::Index>(1, 9).as("block");
-  const Eigen::Index copies = *rc::gen::inRange<Eigen::Index>(1, 9).as("copies");
-  RC_PRE(block <= size && copies <= block);
-  const Eigen::Index count = *rc::gen::inRange<Eigen::Index>(1, size / 2 + 2).as("count");
-  RC_PRE(count <= size);
-  std::mt19937 random(*rc::gen::arbitrary<std::uint32_t>().as("seed"));
-  std::normal_distribution<double> normal;
-  const MatrixXd any = MatrixXd::NullaryExpr(size, size, [&] { return normal(random); });
-  const MatrixXd Q = reference::orthonormal_basis(any);
-  VectorXd values(size);
-  for (Eigen::Index k = 0; k < size; ++k) values[k] = 1.0 / (1.0 + static_cast<double>(k / copies));
-  const MatrixXd A = Q * values.asDiagonal() * Q.transpose();
-
-  BlockLanczos lanczos([&](const MatrixXd& x) -> MatrixXd { return A * x; }, any.leftCols(block), count,
-                       2 * count + block);
-
-  RC_ASSERT(lanczos.run(1e-2));  // and goes on from there
-  RC_ASSERT(lanczos.run(1e-12));
-
-  RC_ASSERT(lanczos.converged() == count);
-  const VectorXd found = lanczos.values().head(count);
-  const MatrixXd vectors = lanczos.vectors(count);
-  RC_ASSERT((found - values.head(count)).cwiseAbs().maxCoeff() < 1e-11);
-  RC_ASSERT((A * vectors - vectors * found.asDiagonal()).cwiseAbs().maxCoeff() < 1e-10);
-  RC_ASSERT((vectors.transpose() * vectors - MatrixXd::Identity(count, count)).cwiseAbs().maxCoeff() < 1e-12);
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "statics/mode_finder.hpp"
 
+#include <Spectra/SymEigsSolver.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,8 +13,8 @@
 
 #include "base/dense.hpp"
 #include "base/text.hpp"
+#include "statics/deflated.hpp"
 #include "statics/islands.hpp"
-#include "statics/tall_products.hpp"
 
 namespace tanor::detail {
 
@@ -25,19 +27,14 @@ namespace {
 constexpr double growth_of_shift = 8.0;
 /// Modes computed beyond the wanted ones. The bound below which all modes are counted is put into a gap among them.
 constexpr std::size_t num_guards = 2;
-/// Largest number of columns in a block, each of which finds one copy of a multiple mode, and the blocks of the Krylov
-/// space beyond twice the number of modes.
-constexpr std::size_t most_in_block = 32;
-constexpr Rows spare_blocks = 5;
+/// Columns of the Krylov space beyond twice the number of modes, and restarts after which the modes that have converged
+/// are set aside.
+constexpr Rows spare_columns = 20;
+constexpr Rows most_restarts = 50;
 /// Part of the tolerance to which Lanczos' method, and the inverse iterations on all modes after it, converge. Beside a
 /// large shift the eigenvalues of the inverse lie close together, and shapes have fewer digits than eigenvalues.
 constexpr double part_of_tolerance = 0.1;
 constexpr int most_refinements = 8;
-/// Tolerance at which Lanczos' method may leave the rest to inverse iteration next to the lowest modes; the errors of
-/// Ritz values are then its square.
-constexpr double rough_tolerance = 3e-3;
-/// Cost of an inverse iteration in products of Lanczos' method.
-constexpr double cost_of_inverse_iteration = 2.0;
 /// Accuracies of a solve with the KKT matrix: for moves of any kind; for modes, which inverse iteration refines
 /// further; and for modes to a tolerance below 1e-10 or with a badly conditioned K.
 constexpr KktSolver::Accuracy of_moves{3, 1e-24}, of_modes{2, 1e-8}, of_precise_modes{8, 1e-24};
@@ -50,10 +47,8 @@ constexpr double clear_gap = 1e-3;
 /// Gaps must also exceed this part of the scale of omega^2, which is lost in rounding.
 constexpr double least_gap = 1e-9;
 constexpr std::size_t most_searches = 8;
-
-ModeSet end_without_modes(Status status, std::string what) {
-  return {{status, std::move(what)}, {}, {}, 0.0, 0};
-}
+/// Modes nearer to each other than this part of omega^2 + s are copies of one.
+constexpr double equal_to = 1e-6;
 
 MatrixXd random_matrix(Rows rows, Rows columns, unsigned seed) {
   std::mt19937 generator(seed);
@@ -61,14 +56,36 @@ MatrixXd random_matrix(Rows rows, Rows columns, unsigned seed) {
   return MatrixXd::NullaryExpr(rows, columns, [&] { return normal(generator); });
 }
 
+/// Returns a start for Spectra's Lanczos method, and the unit in which it takes the operator. Spectra makes its second
+/// vector orthogonal to the first one, the image of the start, without a check. So the start has as little of the
+/// largest eigenvalue as the image needs to have as much of it as of the others. Should all be equal, the second vector
+/// is rounding, which Spectra takes for 0 below that of 1.
+template <class Operation>
+VectorXd find_start(const Operation& operation, const VectorXd& any, double* unit) {
+  constexpr double rounding = 1e-12, well_below_one = 64.0;
+  const auto multiply = [&](const VectorXd& x) {
+    VectorXd y(x.size());
+    operation.perform_op(x.data(), y.data());
+    return y;
+  };
+  const VectorXd a = multiply(any).normalized(), b = multiply(a);
+  const double largest = a.dot(b);
+  const VectorXd others = b - largest * a;
+  const bool has_others = others.norm() > rounding * largest;
+  const VectorXd start = has_others ? VectorXd(others + multiply(others).norm() / largest * a) : a;
+  *unit = well_below_one * largest;
+  return start;
+}
+
 }  // namespace
 
 ModeFinder::ModeFinder(const EquilibriumEquations& equations, KktSolver& kkt, std::size_t freedoms,
                        const std::vector<std::size_t>& dependent)
-    : equations_(equations), kkt_(kkt), freedoms_(freedoms), mass_(static_cast<Rows>(equations.size())) {
-  for (Rows i = 0; i < mass_.size(); ++i) mass_[i] = equations.model().mass[static_cast<std::size_t>(i) / 3];
-  root_mass_ = mass_.cwiseSqrt();
-  find_stiffness_scale();
+    : equations_(equations), kkt_(kkt), freedoms_(freedoms), mass_(equations.masses()), root_mass_(mass_.cwiseSqrt()) {
+  double largest = 0.0;
+  for (std::size_t i = 0; i < equations.stiffness().num_points(); ++i)
+    largest = std::max(largest, equations.stiffness().largest_of(i) / equations.model().mass[i]);
+  if (largest > 0.0) scale_ = largest;
   group_by_islands(dependent);
 }
 
@@ -90,18 +107,6 @@ void ModeFinder::group_by_islands(const std::vector<std::size_t>& dependent) {
   for (Rows i = 0; i < mass_.size(); ++i) islands_[0].coordinates.push_back(i);
 }
 
-/// Finds the scale of omega^2: the largest entry of a diagonal block of W over the mass; 1/s^2 if nothing is stiff.
-void ModeFinder::find_stiffness_scale() {
-  const StiffnessMatrix& W = equations_.stiffness();
-  double largest = 0.0;
-  W.for_each_block([&](std::size_t i, std::size_t j, std::size_t k) {
-    if (i != j) return;
-    for (const double value : W.blocks()[k].entries)
-      largest = std::max(largest, std::abs(value) / equations_.model().mass[i]);
-  });
-  if (largest > 0.0) scale_ = largest;
-}
-
 /// Finds a shift at which W + s M is positive definite where K'x = 0, and its factor.
 bool ModeFinder::factorize_below_all(double first_shift) {
   for (shift_ = first_shift; shift_ < 1e6 * scale_; shift_ *= growth_of_shift) {
@@ -115,13 +120,7 @@ ModeFinder::Pairs ModeFinder::solve(MatrixXd forces, KktSolver::Accuracy accurac
   MatrixXd none = MatrixXd::Zero(static_cast<Rows>(equations_.model().num_rows()), forces.cols());
   Pairs result{std::move(forces), std::move(none)};
   kkt_.solve(result.x, result.multipliers, accuracy);
-  solves_ += static_cast<std::size_t>(result.x.cols());
   return result;
-}
-
-void ModeFinder::solve_roughly(MatrixXd* forces) {
-  kkt_.solve_roughly(forces);
-  solves_ += static_cast<std::size_t>(forces->cols());
 }
 
 // ---- few freedoms ----
@@ -148,9 +147,9 @@ std::optional<MatrixXd> ModeFinder::find_basis() {
 
 ModeSet ModeFinder::find_all() {
   const std::optional<MatrixXd> basis = find_basis();
-  if (!basis) return end_without_modes(Status::Singular, "the stiffness matrix has no factor");
+  if (!basis) return {.outcome = {Status::Singular, "the stiffness matrix has no factor"}};
   const MatrixXd& Z = *basis;
-  if (Z.cols() == 0) return {{}, VectorXd(0), Z, 0.0, 0};
+  if (Z.cols() == 0) return {{}, VectorXd(0), Z};
   MatrixXd stiffness = Z.transpose() * equations_.stiffness().multiply(Z);
   stiffness = 0.5 * (stiffness + stiffness.transpose()).eval();
   VectorXd omega2(Z.cols());
@@ -168,84 +167,70 @@ ModeSet ModeFinder::find_all() {
   std::iota(order.begin(), order.end(), Rows{0});
   std::ranges::stable_sort(order, {}, [&](Rows k) { return omega2[k]; });
   const double largest = std::max(omega2.cwiseAbs().maxCoeff(), std::numeric_limits<double>::min());
-  return {{}, omega2(order), shapes(Eigen::all, order), rest / largest, solves_};
+  return {{}, omega2(order), shapes(Eigen::all, order), rest / largest};
 }
 
 // ---- many freedoms ----
 
-/// Starts Lanczos' method for the `count` lowest modes that are M-orthogonal to those `found`, with the current factor.
-BlockLanczos ModeFinder::start_lanczos(std::size_t count, const MatrixXd& found) {
-  // y = M^1/2 Z (Z'(W + s M)Z)^-1 Z' M^1/2 x, without what was found before
-  const auto apply = [this, before = MatrixXd(root_mass_.asDiagonal() * found)](const MatrixXd& x) {
-    MatrixXd y = root_mass_.asDiagonal() * x;
-    if (is_precise_)
-      y = solve(std::move(y), of_precise_modes).x;
-    else
-      solve_roughly(&y);
-    y = root_mass_.asDiagonal() * y;
-    if (before.cols() > 0) subtract_product(before, multiply_transposed(before, y), &y);
-    return y;
-  };
-  const std::size_t left = freedoms_ - static_cast<std::size_t>(found.cols());
-  const auto block = static_cast<Rows>(std::min(std::clamp(count, fewest_in_block, most_in_block), left));
-  const MatrixXd start = random_matrix(mass_.size(), block, static_cast<unsigned>(2 + found.cols()));
-  const auto wanted = static_cast<Rows>(count);
-  return BlockLanczos(apply, apply(start), wanted, 2 * wanted + spare_blocks * block);
-}
-
-/// Moves the shift next to the lowest omega^2 if inverse iteration then converges at less cost than Lanczos' method
-/// does now, and if the factor proves that no omega^2 lies below.
-bool ModeFinder::move_shift(const BlockLanczos& lanczos, double tolerance) {
-  const Rows count = lanczos.converged();
-  const auto omega2 = [&](Rows k) { return 1.0 / lanczos.values()[k] - shift_; };
-  if (lanczos.values().size() <= count || !(lanczos.values()[count] > 0.0)) return false;
-  const double residual = lanczos.residuals().head(count).cwiseQuotient(lanczos.values().head(count)).maxCoeff();
-  const double to_gain = std::log(residual / tolerance);
-  // The error falls like that of a Chebyshev polynomial, which depends on the ratio of two distances from the shift.
-  const double stretch = 2.0 * lanczos.values()[count - 1] / lanczos.values()[count] - 1.0;
-  const double steps_now = to_gain / std::acosh(stretch);
-  const double lowest = omega2(0);
-  const double nearest =
-      lowest - std::max(0.25 * clear_gap * (std::abs(lowest) + std::abs(shift_)), least_gap * scale_);
-  const double steps_then = to_gain / std::log((omega2(count) - nearest) / (omega2(count - 1) - nearest));
-  if (!(cost_of_inverse_iteration * std::ceil(steps_then) < steps_now)) return false;
-  if (kkt_.factorize(-nearest)) {
-    shift_ = -nearest;
-    return true;
-  }
-  (void)kkt_.factorize(shift_);
-  return false;
+/// Applies M^1/2 Z (Z'(W + s M)Z)^-1 Z' M^1/2 with the current factor.
+void ModeFinder::apply(const double* from, double* to) {
+  const auto x = Eigen::Map<const VectorXd>(from, mass_.size());
+  MatrixXd y = root_mass_.cwiseProduct(x);
+  if (is_precise_)
+    y = solve(std::move(y), of_precise_modes).x;
+  else
+    kkt_.solve_roughly(&y);
+  Eigen::Map<VectorXd>(to, mass_.size()) = root_mass_.cwiseProduct(y.col(0));
 }
 
 /// Returns the `count` lowest modes that are M-orthogonal to those `found`, M-orthonormal by columns. Returns fewer if
-/// the iteration stalls with precise products too.
-MatrixXd ModeFinder::run_lanczos(std::size_t count, double tolerance, const MatrixXd& found) {
-  count = std::min(count, freedoms_ - static_cast<std::size_t>(found.cols()));
-  if (count == 0) return MatrixXd(mass_.size(), 0);
-  return run_lanczos(count, found, [&](BlockLanczos& lanczos) { return lanczos.run(tolerance); });
-}
-
-template <class Run>
-MatrixXd ModeFinder::run_lanczos(std::size_t count, const MatrixXd& found, const Run& run) {
-  BlockLanczos lanczos = start_lanczos(count, found);
-  if (!run(lanczos) && !is_precise_) {
-    is_precise_ = true;
-    return run_lanczos(count, found, run);
+/// the iteration stalls with precise products too. What has converged is deflated before the rest is sought, because it
+/// takes digits from all that lies further from the shift.
+MatrixXd ModeFinder::search(std::size_t count, double tolerance, const MatrixXd& found) {
+  MatrixXd V = root_mass_.asDiagonal() * found;
+  const Rows size = mass_.size(), last = std::min(V.cols() + static_cast<Rows>(count), static_cast<Rows>(freedoms_));
+  while (V.cols() < last) {
+    const Rows wanted = std::min(last - V.cols(), size - 1);
+    double unit = 1.0;
+    Deflated operation(V, [&](const double* from, double* to) {
+      apply(from, to);
+      Eigen::Map<VectorXd>(to, size) /= unit;
+    });
+    const VectorXd start = find_start(operation, random_matrix(size, 1, static_cast<unsigned>(2 + V.cols())), &unit);
+    if (!(unit > 0.0) || !std::isfinite(unit)) break;
+    Spectra::SymEigsSolver lanczos(operation, wanted, std::min(size, 2 * wanted + spare_columns));
+    lanczos.init(start.data());
+    const Rows converged = lanczos.compute(Spectra::SortRule::LargestAlge, most_restarts, tolerance);
+    if (converged == 0 && std::exchange(is_precise_, true)) break;
+    V.conservativeResize(Eigen::NoChange, V.cols() + converged);
+    V.rightCols(converged) = lanczos.eigenvectors();
   }
-  return root_mass_.cwiseInverse().asDiagonal() * lanczos.vectors(lanczos.converged());
+  return root_mass_.cwiseInverse().asDiagonal() * V.rightCols(V.cols() - found.cols());
 }
 
-/// Returns the `count` lowest modes as starts of inverse iteration, and leaves the factor of a suitable shift.
-MatrixXd ModeFinder::find_starts(std::size_t count, double tolerance) {
-  return run_lanczos(count, MatrixXd(mass_.size(), 0), [&](BlockLanczos& lanczos) {
-    return lanczos.run(rough_tolerance) && (move_shift(lanczos, tolerance) || lanczos.run(tolerance));
-  });
+/// Returns modes that are M-orthogonal to those of `modes`, until the lowest of what is left is no lower than the
+/// `count` lowest ones. Of a mode that stands many times each search finds one copy, and those of higher modes; so only
+/// as many are sought as were among the lowest before.
+MatrixXd ModeFinder::search_missing(const ModeSet& modes, std::size_t count, std::size_t missing, double tolerance) {
+  MatrixXd all = modes.shapes;
+  std::vector<double> omega2(modes.omega2.begin(), modes.omega2.end());
+  while (missing > 0) {
+    const MatrixXd more = search(missing, tolerance, all);
+    const VectorXd own = rayleigh_quotients(more);
+    omega2.insert(omega2.end(), own.begin(), own.end());
+    std::ranges::sort(omega2);
+    const double last = omega2[count - 1], clearly_below = last - equal_to * (std::abs(last) + std::abs(shift_));
+    missing = static_cast<std::size_t>((own.array() < clearly_below).count());
+    all.conservativeResize(Eigen::NoChange, all.cols() + more.cols());
+    all.rightCols(more.cols()) = more;
+  }
+  return all.rightCols(all.cols() - modes.shapes.cols());
 }
 
-double ModeFinder::lowest_rayleigh_quotient(const MatrixXd& x) const {
+VectorXd ModeFinder::rayleigh_quotients(const MatrixXd& x) const {
   const VectorXd stiffness = x.cwiseProduct(equations_.stiffness().multiply(x)).colwise().sum();
   const VectorXd masses = x.cwiseAbs2().transpose() * mass_;
-  return stiffness.cwiseQuotient(masses).minCoeff();
+  return stiffness.cwiseQuotient(masses);
 }
 
 /// Performs a Rayleigh-Ritz step: finds the best modes that the columns of x span. The residual is that of the lowest
@@ -253,7 +238,6 @@ double ModeFinder::lowest_rayleigh_quotient(const MatrixXd& x) const {
 ModeSet ModeFinder::rotate(Pairs pairs, std::size_t wanted) const {
   const Rows count = pairs.x.cols();
   ModeSet result;
-  result.solves = solves_;
   result.shapes.resize(mass_.size(), 0);
   if (count == 0) return result;
   const VectorXd scale = (pairs.x.cwiseAbs2().transpose() * mass_).cwiseSqrt().cwiseInverse();
@@ -261,14 +245,14 @@ ModeSet ModeFinder::rotate(Pairs pairs, std::size_t wanted) const {
   pairs.multipliers *= scale.asDiagonal();
   const MatrixXd Wx = equations_.stiffness().multiply(pairs.x);
   const MatrixXd Mx = mass_.asDiagonal() * pairs.x;
-  const MatrixXd stiffness = multiply_transposed(pairs.x, Wx), masses = multiply_transposed(pairs.x, Mx);
+  const MatrixXd stiffness = pairs.x.transpose() * Wx, masses = pairs.x.transpose() * Mx;
   const dense::SymmetricEigen eigen =
       dense::find_eigen(0.5 * (stiffness + stiffness.transpose()), 0.5 * (masses + masses.transpose()));
   const MatrixXd& rotation = eigen.vectors;
   result.omega2 = eigen.values;
-  result.shapes = multiply_tall(pairs.x, rotation);
-  MatrixXd rest = multiply_tall(Wx, rotation) - mass_.asDiagonal() * result.shapes * result.omega2.asDiagonal();
-  const MatrixXd multipliers = multiply_tall(pairs.multipliers, rotation);
+  result.shapes = pairs.x * rotation;
+  MatrixXd rest = Wx * rotation - mass_.asDiagonal() * result.shapes * result.omega2.asDiagonal();
+  const MatrixXd multipliers = pairs.multipliers * rotation;
   const Rows last = std::min(count, static_cast<Rows>(wanted));
   for (Rows j = 0; j < last; ++j) {
     equations_.add_reactions(multipliers.col(j).data(), rest.col(j).data());
@@ -311,7 +295,7 @@ ModeSet ModeFinder::refine_or_search(MatrixXd x, std::size_t wanted, double tole
   ModeSet modes = refine(std::move(x), wanted, tolerance);
   if (is_precise_ || meets(modes, wanted, tolerance)) return modes;
   is_precise_ = true;
-  MatrixXd again = run_lanczos(sought, part_of_tolerance * tolerance, MatrixXd(mass_.size(), 0));
+  MatrixXd again = search(sought, part_of_tolerance * tolerance, MatrixXd(mass_.size(), 0));
   if (static_cast<std::size_t>(again.cols()) < wanted) return modes;
   return refine(std::move(again), wanted, tolerance);
 }
@@ -339,7 +323,7 @@ ModeFinder::Bound ModeFinder::choose_bound(const VectorXd& omega2, std::size_t c
 ModeSet ModeFinder::find_some_lowest(double shift, std::size_t count) {
   constexpr double tolerance = 1e-8;  // the errors of Rayleigh quotients are its square
   shift_ = shift;
-  MatrixXd found = run_lanczos(std::min(count, freedoms_), tolerance, MatrixXd(mass_.size(), 0));
+  MatrixXd found = search(count, tolerance, MatrixXd(mass_.size(), 0));
   if (found.cols() == 0) return {};
   const auto wanted = static_cast<std::size_t>(found.cols());
   return refine(std::move(found), wanted, tolerance);
@@ -359,11 +343,10 @@ std::optional<std::size_t> ModeFinder::count_below(const Bound& bound) {
 ModeSet ModeFinder::find_lowest(std::size_t count, double tolerance) {
   is_precise_ = tolerance < least_usual_tolerance;
   if (!factorize_below_all(least_shift * scale_))
-    return end_without_modes(Status::Singular, "the stiffness matrix has no factor");
+    return {.outcome = {Status::Singular, "the stiffness matrix has no factor"}};
   const MatrixXd none(mass_.size(), 0);
-  MatrixXd found = find_starts(std::min(count + num_guards, freedoms_), part_of_tolerance * tolerance);
-  std::size_t searches = 0;
-  while (static_cast<std::size_t>(found.cols()) >= count) {
+  MatrixXd found = search(count + num_guards, part_of_tolerance * tolerance, none);
+  for (std::size_t searches = 0; static_cast<std::size_t>(found.cols()) >= count; ++searches) {
     ModeSet modes = refine_or_search(std::move(found), count, tolerance);
     const Bound bound = choose_bound(modes.omega2, count);
     // The inertia of A - omega^2 M counts the modes. A vanishing pivot leaves it unknown, and one more search decides.
@@ -371,14 +354,13 @@ ModeSet ModeFinder::find_lowest(std::size_t count, double tolerance) {
     const std::size_t below = counted.value_or(bound.modes + 1);
     const std::size_t missing = below > bound.modes ? std::min(below - bound.modes, count) : 0;
     const MatrixXd more = missing > 0 && searches < most_searches
-                              ? run_lanczos(missing, part_of_tolerance * tolerance, modes.shapes)
+                              ? search_missing(modes, count, missing, part_of_tolerance * tolerance)
                               : none;
-    ++searches;
-    const bool finds_none = more.cols() > 0 && lowest_rayleigh_quotient(more) > bound.omega2;
+    const bool finds_none = more.cols() > 0 && rayleigh_quotients(more).minCoeff() > bound.omega2;
     if (missing > 0 && (more.cols() == 0 || (finds_none && counted)))
-      return end_without_modes(Status::NotConverged, std::to_string(bound.modes) + " of " + std::to_string(below) +
-                                                         " modes below omega^2 = " + text(bound.omega2) +
-                                                         " 1/s^2 were found");
+      return {.outcome = {Status::NotConverged, std::to_string(bound.modes) + " of " + std::to_string(below) +
+                                                    " modes below omega^2 = " + text(bound.omega2) +
+                                                    " 1/s^2 were found"}};
     if (missing == 0 || finds_none) {
       modes.omega2.conservativeResize(static_cast<Rows>(count));
       modes.shapes.conservativeResize(Eigen::NoChange, static_cast<Rows>(count));
@@ -391,8 +373,8 @@ ModeSet ModeFinder::find_lowest(std::size_t count, double tolerance) {
         rotate({found, MatrixXd::Zero(static_cast<Rows>(equations_.model().num_rows()), found.cols())}, count);
     found = merged.shapes.leftCols(std::min(found.cols(), static_cast<Rows>(count + num_guards)));
   }
-  return end_without_modes(Status::NotConverged, "Lanczos' method found " + std::to_string(found.cols()) + " of " +
-                                                     std::to_string(count) + " modes");
+  return {.outcome = {Status::NotConverged, "Lanczos' method found " + std::to_string(found.cols()) + " of " +
+                                                std::to_string(count) + " modes"}};
 }
 
 }  // namespace tanor::detail

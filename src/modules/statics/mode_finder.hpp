@@ -6,7 +6,6 @@
 
 #include <Eigen/Core>
 
-#include "statics/block_lanczos.hpp"
 #include "statics/equilibrium_equations.hpp"
 #include "statics/kkt_solver.hpp"
 
@@ -15,10 +14,9 @@ namespace tanor::detail {
 /// Some modes of Z'WZ q = omega^2 Z'MZ q, K'Z = 0, in the inner order of points.
 struct ModeSet {
   Outcome outcome;
-  Eigen::VectorXd omega2;  ///< increasing, 1/s^2
-  Eigen::MatrixXd shapes;  ///< x = Zq by columns, [3 moving points x modes], x'Mx = 1
-  double residual = 0.0;   ///< largest |M^-1/2 (W x + K mu - omega^2 M x)| over the largest |omega^2|
-  std::size_t solves = 0;  ///< with a factor of the KKT matrix
+  Eigen::VectorXd omega2{};  ///< increasing, 1/s^2
+  Eigen::MatrixXd shapes{};  ///< x = Zq by columns, [3 moving points x modes], x'Mx = 1
+  double residual = 0.0;     ///< largest |M^-1/2 (W x + K mu - omega^2 M x)| over the largest |omega^2|
 };
 
 /// Finds modes about the configuration at which the equations were linearised last. `freedoms` is 3n - rank K.
@@ -30,7 +28,7 @@ class ModeFinder {
   ModeFinder(const EquilibriumEquations& equations, KktSolver& kkt, std::size_t freedoms,
              const std::vector<std::size_t>& dependent = {});
 
-  /// Returns the scale of omega^2: the largest |W_ii| over the mass of its point, 1/s^2; 1 if nothing is stiff.
+  /// Returns the scale of omega^2: the largest |W_ij| over the mass of point i, 1/s^2; 1 if nothing is stiff.
   double scale() const { return scale_; }
 
   /// Returns s of the last search, 1/s^2.
@@ -41,23 +39,23 @@ class ModeFinder {
   std::optional<Eigen::MatrixXd> find_basis();
   /// Finds all modes from a dense basis Z of the possible moves; suited to few freedoms.
   ModeSet find_all();
-  /// Finds the lowest `count` modes, at most half of the freedoms, by the block Lanczos method with
+  /// Finds the lowest `count` modes, at most half of the freedoms, by Lanczos' method with implicit restarts (Spectra)
+  /// on
   ///
   ///   M^1/2 Z (Z'(W + s M)Z)^-1 Z' M^1/2,   whose eigenvalues are 1/(omega^2 + s),
   ///
-  /// with -s below the lowest omega^2, and by inverse iteration, for which -s moves next to that omega^2 if this pays.
-  /// The number of negative pivots of a second factor (Sylvester's law of inertia) proves that none is missing, such as
-  /// one of several equal ones. Missing modes are sought among the vectors M-orthogonal to the modes that were found.
+  /// with -s below the lowest omega^2, and by inverse iteration. The number of negative pivots of a second factor
+  /// (Sylvester's law of inertia) proves that none is missing, such as one of several equal ones, of which a Krylov
+  /// space sees one. Missing modes are sought among the vectors M-orthogonal to the modes that were found.
   ModeSet find_lowest(std::size_t count, double tolerance);
   /// Finds some of the lowest modes without counting them, with the current factor, which is of the shift s. It finds
-  /// as many copies of a mode as a block has columns, and fewer than `count` modes if Lanczos' method stalls.
+  /// one copy of a mode, and fewer than `count` modes if Lanczos' method stalls.
   ModeSet find_some_lowest(double shift, std::size_t count);
 
   /// Returns the rounding error of |M^-1/2 (W x + K mu - omega^2 M x)|, 1/s^2. If the lowest mode is next to the shift,
   /// the other modes lose digits.
   double residual_to_rounding(double lowest_omega2) const;
 
-  static constexpr std::size_t fewest_in_block = 4;
   /// The shift s of the first search relative to the scale of omega^2. It is so near to 0 that the lowest modes are
   /// well separated, and so far from it that zero modes do not take digits from the others.
   static constexpr double least_shift = 1e-9;
@@ -68,16 +66,11 @@ class ModeFinder {
   };
 
   bool factorize_below_all(double first_shift);
-  void find_stiffness_scale();
   void group_by_islands(const std::vector<std::size_t>& dependent);
   Pairs solve(Eigen::MatrixXd forces, KktSolver::Accuracy accuracy);
-  void solve_roughly(Eigen::MatrixXd* forces);
-  BlockLanczos start_lanczos(std::size_t count, const Eigen::MatrixXd& found);
-  bool move_shift(const BlockLanczos& lanczos, double tolerance);
-  Eigen::MatrixXd find_starts(std::size_t count, double tolerance);
-  Eigen::MatrixXd run_lanczos(std::size_t count, double tolerance, const Eigen::MatrixXd& found);
-  template <class Run>
-  Eigen::MatrixXd run_lanczos(std::size_t count, const Eigen::MatrixXd& found, const Run& run);
+  void apply(const double* from, double* to);
+  Eigen::MatrixXd search(std::size_t count, double tolerance, const Eigen::MatrixXd& found);
+  Eigen::MatrixXd search_missing(const ModeSet& modes, std::size_t count, std::size_t missing, double tolerance);
   ModeSet refine(Eigen::MatrixXd x, std::size_t wanted, double tolerance);
   ModeSet refine_or_search(Eigen::MatrixXd x, std::size_t wanted, double tolerance);
   bool meets(const ModeSet& modes, std::size_t wanted, double tolerance) const;
@@ -89,7 +82,7 @@ class ModeFinder {
   };
   std::optional<std::size_t> count_below(const Bound& bound);
   Bound choose_bound(const Eigen::VectorXd& omega2, std::size_t count) const;
-  double lowest_rayleigh_quotient(const Eigen::MatrixXd& x) const;
+  Eigen::VectorXd rayleigh_quotients(const Eigen::MatrixXd& x) const;
 
   const EquilibriumEquations& equations_;
   KktSolver& kkt_;
@@ -104,7 +97,6 @@ class ModeFinder {
   double scale_ = 1.0;  // of omega^2, 1/s^2
   double shift_ = 0.0;
   bool is_precise_ = false;
-  std::size_t solves_ = 0;
 };
 
 }  // namespace tanor::detail

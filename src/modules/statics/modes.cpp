@@ -12,7 +12,6 @@
 
 #include "base/quiet_traps.hpp"
 #include "base/text.hpp"
-#include "statics/damped_mode_finder.hpp"
 #include "statics/damped_modes.hpp"
 #include "statics/forces_without_potential.hpp"
 #include "statics/given_equilibrium.hpp"
@@ -99,7 +98,7 @@ Outcome find_modes(const GivenEquilibrium& state, const Plan& plan, double toler
   write_modes(state.model(), found, plan.count, zero, result);
   result->residual_max = found.residual;
   if (plan.is_dense || result->unstable_directions < plan.count) return {};
-  const std::optional<std::size_t> all = count_unstable(zero, kkt);
+  const std::optional<std::size_t> all = count_near(-1.0, zero, kkt);
   if (!all) return {Status::NotConverged, "pivots vanish below zero: it is not known how many modes grow"};
   result->unstable_directions = *all;
   return {};
@@ -170,10 +169,8 @@ Modes modes(const System& system, std::span<const double> positions, const Modes
   result.multipliers.resize(model.numbering.num_user_rows);
   model.numbering.scatter_rows(state.multipliers(), result.multipliers);
   const Plan plan = make_plan(result.degrees_of_freedom, state.equations().size(), options.count);
-  if (Outcome outcome = find_obstacle(state, positions, options); !outcome.ok()) {
-    result.outcome = std::move(outcome);
-    return result;
-  }
+  if (Outcome outcome = find_obstacle(state, positions, options); !outcome.ok())
+    return fail(result, outcome.status, std::move(outcome.what));
   KktSolver kkt(state.equations());
   ModeFinder finder(state.equations(), kkt, result.degrees_of_freedom, state.dependent_rows());
   const double lightest = std::ranges::min(std::span(model.mass).first(model.num_moving())),
@@ -183,17 +180,14 @@ Modes modes(const System& system, std::span<const double> positions, const Modes
   const bool feels_coriolis = state.feels_coriolis(), has_rates = options.damped || feels_coriolis;
   Eigen::SparseMatrix<double> D = state.equations().find_coriolis();
   if (options.damped) D += state.equations().stiffness().find_damping(options.time, state.positions().data());
-  if (has_rates && !plan.is_dense) {
-    const DampedModeFinder::Found found =
-        find_lowest_damped_modes(state.equations(), std::move(D), plan.count, state.degrees_of_freedom(),
-                                 std::sqrt(finder.scale()), std::sqrt(zero));
+  if (has_rates) {
+    const std::optional<Eigen::MatrixXd> basis = plan.is_dense ? finder.find_basis() : std::nullopt;
+    if (plan.is_dense && !basis) return fail(result, Status::Singular, "the stiffness matrix has no factor");
+    const DampedModeSet found =
+        plan.is_dense ? find_damped_modes(state.equations(), D, *basis, std::sqrt(zero))
+                      : find_lowest_damped_modes(state.equations(), D, plan.count, result.degrees_of_freedom,
+                                                 std::sqrt(finder.scale()), std::sqrt(zero));
     if (!found.outcome.ok()) return fail(result, found.outcome.status, found.outcome.what);
-    write_damped_modes(model, found.modes, plan.count, zero, &result);
-    result.residual_max = found.modes.residual;
-  } else if (has_rates) {
-    const std::optional<Eigen::MatrixXd> basis = finder.find_basis();
-    if (!basis) return fail(result, Status::Singular, "the stiffness matrix has no factor");
-    const DampedModeSet found = find_damped_modes(state.equations(), D, *basis, std::sqrt(zero));
     write_damped_modes(model, found, options.count, zero, &result);
     result.residual_max = found.residual;
   } else {

@@ -36,29 +36,17 @@ ReducedInertia find_dense(const ZeroModes& zero, ModeFinder* finder) {
   return result;
 }
 
-/// Counts the omega^2 below `part` times the bound of each point. If a pivot vanishes, a nearby bound is used.
-std::optional<std::size_t> count_near(double part, const ZeroModes& zero, KktSolver* solver) {
-  for (const double factor : {1.0, 1.3, 0.7, 2.0}) {
-    std::vector<double> bounds = zero.of_points();
-    for (double& each : bounds) each *= factor * part;
-    if (const auto count = solver->count_below(std::move(bounds))) return count;
-  }
-  return std::nullopt;
-}
-
 /// Finds the lowest omega^2 that is no zero mode, with the factor of the least shift that has one.
 void find_lowest(const ZeroModes& zero, ModeFinder* finder, KktSolver* solver, ReducedInertia* result) {
-  double shift = -zero.least();
-  if (result->negative + result->zero > 0 || !zero.are_equal()) {
-    shift = result->negative + result->zero > 0 ? zero.least() : shift;
-    while (!solver->factorize(shift)) {
-      shift = 10.0 * std::abs(shift);
-      if (shift > 1e4 * finder->scale()) return;
-    }
+  const double least = std::ranges::min(zero.of_points());
+  double shift = result->negative + result->zero > 0 ? least : -least;
+  while (!solver->factorize(shift)) {
+    shift = 10.0 * std::abs(shift);
+    if (shift > 1e4 * finder->scale()) return;
   }
-  // A block of Lanczos' method finds as many copies of a zero mode as it has columns, and then the modes beyond it.
-  constexpr std::size_t most = 64;
-  for (const std::size_t count : {std::size_t{1}, std::clamp(result->zero, ModeFinder::fewest_in_block, most) + 1}) {
+  // Rounding tells zero modes apart, so that Lanczos' method may find all of them before the mode beyond.
+  constexpr std::size_t fewest = 4, most = 64;
+  for (const std::size_t count : {std::size_t{1}, std::clamp(result->zero, fewest, most) + 1}) {
     const ModeSet modes = finder->find_some_lowest(shift, count);
     for (Rows k = 0; k < modes.omega2.size(); ++k) {
       if (std::abs(modes.omega2[k]) > zero.of_mode(modes.shapes.col(k))) return keep_lowest(modes, k, result);
@@ -83,8 +71,13 @@ ReducedInertia find_sparse(const ZeroModes& zero, std::size_t freedoms, ModeFind
 
 }  // namespace
 
-std::optional<std::size_t> count_unstable(const ZeroModes& zero, KktSolver* solver) {
-  return count_near(-1.0, zero, solver);
+std::optional<std::size_t> count_near(double part, const ZeroModes& zero, KktSolver* solver) {
+  for (const double factor : {1.0, 1.3, 0.7, 2.0}) {
+    std::vector<double> bounds = zero.of_points();
+    for (double& each : bounds) each *= factor * part;
+    if (const auto count = solver->count_below(std::move(bounds))) return count;
+  }
+  return std::nullopt;
 }
 
 ReducedInertia find_inertia(const EquilibriumEquations& equations, const std::vector<double>& r, std::size_t freedoms,

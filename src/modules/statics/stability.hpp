@@ -30,7 +30,8 @@ inline constexpr std::size_t most_dense_unknowns = 300;
 ReducedInertia find_inertia(const EquilibriumEquations& equations, const std::vector<double>& r, std::size_t freedoms,
                             const std::vector<std::size_t>& dependent, KktSolver* solver);
 
-/// Returns the number of negative omega^2 there, or nothing if pivots vanish at all bounds that were tried.
-std::optional<std::size_t> count_unstable(const ZeroModes& zero, KktSolver* solver);
+/// Returns the number of omega^2 below `part` times the bound of each point, -1 for those that are negative. If a pivot
+/// vanishes, a nearby bound is used; returns nothing if pivots vanish at all bounds that are tried.
+std::optional<std::size_t> count_near(double part, const ZeroModes& zero, KktSolver* solver);
 
 }  // namespace tanor::detail

@@ -59,14 +59,6 @@ double ZeroModes::of_mode(const Eigen::Ref<const Eigen::VectorXd>& shape) const 
   return sum;
 }
 
-bool ZeroModes::are_equal() const {
-  return std::ranges::all_of(of_points_, [&](double each) { return each == of_points_[0]; });
-}
-
-double ZeroModes::least() const {
-  return std::ranges::min(of_points_);
-}
-
 void ZeroModes::raise(const std::vector<double>& forces) {
   for (const StaticsIsland& island : islands_) {
     double largest = 0.0;

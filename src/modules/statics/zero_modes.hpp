@@ -26,8 +26,6 @@ class ZeroModes {
   const std::vector<double>& of_points() const { return of_points_; }
   /// Returns q'Dq of a mode with q'Mq = 1.
   double of_mode(const Eigen::Ref<const Eigen::VectorXd>& shape) const;
-  bool are_equal() const;
-  double least() const;
   /// Raises the bounds of each island for its largest residual force [moving point], N, whether it is rounding or not.
   /// Multipliers are then known to a hundred times this force at best, and W to that force over a length.
   void raise(const std::vector<double>& forces);
