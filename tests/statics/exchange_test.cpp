@@ -34,9 +34,9 @@ struct Complementarity {
     z = reference::solve_partial(A, b);
     w = q + M * z;
   }
-  OneSidedRows::Rows find_wrong(const std::vector<bool>& open) {
+  UserRows find_wrong(const std::vector<bool>& open) {
     solve(open);
-    OneSidedRows::Rows wrong;
+    UserRows wrong;
     for (std::size_t i = 0; i < open.size(); ++i) {
       if ((open[i] ? w : z)[static_cast<Eigen::Index>(i)] < -1e-12) wrong.push_back(i);
     }
@@ -44,7 +44,7 @@ struct Complementarity {
   }
 };
 
-void change(std::vector<bool>& open, const OneSidedRows::Rows& rows) {
+void change(std::vector<bool>& open, const UserRows& rows) {
   for (const std::size_t row : rows) open[row] = !open[row];
 }
 
@@ -52,7 +52,7 @@ void change(std::vector<bool>& open, const OneSidedRows::Rows& rows) {
 int count_rounds(Complementarity problem, std::vector<bool> open) {
   Exchange exchange;
   for (int round = 0; round < 1000; ++round) {
-    const OneSidedRows::Rows rows = exchange.choose(problem.find_wrong(open), open);
+    const UserRows rows = exchange.choose(problem.find_wrong(open), open);
     if (rows.empty()) return round;
     if (exchange.is_stuck()) return -1;
     change(open, rows);
@@ -67,7 +67,7 @@ TEST(Exchange, EndsWhereChangingAllThatIsWrongGoesInACircle) {
   problem.M << 1, 2, 0, 0, 1, 2, 2, 0, 1;
   std::vector<bool> open{true, false, false};
   for (int round = 0; round < 3; ++round) {
-    const OneSidedRows::Rows wrong = problem.find_wrong(open);
+    const UserRows wrong = problem.find_wrong(open);
     ASSERT_FALSE(wrong.empty());
     change(open, wrong);
   }

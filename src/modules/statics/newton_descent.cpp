@@ -11,6 +11,8 @@ namespace tanor::detail {
 namespace {
 
 constexpr int most_disturbances = 3;
+/// While forces are small, at most so many steps may be long.
+constexpr int most_long_steps = 40;
 /// Residual forces over their scale plus the violation, below which a state counts as near an equilibrium.
 constexpr double near_equilibrium = 1e-3;
 /// Forces that fall below this part of the largest one met on the way have died away.
@@ -24,30 +26,30 @@ double longest(const std::vector<double>& dr) {
   return result;
 }
 
-Outcome explain_failure(const Model& model, const StaticResidual& residual, int iterations, const std::string& why) {
-  return {Status::NotConverged, "no equilibrium was found: " + why + " after " + std::to_string(iterations) +
-                                    " iterations; best residual " + text(residual.force) + " N (the largest force is " +
-                                    text(residual.scale) + " N) at point " +
-                                    std::to_string(model.numbering.user_point[residual.worst_point]) + ", violation " +
-                                    text(residual.violation)};
+std::string NewtonDescent::worst_point() const {
+  return "point " + std::to_string(model_.numbering.user_point[residual_.worst_point]);
 }
 
-Outcome explain_fading(const Model& model, const StaticResidual& residual, int iterations) {
+/// Returns the failure of a search that came no nearer: "no equilibrium was found: the search stalls after …".
+Outcome NewtonDescent::explain_failure(const std::string& why) const {
+  return {Status::NotConverged, "no equilibrium was found: " + why + " after " + std::to_string(iterations_) +
+                                    " iterations; best residual " + text(residual_.force) +
+                                    " N (the largest force is " + text(residual_.scale) + " N) at " + worst_point() +
+                                    ", violation " + text(residual_.violation)};
+}
+
+Outcome NewtonDescent::explain_fading() const {
   return {Status::NoSolution,
           "there is no equilibrium: forces die away along the search and nothing stops it; after " +
-              std::to_string(iterations) + " iterations " + text(residual.force) + " N are left at point " +
-              std::to_string(model.numbering.user_point[residual.worst_point]) +
+              std::to_string(iterations_) + " iterations " + text(residual_.force) + " N are left at " + worst_point() +
               ", and Newton's method still moves points by more than " + text(short_step) + " of the scene's size"};
 }
 
-Outcome explain_not_finite(const Model& model, const StaticResidual& residual, int iterations) {
+Outcome NewtonDescent::explain_not_finite() const {
   const std::string what =
-      (std::isfinite(residual.force)
-           ? "constraints are"
-           : "the force at point " + std::to_string(model.numbering.user_point[residual.worst_point]) + " is") +
-      " not finite ";
-  if (iterations == 0) return {Status::NotFinite, what + "where it starts; do points lie on each other?"};
-  return {Status::NotFinite, "no equilibrium was found: after " + std::to_string(iterations) +
+      (std::isfinite(residual_.force) ? "constraints are" : "the force at " + worst_point() + " is") + " not finite ";
+  if (iterations_ == 0) return {Status::NotFinite, what + "where it starts; do points lie on each other?"};
+  return {Status::NotFinite, "no equilibrium was found: after " + std::to_string(iterations_) +
                                  " iterations of the search " + what +
                                  "any more; points that pull each other without bound, as opposite charges do, meet"};
 }
@@ -93,7 +95,7 @@ Outcome NewtonDescent::run(const NewtonLimits& limits, StaticState* state, std::
   for (int done = 0;; ++done) {
     residuals->push_back(residual_.force);
     const double size = residual_.force + residual_.scale + residual_.violation;
-    if (!std::isfinite(size)) return explain_not_finite(model_, residual_, iterations_);
+    if (!std::isfinite(size)) return explain_not_finite();
     largest_scale_ = std::max(largest_scale_, residual_.scale);
     if (is_small(limits) && is_small_here(limits, *state)) {
       if (rests(*state)) {
@@ -101,15 +103,15 @@ Outcome NewtonDescent::run(const NewtonLimits& limits, StaticState* state, std::
           continue;
         return {};
       }
-      if (++long_steps == most_long_steps) return explain_fading(model_, residual_, iterations_);
+      if (++long_steps == most_long_steps) return explain_fading();
     }
     if (is_near(limits, *state)) return {};
-    if (residual_.force > 0.0 && residual_.force <= nothing * largest_scale_)
-      return explain_fading(model_, residual_, iterations_);
-    if (done == limits.max_iterations) return explain(whole_ ? "no convergence" : "the search does not converge");
+    if (residual_.force > 0.0 && residual_.force <= nothing * largest_scale_) return explain_fading();
+    if (done == limits.max_iterations)
+      return explain_failure(whole_ ? "no convergence" : "the search does not converge");
     ++iterations_;
-    if (!advance(state)) return explain("the search stalls");
-    if (model_.largest_norm(state->r.data()) > farthest) return explain("the search moves away without end");
+    if (!advance(state)) return explain_failure("the search stalls");
+    if (model_.largest_norm(state->r.data()) > farthest) return explain_failure("the search moves away without end");
   }
 }
 

@@ -31,18 +31,10 @@ struct StaticResidual {
 
 /// Small forces alone do not prove an equilibrium: far out, forces like exp(-x) die away and nothing is at rest. So
 /// Newton's next step must also be short beside the scene's size, with each coordinate held by a small spring (see
-/// StiffnessMatrix::hold_rows). While forces are small, at most `most_long_steps` steps may be long.
+/// StiffnessMatrix::hold_rows).
 inline constexpr double short_step = 1e-4, held_rows = 1e-11;
-inline constexpr int most_long_steps = 40;
 /// Returns the longest move of a point, m.
 double longest(const std::vector<double>& dr);
-/// Returns the failure of a search that came no nearer than to `residual`: "no equilibrium was found: the search stalls
-/// after …".
-Outcome explain_failure(const Model& model, const StaticResidual& residual, int iterations, const std::string& why);
-/// Returns the failure that forces died away to `residual` after so many iterations.
-Outcome explain_fading(const Model& model, const StaticResidual& residual, int iterations);
-/// Returns the failure that a force or constraint is not finite after so many iterations, or 0, where it starts.
-Outcome explain_not_finite(const Model& model, const StaticResidual& residual, int iterations);
 
 struct NewtonLimits {
   double force_tolerance = 1e-10;
@@ -101,7 +93,10 @@ class NewtonDescent {
   bool advance(StaticState* state);
   bool halves(StaticState* state);
   bool try_descent(StaticState* state);
-  Outcome explain(const std::string& why) const { return explain_failure(model_, residual_, iterations_, why); }
+  std::string worst_point() const;
+  Outcome explain_failure(const std::string& why) const;
+  Outcome explain_fading() const;
+  Outcome explain_not_finite() const;
   bool factorize(double shift);
   bool factorize_nearly_exact();
   bool factorize_with_masses();
