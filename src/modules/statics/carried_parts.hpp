@@ -18,30 +18,35 @@
 
 namespace tanor::detail {
 
-/// Returns false for functions of time that are not constant.
-template <class Value>
-bool is_constant_field(const Value& value) {
-  if constexpr (std::is_same_v<Value, VectorFunction>) return value.is_constant();
-  if constexpr (std::is_same_v<Value, Parameter>)
-    return std::ranges::all_of(value.functions, &ScalarFunction::is_constant);
-  return true;
-}
-
-/// Returns "normal, offset", the fields of a group that depend on time, or "formula".
-template <class Group>
-std::string name_moving_fields(const Group& group) {
-  std::string names;
-  const auto add = [&](const char* name) { names += (names.empty() ? "" : ", ") + std::string(name); };
-  for_each_field<Group>([&](const auto& field) {
-    if (!is_constant_field(group.*field.value)) add(field.name);
+/// Lists the fields of a part with a function of time that fails a test.
+template <class Group, class Test>
+std::vector<std::string> list_fields(const Group& group, const Test& passes) {
+  std::vector<std::string> names;
+  for_each_field<Group>([&]<class Value>(const FieldOf<Group, Value>& field) {
+    const Value& value = group.*field.value;
+    bool pass = true;
+    if constexpr (std::is_same_v<Value, VectorFunction>) pass = std::ranges::all_of(value.components, passes);
+    if constexpr (std::is_same_v<Value, Parameter>) pass = std::ranges::all_of(value.functions, passes);
+    if (!pass) names.emplace_back(field.name);
   });
-  if constexpr (requires { group.kernel.depends_on_time; }) {
-    if (group.kernel.depends_on_time) add("formula");
-  }
   return names;
 }
-inline std::string name_moving_fields(const Support& support) {
-  return support.displacement.is_constant() ? "" : "motion";
+template <class Test>
+std::vector<std::string> list_fields(const Support& support, const Test& passes) {
+  if (std::ranges::all_of(support.displacement.components, passes)) return {};
+  return {"motion"};
+}
+
+/// Returns "normal, offset", the fields of a part that depend on time, or "formula".
+template <class Part>
+std::string name_moving_fields(const Part& part) {
+  std::vector<std::string> names = list_fields(part, &ScalarFunction::is_constant);
+  if constexpr (requires { part.kernel.depends_on_time; }) {
+    if (part.kernel.depends_on_time) names.emplace_back("formula");
+  }
+  std::string result;
+  for (const std::string& name : names) result += (result.empty() ? "" : ", ") + name;
+  return result;
 }
 
 /// Calls visit(where, name, part) for each support, each group of constraints and each force of a system.

@@ -27,41 +27,27 @@ ExponentialPolynomial ExponentialPolynomial::unknown() {
   return result;
 }
 
-void ExponentialPolynomial::add(const Term& term) {
+void ExponentialPolynomial::add(Term term) {
   const double near = equal_frequencies * fastest_;
-  Term added = term;
-  is_known_ = is_known_ && std::isfinite(added.size);
-  if (added.frequency <= near) added.frequency = 0.0, added.amplitude = added.amplitude.real();
-  if (added.power == 0 && added.frequency == 0.0) {
-    constant_ += added.amplitude.real();
-    constant_size_ += added.size;
-    if (std::abs(constant_) <= cancelled_constants * constant_size_) constant_ = 0.0;
-    return;
-  }
-  const auto known = std::ranges::find_if(terms_, [&](const Term& each) {
-    return each.power == added.power && std::abs(each.frequency - added.frequency) <= near;
+  is_known_ = is_known_ && std::isfinite(term.size);
+  if (term.frequency <= near) term.frequency = 0.0, term.amplitude = term.amplitude.real();
+  auto known = std::ranges::find_if(terms_, [&](const Term& each) {
+    return each.power == term.power && std::abs(each.frequency - term.frequency) <= near;
   });
-  if (known == terms_.end()) {
-    if (std::abs(added.amplitude) > cancelled_terms * added.size) terms_.push_back(added);
-    is_known_ = is_known_ && terms_.size() <= most_terms_of_a_sum;
-    return;
-  }
-  known->amplitude += added.amplitude;
-  known->size += added.size;
-  if (std::abs(known->amplitude) <= cancelled_terms * known->size) terms_.erase(known);
-}
-
-std::vector<ExponentialPolynomial::Term> ExponentialPolynomial::all_terms() const {
-  std::vector<Term> result = terms_;
-  result.push_back({0, 0.0, constant_, constant_size_});
-  return result;
+  if (known == terms_.end()) known = terms_.insert(known, {term.power, term.frequency, 0.0, 0.0});
+  known->amplitude += term.amplitude;
+  known->size += term.size;
+  const bool is_constant = known == terms_.begin();
+  if (std::abs(known->amplitude) <= (is_constant ? cancelled_constants : cancelled_terms) * known->size)
+    is_constant ? void(known->amplitude = 0.0) : void(terms_.erase(known));
+  is_known_ = is_known_ && terms_.size() <= most_terms_of_a_sum;
 }
 
 ExponentialPolynomial operator+(const ExponentialPolynomial& a, const ExponentialPolynomial& b) {
   ExponentialPolynomial result = a;
   result.is_known_ = a.is_known_ && b.is_known_;
   result.fastest_ = std::max(a.fastest_, b.fastest_);
-  for (const auto& term : b.all_terms()) result.add(term);
+  for (const auto& term : b.terms_) result.add(term);
   return result;
 }
 
@@ -70,9 +56,8 @@ ExponentialPolynomial operator*(const ExponentialPolynomial& a, const Exponentia
   result.is_known_ = a.is_known_ && b.is_known_;
   if (!result.is_known_) return result;
   result.fastest_ = a.fastest_ + b.fastest_;
-  const auto factors = b.all_terms();
-  for (const auto& one : a.all_terms()) {
-    for (const auto& other : factors) {
+  for (const auto& one : a.terms_) {
+    for (const auto& other : b.terms_) {
       const int power = one.power + other.power;
       const double size = one.size * other.size;
       if (one.frequency == 0.0 || other.frequency == 0.0) {
@@ -90,20 +75,20 @@ ExponentialPolynomial operator*(const ExponentialPolynomial& a, const Exponentia
 }
 
 ExponentialPolynomial operator/(const ExponentialPolynomial& a, const ExponentialPolynomial& b) {
-  if (!b.is_constant() || b.constant_ == 0.0) return ExponentialPolynomial::unknown();
-  return a * ExponentialPolynomial(1.0 / b.constant_);
+  if (!b.is_constant() || b.constant() == 0.0) return ExponentialPolynomial::unknown();
+  return a * ExponentialPolynomial(1.0 / b.constant());
 }
 
 ExponentialPolynomial sqrt(const ExponentialPolynomial& a) {
-  return a.is_constant() && a.constant_ > 0.0 ? ExponentialPolynomial(std::sqrt(a.constant_)) : a.some_number(0);
+  return a.is_constant() && a.constant() > 0.0 ? ExponentialPolynomial(std::sqrt(a.constant())) : a.some_number(0);
 }
 
 /// Returns the real part of factor e^(i a) for a linear function a of the time.
 ExponentialPolynomial ExponentialPolynomial::turn(std::complex<double> factor) const {
-  const std::complex<double> start = factor * std::polar(1.0, constant_);
+  const std::complex<double> start = factor * std::polar(1.0, constant());
   if (is_constant()) return start.real();
-  if (!is_known_ || terms_.size() > 1 || terms_[0].power != 1 || terms_[0].frequency != 0.0) return unknown();
-  const double frequency = terms_[0].amplitude.real();
+  if (!is_known_ || terms_.size() != 2 || terms_[1].power != 1 || terms_[1].frequency != 0.0) return unknown();
+  const double frequency = terms_[1].amplitude.real();
   ExponentialPolynomial result;
   result.fastest_ = std::abs(frequency);
   result.add({0, std::abs(frequency), frequency < 0.0 ? std::conj(start) : start, 1.0});
@@ -114,7 +99,7 @@ ExponentialPolynomial ExponentialPolynomial::turn(std::complex<double> factor) c
 ExponentialPolynomial ExponentialPolynomial::some_number(int function, const ExponentialPolynomial& b) const {
   if (!is_constant() || !b.is_constant()) return unknown();
   const auto bounded = [](double x) { return x / (1.0 + std::abs(x)); };
-  return 1.0 + 0.1 * function + 0.5 * bounded(constant_) + 0.3 * bounded(b.constant_);
+  return 1.0 + 0.1 * function + 0.5 * bounded(constant()) + 0.3 * bounded(b.constant());
 }
 
 }  // namespace tanor::detail

@@ -16,12 +16,12 @@ class ExponentialPolynomial {
   ExponentialPolynomial(double constant = 0.0)  // NOLINT(google-explicit-constructor): constants are functions
       : ExponentialPolynomial(constant, std::abs(constant)) {}
   /// Makes a constant that is a sum of terms whose absolute values have the sum `size`.
-  ExponentialPolynomial(double constant, double size) : constant_(constant), constant_size_(size) {}
+  ExponentialPolynomial(double constant, double size) : terms_{{0, 0.0, constant, size}} {}
   static ExponentialPolynomial time();
   static ExponentialPolynomial unknown();
 
   bool is_known() const { return is_known_; }
-  bool is_constant() const { return is_known_ && terms_.empty(); }
+  bool is_constant() const { return is_known_ && terms_.size() == 1; }
 
   ExponentialPolynomial& operator+=(const ExponentialPolynomial& b) { return *this = *this + b; }
   friend ExponentialPolynomial operator-(const ExponentialPolynomial& a) { return ExponentialPolynomial(-1.0) * a; }
@@ -62,13 +62,12 @@ class ExponentialPolynomial {
     double size;
   };
 
-  void add(const Term& term);
-  std::vector<Term> all_terms() const;
+  double constant() const { return terms_[0].amplitude.real(); }
+  void add(Term term);
   ExponentialPolynomial turn(std::complex<double> factor) const;
   ExponentialPolynomial some_number(int function, const ExponentialPolynomial& b = {}) const;
 
-  double constant_, constant_size_;
-  std::vector<Term> terms_;  // that change with time
+  std::vector<Term> terms_;  // the constant first
   double fastest_ = 0.0;     // rad/s, of all terms that led here
   bool is_known_ = true;
 };

@@ -44,18 +44,17 @@ struct RotationTerms {
   T first, second, third, fourth;
 };
 
-RotationTerms<double> rotation_terms(double spin, double tau) {
-  const double angle = spin * tau;
-  if (!(std::abs(angle) > 1e-3)) return {tau, 0.5 * tau * tau, tau * tau * tau / 6.0, std::pow(tau, 4) / 24.0};
-  const double half = std::sin(0.5 * angle), first = std::sin(angle) / spin, second = 2.0 * half * half / (spin * spin);
-  return {first, second, (tau - first) / (spin * spin), (0.5 * tau * tau - second) / (spin * spin)};
+/// Returns them at one time or at all times; the first terms of their series where the angle is small.
+template <class T>
+RotationTerms<T> rotation_terms(double spin, const T& tau, bool is_small) {
+  using std::sin;
+  if (is_small) return {tau, T(0.5) * tau * tau, tau * tau * tau / T(6.0), tau * tau * tau * tau / T(24.0)};
+  const T square = spin * spin, half = sin(T(0.5 * spin) * tau), first = sin(T(spin) * tau) / T(spin),
+          second = T(2.0) * half * half / square;
+  return {first, second, (tau - first) / square, (T(0.5) * tau * tau - second) / square};
 }
-
-/// Returns them at all times.
-RotationTerms<ExponentialPolynomial> rotation_terms(double spin, const ExponentialPolynomial& tau) {
-  if (spin == 0.0) return {tau, 0.5 * tau * tau, 0.0, 0.0};
-  const ExponentialPolynomial first = sin(spin * tau) / spin, second = (1.0 - cos(spin * tau)) / (spin * spin);
-  return {first, second, (tau - first) / (spin * spin), (0.5 * tau * tau - second) / (spin * spin)};
+RotationTerms<ExponentialPolynomial> rotation_terms(double spin) {
+  return rotation_terms(spin, ExponentialPolynomial::time(), spin == 0.0);
 }
 
 /// Returns a vector in numbers or in functions of time, which are told how large the terms were that it is made of.
@@ -82,17 +81,17 @@ TripleOf<T> carry_by(const SteadyFrame& frame, Vec3 x, const T& tau, const Rotat
 }  // namespace
 
 Vec3 SteadyFrame::carry(Vec3 x, double tau) const {
-  const TripleOf<double> place = carry_by(*this, x, tau, rotation_terms(norm(spin), tau));
+  const double rate = norm(spin);
+  const TripleOf<double> place = carry_by(*this, x, tau, rotation_terms(rate, tau, !(std::abs(rate * tau) > 1e-3)));
   return {place.x, place.y, place.z};
 }
 
 TripleOf<ExponentialPolynomial> SteadyFrame::carry(Vec3 x) const {
-  const auto tau = ExponentialPolynomial::time();
-  return carry_by(*this, x, tau, rotation_terms(norm(spin), tau));
+  return carry_by(*this, x, ExponentialPolynomial::time(), rotation_terms(norm(spin)));
 }
 
 TripleOf<ExponentialPolynomial> SteadyFrame::turn_back(const TripleOf<ExponentialPolynomial>& a) const {
-  const auto by = rotation_terms(norm(spin), ExponentialPolynomial::time());
+  const auto by = rotation_terms(norm(spin));
   const auto axis = triple<ExponentialPolynomial>(spin, norm(spin)), once = cross(axis, a);
   return a - by.first * once + by.second * cross(axis, once);
 }
@@ -202,9 +201,20 @@ class FrameSearch {
     choose_instants();
   }
 
-  /// Returns the frame that comes nearest to carrying all along.
-  SteadyFrame find_without_turn() { return solve(6); }
-  SteadyFrame find_any() { return solve(9); }
+  /// Returns the frame that comes nearest to carrying all along, by the first unknowns: w, a and Omega. It is solved
+  /// for twice: what moves away from where it was found says little, and what moves along is told to rounding.
+  SteadyFrame solve(Eigen::Index unknowns) {
+    constexpr double dependent = 1e-9;
+    VectorXd x = VectorXd::Zero(9);
+    for (int round = 0; round < 2; ++round) {
+      gather_rates(make_frame(x));
+      x.head(unknowns) += dense::solve_least_squares(rows_.leftCols(unknowns), -rows_.col(9), dependent);
+      // A part of x that rounding alone has made is none.
+      const double least = dependent * x.cwiseAbs().maxCoeff();
+      for (double& each : x) each = std::abs(each) <= least ? 0.0 : each;
+    }
+    return make_frame(x);
+  }
 
  private:
   using Rates = Eigen::Matrix<double, Eigen::Dynamic, 7, Eigen::RowMajor>;
@@ -277,19 +287,6 @@ class FrameSearch {
     }
   }
 
-  /// Solves twice: what moves away from where it was found says little, and what moves along is told to rounding.
-  SteadyFrame solve(Eigen::Index unknowns) {
-    constexpr double dependent = 1e-9;
-    VectorXd x = VectorXd::Zero(9);
-    for (int round = 0; round < 2; ++round) {
-      gather_rates(make_frame(x));
-      x.head(unknowns) += dense::solve_least_squares(rows_.leftCols(unknowns), -rows_.col(9), dependent);
-      // A part of x that rounding alone has made is none.
-      const double least = dependent * x.cwiseAbs().maxCoeff();
-      for (double& each : x) each = std::abs(each) <= least ? 0.0 : each;
-    }
-    return make_frame(x);
-  }
   SteadyFrame make_frame(const VectorXd& x) const {
     const auto part = [&](Eigen::Index first, double scale) {
       return scale * Vec3{x[first], x[first + 1], x[first + 2]};
@@ -337,8 +334,8 @@ SteadyFrame find_steady_frame(const System& system, double t) {
   std::optional<UnsteadyPart> part = find_unsteady_part(system, frame, t, size);
   if (!part) return frame;
   FrameSearch search(system, t, size, frame.centre);
-  for (const auto find : {&FrameSearch::find_without_turn, &FrameSearch::find_any}) {
-    frame = (search.*find)();
+  for (const Eigen::Index unknowns : {6, 9}) {  // the first without a turn
+    frame = search.solve(unknowns);
     part = find_unsteady_part(system, frame, t, size);
     if (!part) return fall_freely(system, frame);
   }

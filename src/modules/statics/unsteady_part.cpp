@@ -45,24 +45,6 @@ bool is_known(const ScalarFunction& function) {
   return WholeClock{0.0}(function).is_known();
 }
 
-/// Returns the first field of a group with an unknown function of time; empty if there is none.
-template <class Group>
-std::string name_unknown_field(const Group& group) {
-  std::string name;
-  for_each_field<Group>([&]<class Value>(const FieldOf<Group, Value>& field) {
-    const Value& value = group.*field.value;
-    bool known = true;
-    if constexpr (std::is_same_v<Value, VectorFunction>) known = std::ranges::all_of(value.components, is_known);
-    if constexpr (std::is_same_v<Value, Parameter>) known = std::ranges::all_of(value.functions, is_known);
-    if (!known && name.empty()) name = field.name;
-  });
-  return name;
-}
-
-std::string name_unknown_field(const Support& support) {
-  return std::ranges::all_of(support.displacement.components, is_known) ? "" : "motion";
-}
-
 /// The test of one system in one frame.
 class SteadinessTest {
  public:
@@ -141,9 +123,9 @@ class SteadinessTest {
 std::optional<UnsteadyPart> find_unknown_function(const System& system) {
   std::optional<UnsteadyPart> result;
   for_each_part(system, [&](const std::string& where, const std::string& name, const auto& part) {
-    const std::string field = result ? "" : name_unknown_field(part);
-    if (field.empty()) return;
-    result = UnsteadyPart{where, name + " (" + field +
+    const std::vector<std::string> unknown = list_fields(part, is_known);
+    if (result || unknown.empty()) return;
+    result = UnsteadyPart{where, name + " (" + unknown[0] +
                                      ") is not known to move steadily: neither a polynomial of t nor sines and "
                                      "cosines of constant frequency, as all motions of steady frames are"};
   });
