@@ -66,67 +66,28 @@ bool are_none(const std::vector<Vector3d>& pulls) {
   return std::ranges::all_of(pulls, [](const Vector3d& pull) { return pull.isZero(0.0); });
 }
 
-/// Evaluates constraints and forces after shifts along the pulls.
-class ShiftedIslands {
- public:
-  ShiftedIslands(EquilibriumEquations& equations, const std::vector<double>& r, const std::vector<double>& lambda,
-                 const StaticsIslands& islands)
-      : equations_(equations), model_(equations.model()), r_(r), lambda_(lambda), islands_(islands) {
-    xi_before_ = evaluate(r);
+/// Erases the pulls of islands whose constraints, or forces along the pull, have changed after shifts by a distance.
+void erase_answered(const EquilibriumEquations& equations, const StaticsIslands& islands,
+                    const std::vector<double>& xi_before, const std::vector<double>& xi, double distance,
+                    std::vector<Vector3d>* pulls) {
+  constexpr double changed = 1e-9;
+  std::vector<char> is_held(pulls->size(), 0);
+  for (const Incidence& incidence : equations.model().incidences) {
+    const auto row = static_cast<std::size_t>(incidence.row), point = static_cast<std::size_t>(incidence.point);
+    const double gradient = norm(load(equations.gradients().data(), incidence.block));
+    if (point < islands.of_point.size() && !(std::abs(xi[row] - xi_before[row]) <= changed * distance * gradient))
+      is_held[islands.of_point[point]] = 1;
   }
-
-  /// Keeps the pulls that are the same wherever the island is shifted along them. At the start a stiffness may be too
-  /// small to be seen, as far above an exponential floor or beside a stiff spring, or zero except at a kink.
-  void keep_endless(std::vector<Vector3d>* pulls) {
-    for (const double part : {1e-2, 0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 100.0, 1e3}) {
-      const double distance = part * model_.scene_size;
-      std::vector<double> moved = r_;
-      for (std::size_t i = 0; i < islands_.of_point.size(); ++i) {
-        const Vector3d way = distance * (*pulls)[islands_.of_point[i]].normalized();
-        add_to(moved.data(), i, {way[0], way[1], way[2]});
-      }
-      erase_answered(evaluate(moved), distance, pulls);
-      if (are_none(*pulls)) return;
+  for (std::size_t k = 0; k < pulls->size(); ++k) {
+    const double pull = (*pulls)[k].norm();
+    double along = 0.0, scale = 0.0;
+    for (const std::size_t i : islands.list[k].points) {
+      const Vec3 force = load(equations.forces().data(), i);
+      along += to_eigen(force).dot((*pulls)[k].normalized());
+      scale += norm(force);
     }
+    if (is_held[k] != 0 || !(std::abs(along - pull) <= changed * std::max(pull, scale))) (*pulls)[k].setZero();
   }
-
- private:
-  std::vector<double> evaluate(const std::vector<double>& r) {
-    std::vector<double> g(equations_.size()), xi(model_.num_rows());
-    (void)equations_.evaluate(r.data(), lambda_.data(), g.data(), xi.data());
-    return xi;
-  }
-
-  void erase_answered(const std::vector<double>& xi, double distance, std::vector<Vector3d>* pulls) {
-    constexpr double changed = 1e-9;
-    std::vector<char> is_held(pulls->size(), 0);
-    for (const Incidence& incidence : model_.incidences) {
-      const auto row = static_cast<std::size_t>(incidence.row), point = static_cast<std::size_t>(incidence.point);
-      const double gradient = norm(load(equations_.gradients().data(), incidence.block));
-      if (point < islands_.of_point.size() && !(std::abs(xi[row] - xi_before_[row]) <= changed * distance * gradient))
-        is_held[islands_.of_point[point]] = 1;
-    }
-    for (std::size_t k = 0; k < pulls->size(); ++k) {
-      const double pull = (*pulls)[k].norm();
-      double along = 0.0, scale = 0.0;
-      for (const std::size_t i : islands_.list[k].points) {
-        const Vec3 force = load(equations_.forces().data(), i);
-        along += to_eigen(force).dot((*pulls)[k].normalized());
-        scale += norm(force);
-      }
-      if (is_held[k] != 0 || !(std::abs(along - pull) <= changed * std::max(pull, scale))) (*pulls)[k].setZero();
-    }
-  }
-
-  EquilibriumEquations& equations_;
-  const Model& model_;
-  const std::vector<double>&r_, &lambda_;
-  const StaticsIslands& islands_;
-  std::vector<double> xi_before_;  // [rows]
-};
-
-bool has_gravity(const System& system) {
-  return std::ranges::any_of(system.forces, [](const Force& force) { return std::holds_alternative<Gravity>(force); });
 }
 
 }  // namespace
@@ -143,7 +104,19 @@ std::string find_unbalanced_load(EquilibriumEquations& equations, const std::vec
 
   const StaticsIslands islands(equations);
   std::vector<Vector3d> pulls = find_pulls(equations, islands);
-  if (!are_none(pulls)) ShiftedIslands(equations, elsewhere, lambda, islands).keep_endless(&pulls);
+  // Pulls are kept that are the same wherever the island is shifted along them. At the start a stiffness may be too
+  // small to be seen, as far above an exponential floor or beside a stiff spring, or zero except at a kink.
+  for (const double part : {1e-2, 0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 100.0, 1e3}) {
+    if (are_none(pulls)) return {};
+    const double distance = part * model.scene_size;
+    std::vector<double> moved = elsewhere, xi_moved(xi.size());
+    for (std::size_t i = 0; i < islands.of_point.size(); ++i) {
+      const Vector3d way = distance * pulls[islands.of_point[i]].normalized();
+      add_to(moved.data(), i, {way[0], way[1], way[2]});
+    }
+    (void)equations.evaluate(moved.data(), lambda.data(), g.data(), xi_moved.data());
+    erase_answered(equations, islands, xi, xi_moved, distance, &pulls);
+  }
   if (are_none(pulls)) return {};
 
   // Islands are told in the order of their first points.
@@ -157,8 +130,10 @@ std::string find_unbalanced_load(EquilibriumEquations& equations, const std::vec
   const auto found = std::ranges::find_if(in_order, [](const auto& own) { return !own.second.isZero(0.0); });
   const auto& [first, pull] = *found;
   const Vector3d way = pull.normalized();
+  const bool has_gravity = std::ranges::any_of(
+      model.system.forces, [](const Force& force) { return std::holds_alternative<Gravity>(force); });
   const auto rounded = [](double x) { return std::round(1e3 * x) / 1e3 + 0.0; };
-  return std::string(has_gravity(model.system) ? "gravity" : "the load") + " pulls the free island " +
+  return std::string(has_gravity ? "gravity" : "the load") + " pulls the free island " +
          std::to_string(found - in_order.begin()) + " (of point " + std::to_string(first) + ") along " +
          text(std::array{rounded(way[0]), rounded(way[1]), rounded(way[2])}) + " without end: " + text(pull.norm()) +
          " N that nothing balances";
