@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
+#include "base/pack.hpp"
 #include "schur/island_solver.hpp"
-#include "schur/point_kernels.hpp"
 
 namespace tanor::detail {
 
@@ -29,7 +29,7 @@ class PointSolver final : public IslandSolver {
   static constexpr std::size_t most_rows = 3, most_groups = 8, most_points = most_groups * num_lanes;
   /// Consecutive points that have guides of the same kinds in the same order, and consecutive rows.
   struct Chunk {
-    std::size_t first_point, first_row, num_rows, num_points = 0, first_factor = 0;
+    std::size_t first_point, first_row, num_rows, num_points = 0, first_gradient = 0;
     std::array<bool, most_rows> has_one_guide{true, true, true};   // [row] true if one guide serves all points
     std::array<bool, most_rows> are_neighbours{true, true, true};  // [row] true if blocks follow one another
 
@@ -38,11 +38,7 @@ class PointSolver final : public IslandSolver {
   };
   class Work;
 
-  explicit PointSolver(const SchurProblem& problem)
-      : constraints_(problem.constraints),
-        inverse_mass_(problem.inverse_mass),
-        block_(problem.numbering.num_rows(), -1) {}
-  void take(const Numbering& numbering, std::vector<Index>* islands);
+  PointSolver(const SchurProblem& problem, std::vector<Index>* islands);
   template <class Visit>
   Elimination for_each_chunk(const Parallel& parallel, const Visit& visit);
 
@@ -50,7 +46,7 @@ class PointSolver final : public IslandSolver {
   std::span<const double> inverse_mass_;
   std::vector<Index> block_;  // [row]; -1 where it belongs to no guide
   std::vector<Chunk> chunks_;
-  std::vector<PointFactor> factors_;  // [group] of points with several rows
+  std::vector<Pack3<>> gradients_;  // [row][group] of each chunk of several rows: their factor is as soon made as read
 };
 
 }  // namespace tanor::detail
