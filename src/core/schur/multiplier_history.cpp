@@ -26,9 +26,12 @@ void MultiplierHistory::add(double t, const std::vector<double>& lambda) {
 /// their errors too much.
 void MultiplierHistory::extrapolate(const Parallel& parallel, double t, std::vector<double>* lambda) const {
   constexpr double most_magnified = 20.0;
+  if (size_ == 0) return;
   std::array<double, most> weights{};
-  for (std::size_t count = size_; count > 0; --count) {
-    double magnified = 0.0;
+  double magnified = HUGE_VAL;
+  for (std::size_t count = size_; magnified > most_magnified; --count) {
+    magnified = 0.0;
+    weights = {};
     for (std::size_t j = 0; j < count; ++j) {
       weights[j] = 1.0;
       for (std::size_t k = 0; k < count; ++k) {
@@ -36,19 +39,12 @@ void MultiplierHistory::extrapolate(const Parallel& parallel, double t, std::vec
       }
       magnified += std::abs(weights[j]);
     }
-    if (magnified > most_magnified) {
-      weights[count - 1] = 0.0;
-      continue;
-    }
-    const double *const a = solutions_[0].lambda.data(), *const b = solutions_[1].lambda.data(),
-                        *const c = solutions_[2].lambda.data();
-    parallel.for_ranges(lambda->size(), [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        (*lambda)[i] = weights[0] * a[i] + weights[1] * b[i] + weights[2] * c[i];
-      }
-    });
-    return;
   }
+  const double *const a = solutions_[0].lambda.data(), *const b = solutions_[1].lambda.data(),
+                      *const c = solutions_[2].lambda.data();
+  parallel.for_ranges(lambda->size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) (*lambda)[i] = weights[0] * a[i] + weights[1] * b[i] + weights[2] * c[i];
+  });
 }
 
 void MultiplierHistory::exchange_memory(Memory& memory) {

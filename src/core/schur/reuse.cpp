@@ -29,11 +29,11 @@ double iteration_products(const GramSolver::Summary& factor, std::size_t num_row
 Reuse::Reuse(const GramOperator& S, std::span<const Incidence> incidences, const GramSolver::Summary& factor)
     : S_(S),
       incidences_(incidences),
-      conjugate_gradients_(S),
       factor_products_(factor.products),
       products_(iteration_products(factor, S.num_rows, incidences.size())),
       history_(S.constraints.num_rows()),
       correction_(S.constraints.num_rows()) {
+  for (std::vector<double>* array : {&rho_, &z_, &p_, &q_}) array->resize(correction_.size(), 0.0);
   forget();
 }
 
@@ -75,37 +75,88 @@ bool Reuse::solve(const Parallel& parallel, double t, const double* blocks, cons
     return false;
   }
   history_.extrapolate(parallel, t, lambda);
-  const ConjugateGradients::Result result =
-      iterate(parallel, blocks, b, {allowed, 0.0, most_iterations()}, lambda->data(), dw);
-  if (result.has_converged) {
+  const bool has_converged = iterate(parallel, blocks, b, allowed, 0.0, lambda->data(), dw);
+  if (has_converged) {
     constexpr double kept = plan::weight_of_mean;
-    mean_iterations_ = kept * mean_iterations_ + (1.0 - kept) * std::max(1, result.iterations);
+    mean_iterations_ = kept * mean_iterations_ + (1.0 - kept) * std::max(1, num_iterations_);
     history_.add(t, *lambda);
   } else {
     not_again_soon();
   }
-  return result.has_converged;
+  return has_converged;
 }
 
 bool Reuse::correct(const Parallel& parallel, const double* blocks, double* rows, double* dw) {
   constexpr double five_digits = 1e-5;
   std::fill(correction_.begin(), correction_.end(), 0.0);
-  const ConjugateGradients::Result result =
-      iterate(parallel, blocks, rows, {0.0, five_digits, most_iterations()}, correction_.data(), dw);
-  if (result.has_converged) std::copy(correction_.begin(), correction_.end(), rows);
-  return result.has_converged;
+  const bool has_converged = iterate(parallel, blocks, rows, 0.0, five_digits, correction_.data(), dw);
+  if (has_converged) std::copy(correction_.begin(), correction_.end(), rows);
+  return has_converged;
 }
 
-ConjugateGradients::Result Reuse::iterate(const Parallel& parallel, const double* blocks, const double* b,
-                                          const ConjugateGradients::Target& target, double* lambda, double* dw) {
-  const ConjugateGradients::Result result = conjugate_gradients_.solve(
-      parallel, blocks, b, target,
-      [&](const double* rho, double* z) {
-        incomplete_->factor.solve_negative(incomplete_->plan.scale().data(), rho, z);
+/// Replaces a guess `lambda` by the solution and computes dw. The iteration ends when sqrt(rho'P^-1 rho), which would
+/// be the error of dw in the M-norm if P were S, is at most `allowed`, or `reduction` times its first value. Returns
+/// false if that takes too many iterations, or if S or P is not positive definite to rounding.
+bool Reuse::iterate(const Parallel& parallel, const double* blocks, const double* b, double allowed, double reduction,
+                    double* lambda, double* dw) {
+  constexpr double surely = 0.3;
+  std::fill(lambda + S_.num_rows, lambda + rho_.size(), 0.0);
+  S_.add_up(parallel, blocks, lambda, dw);
+  S_.constraints.apply_transposed(parallel, blocks, dw, b, rho_.data());
+  bool has_converged = false;
+  double allowed2 = allowed * allowed, before = 0.0, rho2 = dot(parallel, rho_, rho_);
+  for (num_iterations_ = 0; !has_converged && num_iterations_ < most_iterations(); ++num_iterations_) {
+    incomplete_->factor.solve_negative(incomplete_->plan.scale().data(), rho_.data(), z_.data());
+    const double error2 = -dot(parallel, rho_, z_);
+    if (num_iterations_ == 0) allowed2 = std::max(allowed2, reduction * reduction * error2);
+    has_converged = error2 >= 0.0 && error2 <= allowed2;
+    if (has_converged || !(error2 > 0.0)) break;
+    if (!advance(parallel, blocks, error2, num_iterations_ == 0 ? 0.0 : error2 / before, lambda, dw)) break;
+    before = error2;
+    // The error falls as |rho| does. If it is surely small enough, the preconditioner is not needed once more.
+    const double rho2_before = std::exchange(rho2, dot(parallel, rho_, rho_));
+    has_converged = rho2 / rho2_before * error2 <= surely * allowed2;
+  }
+  S_.add_up(parallel, blocks, lambda, dw);
+  return has_converged;
+}
+
+/// Returns x'y. Eight sums run side by side, so that additions need not wait for those before.
+double Reuse::dot(const Parallel& parallel, const std::vector<double>& x, const std::vector<double>& y) const {
+  constexpr std::size_t width = 8;
+  const double *const a = x.data(), *const b = y.data();
+  const std::size_t whole = S_.num_rows / width;
+  double result = parallel.sum(
+      whole,
+      [&](std::size_t k) {
+        const double *const u = a + width * k, *const v = b + width * k;
+        return ((u[0] * v[0] + u[1] * v[1]) + (u[2] * v[2] + u[3] * v[3])) +
+               ((u[4] * v[4] + u[5] * v[5]) + (u[6] * v[6] + u[7] * v[7]));
       },
-      lambda, dw);
-  num_iterations_ = static_cast<std::size_t>(result.iterations);
+      1024);
+  for (std::size_t k = width * whole; k < S_.num_rows; ++k) result += a[k] * b[k];
   return result;
+}
+
+/// Computes p = z + beta p, lambda += alpha p and rho += alpha S p. Returns false if p'S p is not positive. dw is
+/// scratch.
+bool Reuse::advance(const Parallel& parallel, const double* blocks, double error2, double beta, double* lambda,
+                    double* dw) {
+  parallel.for_ranges(S_.num_rows, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t a = begin; a < end; ++a) p_[a] = z_[a] + beta * p_[a];
+  });
+  S_.add_up(parallel, blocks, p_.data(), dw);
+  S_.constraints.apply_transposed(parallel, blocks, dw, nullptr, q_.data());
+  const double curvature = dot(parallel, p_, q_);
+  if (!(curvature > 0.0)) return false;
+  const double alpha = error2 / curvature;
+  parallel.for_ranges(S_.num_rows, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t a = begin; a < end; ++a) {
+      lambda[a] += alpha * p_[a];
+      rho_[a] += alpha * q_[a];
+    }
+  });
+  return true;
 }
 
 void Reuse::exchange_memory(Memory& memory) {

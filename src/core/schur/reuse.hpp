@@ -6,18 +6,32 @@
 #include <vector>
 
 #include "assembly/gather_plan.hpp"
+#include "assembly/reactions.hpp"
 #include "base/memory.hpp"
+#include "evaluate/constraints.hpp"
 #include "factor/incomplete_cholesky.hpp"
-#include "schur/conjugate_gradients.hpp"
 #include "schur/gram_solver.hpp"
 #include "schur/multiplier_history.hpp"
 
 namespace tanor::detail {
 
-/// Solves S lambda = -b at configurations inside a step, where S has no factor of its own. Conjugate gradients start
-/// from the last solutions. They are preconditioned by an incomplete factor in the order of rows, which runs along
-/// rods. The operations and the iterations of earlier solves tell if that is cheaper than a factor. No clock is asked,
-/// so the bits are the same every time.
+/// The operator S = K'M^-1K without its entries. It is applied by two products with the blocks of K.
+struct GramOperator {
+  const Constraints& constraints;
+  const ReactionGather& gather;
+  const std::vector<double>& inverse_mass;  ///< [point]
+  std::size_t num_moving, num_rows;         ///< num_rows: rows that take part, the first ones
+
+  /// Computes dw = M^-1 K x [3n].
+  void add_up(const Parallel& parallel, const double* blocks, const double* x, double* dw) const {
+    gather.write_scaled(parallel, blocks, x, inverse_mass.data(), num_moving, dw);
+  }
+};
+
+/// Solves S lambda = -b at configurations inside a step, where S has no factor of its own. Conjugate gradients
+/// (M. R. Hestenes, E. Stiefel 1952) start from the last solutions. They are preconditioned by an incomplete factor
+/// P ~ S in the order of rows, which runs along rods. The operations and the iterations of earlier solves tell if that
+/// is cheaper than a factor. No clock is asked, so the bits are the same every time.
 class Reuse {
  public:
   /// `factor` sums up the factor of S that a solve saves. `incidences` outlive this object.
@@ -39,7 +53,7 @@ class Reuse {
   /// fails.
   bool correct(const Parallel& parallel, const double* blocks, double* rows, double* dw);
   /// Returns the iterations of the last solve or correct.
-  std::size_t num_iterations() const { return num_iterations_; }
+  std::size_t num_iterations() const { return static_cast<std::size_t>(num_iterations_); }
 
   /// Forgets all solutions and counts.
   void forget();
@@ -55,19 +69,21 @@ class Reuse {
 
   int most_iterations() const;
   bool make_incomplete(const double* blocks);
-  ConjugateGradients::Result iterate(const Parallel& parallel, const double* blocks, const double* b,
-                                     const ConjugateGradients::Target& target, double* lambda, double* dw);
+  bool iterate(const Parallel& parallel, const double* blocks, const double* b, double allowed, double reduction,
+               double* lambda, double* dw);
+  double dot(const Parallel& parallel, const std::vector<double>& x, const std::vector<double>& y) const;
+  bool advance(const Parallel& parallel, const double* blocks, double error2, double beta, double* lambda, double* dw);
 
   GramOperator S_;
   std::span<const Incidence> incidences_;
-  ConjugateGradients conjugate_gradients_;
+  std::vector<double> rho_, z_, p_, q_;           // [d] S lambda + b; -P^-1 rho; direction; S p
   std::unique_ptr<IncompleteFactor> incomplete_;  // planned when it is first needed: schemes of fixed steps never do
   bool is_renewed_ = false;
   double factor_products_, products_;  // multiplications of a factor of S and of an iteration
   double mean_iterations_;             // of a solve
   MultiplierHistory history_;
   std::vector<double> correction_;  // [d]
-  std::size_t num_iterations_ = 0;
+  int num_iterations_ = 0;
 };
 
 }  // namespace tanor::detail
