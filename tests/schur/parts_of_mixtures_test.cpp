@@ -94,17 +94,13 @@ class PartsOfMixtures : public testing::TestWithParam<std::string> {
     take("trees", [&] { return LaneSolver::make(problem, LinearSolver::Trees, 1, true, &left_); });
     if (part == nullptr) {
       *own = left_;
-      part = std::make_unique<SparseSolver>(group(*own), problem.incidences,
-                                            PointPlaces{problem.positions, problem.numbering.user_point});
+      part = std::make_unique<SparseSolver>(problem, IslandGroup(problem, *own));
     }
     return part;
   }
 
   SchurProblem problem() const {
     return {inner_.constraints, gather_, inner_.incidences, inner_.numbering, inner_.inverse_masses, system_.positions};
-  }
-  IslandGroup group(const std::vector<Index>& islands) const {
-    return {inner_.constraints, gather_, inner_.incidences, inner_.numbering, inner_.inverse_masses, islands};
   }
 
   System system_;
@@ -118,7 +114,7 @@ TEST_P(PartsOfMixtures, LeaveOthersRowsAndPointsAlone) {
   const std::unique_ptr<SchurSolver> part = make_part(&own);
   ASSERT_FALSE(own.empty());
   ASSERT_LT(own.size(), inner_.numbering.num_islands());
-  const IslandGroup theirs = group(own);
+  const IslandGroup theirs(problem(), own);
   const std::size_t d = inner_.constraints.num_rows(), size = inner_.r.size();
   std::vector<char> is_own_block(inner_.constraints.num_blocks(), 0);
   for (const Incidence& incidence : inner_.incidences)

@@ -39,13 +39,11 @@ std::vector<std::unique_ptr<SchurSolver>> serve_special_islands(const SchurProbl
 
 /// Makes sparse factors of the islands that are left over. Returns null if they are too much of the system.
 std::unique_ptr<SchurSolver> make_sparse_solver(const SchurProblem& problem, const std::vector<Index>& left) {
-  IslandGroup group(problem.constraints, problem.gather, problem.incidences, problem.numbering, problem.inverse_mass,
-                    left);
+  IslandGroup group(problem, left);
   const auto num_left = static_cast<double>(group.rows.size());
   const double num_special = static_cast<double>(problem.numbering.num_rows()) - num_left;
   if (num_left > plan::most_sparse_rows * num_special) return nullptr;
-  auto result = std::make_unique<SparseSolver>(std::move(group), problem.incidences,
-                                               PointPlaces{problem.positions, problem.numbering.user_point});
+  auto result = std::make_unique<SparseSolver>(problem, std::move(group));
   if (result->factor().products > plan::most_sparse_products * num_special) return nullptr;
   return result;
 }

@@ -4,10 +4,9 @@
 
 namespace tanor::detail {
 
-IslandGroup::IslandGroup(const Constraints& all, const ReactionGather& given_gather,
-                         std::span<const Incidence> incidences, const Numbering& numbering,
-                         std::span<const double> given_inverse_mass, std::span<const Index> islands)
-    : constraints(all), gather(given_gather), inverse_mass(given_inverse_mass), island_start{0} {
+IslandGroup::IslandGroup(const SchurProblem& problem, std::span<const Index> islands)
+    : constraints(problem.constraints), gather(problem.gather), inverse_mass(problem.inverse_mass), island_start{0} {
+  const Numbering& numbering = problem.numbering;
   std::vector<char> has_row(numbering.num_rows(), 0), has_point(numbering.num_points(), 0);
   for (const Index island : islands) {
     const Index* const start = numbering.island_start.data() + island;
@@ -15,7 +14,7 @@ IslandGroup::IslandGroup(const Constraints& all, const ReactionGather& given_gat
     for (auto a = static_cast<std::size_t>(start[0]); a < static_cast<std::size_t>(start[1]); ++a) rows.append(a);
     island_start.push_back(island_start.back() + start[1] - start[0]);
   }
-  for (const Incidence& incidence : incidences) {
+  for (const Incidence& incidence : problem.incidences) {
     if (has_row[static_cast<std::size_t>(incidence.row)] != 0) has_point[static_cast<std::size_t>(incidence.point)] = 1;
   }
   for (std::size_t i = 0; i < numbering.num_moving; ++i) {

@@ -3,20 +3,15 @@
 #include <span>
 #include <vector>
 
-#include "assembly/reactions.hpp"
 #include "base/index_ranges.hpp"
-#include "evaluate/constraints.hpp"
-#include "system/numbering.hpp"
+#include "schur/schur_solver.hpp"
 
 namespace tanor::detail {
 
 /// Some islands of a system with all that belongs to them. Each function reads and writes only the rows and the moving
 /// points of these islands.
 struct IslandGroup {
-  /// Takes `gather` of K lambda and `incidences` of K. The group keeps references to all arguments except `numbering`,
-  /// `islands` and `incidences`.
-  IslandGroup(const Constraints& constraints, const ReactionGather& gather, std::span<const Incidence> incidences,
-              const Numbering& numbering, std::span<const double> inverse_mass, std::span<const Index> islands);
+  IslandGroup(const SchurProblem& problem, std::span<const Index> islands);
 
   const Constraints& constraints;
   const ReactionGather& gather;

@@ -8,7 +8,7 @@ namespace tanor::detail {
 void IslandSolver::serve(const SchurProblem& problem, std::span<const Index> before, std::span<const Index> left) {
   std::vector<Index> own;
   std::ranges::set_difference(before, left, std::back_inserter(own));
-  group_.emplace(problem.constraints, problem.gather, problem.incidences, problem.numbering, problem.inverse_mass, own);
+  group_.emplace(problem, own);
   rows_.resize(problem.constraints.num_rows());
 }
 

@@ -10,9 +10,9 @@ namespace tanor::detail {
 namespace {
 
 /// Makes the solver of the group's rows, which are numbered one after the other.
-GramSolver make_solver(const IslandGroup& group, std::span<const Incidence> incidences, const PointPlaces& places) {
+GramSolver make_solver(const SchurProblem& problem, const IslandGroup& group) {
   std::vector<Incidence> own;
-  for (Incidence incidence : incidences) {
+  for (Incidence incidence : problem.incidences) {
     const auto row = static_cast<std::size_t>(incidence.row);
     if (!group.rows.contains(row)) continue;
     incidence.row = static_cast<Index>(group.rows.count_below(row));
@@ -23,14 +23,14 @@ GramSolver make_solver(const IslandGroup& group, std::span<const Incidence> inci
           RowIslands(group.island_start, group.rows.size()),
           Ordering::Auto,
           group.constraints.squared_gradient_norms(),
-          places};
+          PointPlaces{problem.positions, problem.numbering.user_point}};
 }
 
 }  // namespace
 
-SparseSolver::SparseSolver(IslandGroup given, std::span<const Incidence> incidences, const PointPlaces& places)
+SparseSolver::SparseSolver(const SchurProblem& problem, IslandGroup given)
     : IslandSolver(std::move(given)),
-      solver_(make_solver(group(), incidences, places)),
+      solver_(make_solver(problem, group())),
       has_constant_gradients_(group().constraints.gradients_are_constant(group().members)),
       own_rows_(group().rows.size()),
       rows_(group().constraints.num_rows()),
@@ -54,19 +54,6 @@ double SparseSolver::evaluate(const Parallel& parallel, const FreeMotion& motion
   return group().constraints.evaluate_right_side(parallel, group().members, motion.r, motion.v, w, b, blocks);
 }
 
-/// Computes lambda and w with the last factor.
-void SparseSolver::find_multipliers(const Parallel& parallel, const double* blocks, const double* b, double* lambda,
-                                    double* w, Elimination* found) {
-  solve_negative(parallel, b, lambda);
-  refine(parallel, blocks, b, lambda, found);
-  found->own_residual =
-      group().num_islands() == 1 ? own_residual(found->residual, found->largest_right_side) : cannot_tell;
-  // w = w0 + M^-1 K lambda (25)
-  group().points.for_ranges(parallel, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = 3 * begin; i < 3 * end; ++i) w[i] += dw_[i];
-  });
-}
-
 Elimination SparseSolver::solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks,
                                 double* b, double* lambda, double* w) {
   const bool keeps = use == FactorUse::Keep;
@@ -76,7 +63,15 @@ Elimination SparseSolver::solve(const Parallel& parallel, const FreeMotion& moti
   if (!std::isfinite(result.largest_right_side)) return result;
   if (!keeps) (void)factorize(parallel, blocks);
   result.reciprocal_condition = reciprocal_condition_;
-  if (reciprocal_condition_ > 0.0) find_multipliers(parallel, blocks, b, lambda, w, &result);
+  if (!(reciprocal_condition_ > 0.0)) return result;
+  solve_negative(parallel, b, lambda);
+  refine(parallel, blocks, b, lambda, &result);
+  result.own_residual =
+      group().num_islands() == 1 ? own_residual(result.residual, result.largest_right_side) : cannot_tell;
+  // w = w0 + M^-1 K lambda (25)
+  group().points.for_ranges(parallel, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = 3 * begin; i < 3 * end; ++i) w[i] += dw_[i];
+  });
   return result;
 }
 

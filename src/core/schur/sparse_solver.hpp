@@ -1,6 +1,5 @@
 #pragma once
 
-#include <span>
 #include <vector>
 
 #include "schur/gram_solver.hpp"
@@ -12,8 +11,7 @@ namespace tanor::detail {
 /// rows alone (see GramSolver).
 class SparseSolver final : public IslandSolver {
  public:
-  /// Takes the islands; `incidences` are those of K.
-  SparseSolver(IslandGroup group, std::span<const Incidence> incidences, const PointPlaces& places);
+  SparseSolver(const SchurProblem& problem, IslandGroup group);
 
   Elimination solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks, double* b,
                     double* lambda, double* w) override;
@@ -23,8 +21,6 @@ class SparseSolver final : public IslandSolver {
 
  private:
   double evaluate(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b, double* w);
-  void find_multipliers(const Parallel& parallel, const double* blocks, const double* b, double* lambda, double* w,
-                        Elimination* found);
   void refine(const Parallel& parallel, const double* blocks, const double* b, double* lambda, Elimination* found);
 
   GramSolver solver_;  // its rows are the group's, one after the other
