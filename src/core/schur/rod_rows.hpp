@@ -64,7 +64,6 @@ struct RodPath {
   std::size_t first_point() const { return first + static_cast<std::size_t>(shift) + (left_support >= 0 ? 1 : 0); }
   std::size_t end_point() const { return end + static_cast<std::size_t>(shift) + (right_support >= 0 ? 0 : 1); }
 
-  std::size_t closing_row() const { return end; }
   std::size_t num_rows() const { return end - first + (is_ring ? 1 : 0); }
   bool begins_at_support(std::size_t row) const { return row == first && left_support >= 0; }
   bool ends_at_support(std::size_t row) const { return row + 1 == end && right_support >= 0; }
@@ -73,8 +72,10 @@ struct RodPath {
   }
   std::size_t right_point(std::size_t row) const {
     if (ends_at_support(row)) return static_cast<std::size_t>(right_support);
-    return (is_ring && row == closing_row() ? first : row + 1) + static_cast<std::size_t>(shift);
+    return (is_ring && row == end ? first : row + 1) + static_cast<std::size_t>(shift);
   }
+  /// Returns the point behind so many rods.
+  std::size_t point(std::size_t count) const { return count == 0 ? left_point(first) : right_point(first + count - 1); }
 };
 
 /// Returns the path or ring that an island is, or nothing. `ends` [row] are the inner points of the rods.

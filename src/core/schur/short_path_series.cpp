@@ -35,10 +35,8 @@ ShortPathSeries::ShortPathSeries(const RodRows& rods, const Numbering& numbering
     return true;
   });
   for (const auto& [path, first] : paths_) {
-    inverse_mass_.push_back(inverse_mass[path.left_point(path.first)]);
-    for (std::size_t row = path.first; row < path.end; ++row) {
-      inverse_mass_.push_back(inverse_mass[path.right_point(row)]);
-      if (rods.offset.empty()) continue;
+    for (std::size_t i = 0; i <= path.num_rows(); ++i) inverse_mass_.push_back(inverse_mass[path.point(i)]);
+    for (std::size_t row = path.first; !rods.offset.empty() && row < path.end; ++row) {
       const bool is_turned = static_cast<std::size_t>(rods.ends[row][0]) != path.left_point(row);
       offsets_.push_back(is_turned ? -rods.offset[row] : rods.offset[row]);
     }
@@ -172,10 +170,9 @@ double ShortPathSeries::expand(const Parallel& parallel, std::span<double* const
     Room& room = rooms_[thread];
     const auto& [path, first] = paths_[p];
     for (std::size_t i = 0; i <= path.num_rows(); ++i) {
-      const std::size_t row = path.first + i, number = i == 0 ? path.left_point(row) : path.right_point(row - 1);
-      const auto [position, velocity] =
-          is_counting ? needed.atol_of(static_cast<Index>(number)) : NeededTerms::Errors{};
-      room.points[i] = {Four{}, inverse_mass_[first + p + i], position, velocity, static_cast<Index>(number)};
+      const auto number = static_cast<Index>(path.point(i));
+      const auto [position, velocity] = is_counting ? needed.atol_of(number) : NeededTerms::Errors{};
+      room.points[i] = {Four{}, inverse_mass_[first + p + i], position, velocity, number};
     }
     const Expansion expansion{path.num_rows(), stride, room.rods.data(), room.points.data(),
                               reinterpret_cast<Four*>(room.series.data())};
