@@ -34,16 +34,6 @@ struct Findings {
     see(largest_left, &residual);
     see(largest_left / (largest_b + std::numeric_limits<double>::min()), &own_residual);
   }
-  /// Includes those of one island.
-  void include(double largest_b, double largest_left) {
-    const auto see = [](double size, Largest* to) {
-      to->value[0] = std::max(to->value[0], size);
-      to->zero[0] += 0.0 * size;
-    };
-    see(largest_b, &right_side);
-    see(largest_left, &residual);
-    see(largest_left / (largest_b + std::numeric_limits<double>::min()), &own_residual);
-  }
   /// Returns the worst of all lanes.
   Elimination read() const {
     double inverse = 1.0;

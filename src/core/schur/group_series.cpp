@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <limits>
 #include <utility>
 
 #include "base/instruction_sets.hpp"
@@ -46,20 +45,10 @@ void GroupSeries::Room::hold(const Expansion& expansion, const GroveVisit& visit
   known.resize(std::max(known.size(), extent.places));
   weights.resize(known.size());
   largest.resize(std::max(largest.size(), extent.groups));
-  std::size_t end_island = visit.groups()[0].num_members;
-  first_island = 0;
-  if (!visit.stands_alone()) {
-    first_island = std::numeric_limits<std::size_t>::max();
-    end_island = 0;
-    for (const LaneGroup& group : visit.groups()) {
-      const auto [least, most] = std::ranges::minmax(group.island);
-      first_island = std::min(first_island, static_cast<std::size_t>(least));
-      end_island = std::max(end_island, static_cast<std::size_t>(most) + 1);
-    }
-  }
   counters.clear();
-  for (std::size_t first = first_island; first < end_island; first += num_lanes)
-    counters.emplace_back(expansion.needed.step, std::min(num_lanes, end_island - first));
+  first_island = visit.first_island();
+  for (std::size_t first = first_island; first < visit.end_island(); first += num_lanes)
+    counters.emplace_back(expansion.needed.step, std::min(num_lanes, visit.end_island() - first));
   of_islands.resize(counters.size());
 }
 
@@ -69,7 +58,7 @@ bool GroupSeries::Room::note(const GroveVisit& visit, int order) {
   for (std::size_t k = 0; k < visit.groups().size(); ++k) {
     const LaneGroup& group = visit.groups()[k];
     for (std::size_t lane = 0; lane < group.num_members; ++lane) {
-      const std::size_t own = place_of(group, lane);
+      const std::size_t own = static_cast<std::size_t>(group.island[lane]) - first_island;
       of_islands[own / num_lanes].include(own % num_lanes, largest[k], lane);
     }
   }
@@ -303,7 +292,7 @@ void GroupSeries::expand(const Expansion& expansion, const GroveVisit& visit) {
   for (const LaneGroup& group : visit.groups()) {
     for (std::size_t lane = 0; lane < group.num_members; ++lane) {
       if (!group.ends_island[lane]) continue;
-      const std::size_t own = room.place_of(group, lane);
+      const std::size_t own = static_cast<std::size_t>(group.island[lane]) - room.first_island;
       const FoundTerms found = room.counters[own / num_lanes].found(own % num_lanes, order);
       const auto [first, end] = groups_.plan().islands[static_cast<std::size_t>(group.island[lane])];
       room.longest = std::min(room.longest, found.longest);

@@ -25,7 +25,7 @@ class GroupSeries final : public IslandSeries {
   /// Keeps no reference.
   GroupSeries(LanePlan plan, const RodRows& rods, const Numbering& numbering, std::span<const double> inverse_mass,
               int threads)
-      : groups_(std::move(plan), rods, inverse_mass, numbering.num_moving, threads, true) {}
+      : groups_(std::move(plan), rods, inverse_mass, numbering.num_moving, threads) {}
 
   std::size_t num_parts() const override { return groups_.plan().num_groves(); }
   double expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda, int passes,
@@ -48,10 +48,6 @@ class GroupSeries final : public IslandSeries {
     double longest = any_length;  // see FoundTerms
 
     void hold(const Expansion& expansion, const GroveVisit& visit);
-    /// Returns the place of an island among those of the grove. Of a group that stands alone, that is its lane.
-    std::size_t place_of(const LaneGroup& group, std::size_t lane) const {
-      return group.stands_alone ? lane : static_cast<std::size_t>(group.island[lane]) - first_island;
-    }
     /// Notes an order. Returns true if no island needs more.
     bool note(const GroveVisit& visit, int order);
   };

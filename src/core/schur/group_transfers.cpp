@@ -6,12 +6,6 @@ namespace tanor::detail {
 
 // ---- points ----
 
-Sequences GroupTransfers::sequences_of_own() const {
-  Sequences result = places_.points;
-  result.count = places_.own_points;
-  return result;
-}
-
 void GroupTransfers::read_points(const double* from, Pack3<>* to) const {
   const std::size_t count = places_.points.count;
   if (count > 0) gather_sequences(from, places_.points, 3, &to->x);
@@ -20,17 +14,18 @@ void GroupTransfers::read_points(const double* from, Pack3<>* to) const {
 }
 
 void GroupTransfers::write_points(const Pack3<>* from, double* to) const {
-  const std::size_t count = places_.own_points;
-  if (count > 0) scatter_sequences(&from->x, sequences_of_own(), 3, to);
+  const std::size_t count = places_.own_points.count;
+  if (count > 0) scatter_sequences(&from->x, places_.own_points, 3, to);
   if (count < group_.num_places)
     scatter_points(from + count, points_ + count * num_lanes, group_.num_places - count, to);
 }
 
 void GroupTransfers::add_points(const Pack3<>* from, double* to) const {
-  if (places_.own_points > 0) add_sequences(&from->x, sequences_of_own(), 3, to);
-  for (std::size_t k = places_.own_points * num_lanes; k < group_.num_places * num_lanes; ++k) {
-    const Index point = points_[k];
-    if (point >= 0) store(to, point, load(to, point) + lane_of(from[k / num_lanes], k % num_lanes));
+  for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+    for (std::size_t k = 0; k < group_.num_places; ++k) {
+      const Index point = points_[k * num_lanes + lane];
+      if (point >= 0) store(to, point, load(to, point) + lane_of(from[k], lane));
+    }
   }
 }
 
@@ -38,20 +33,13 @@ void GroupTransfers::add_points(const Pack3<>* from, double* to) const {
 
 void GroupTransfers::read_rows(const double* from, Pack<>* to) const {
   if (places_.rows.count > 0) return gather_sequences(from, places_.rows, 1, to);
-  gather_rows(from, rows_, group_.num_rods, to, group_.is_padded);
+  gather_rows(from, rows_, group_.num_rods, to);
 }
 
 void GroupTransfers::write_rows(const Pack<>* from, double* to) const {
   if (next_ != nullptr) call_for(to, next_->rows, 1);
   if (places_.rows.count > 0) return scatter_sequences(from, places_.rows, 1, to);
-  scatter_rows(from, rows_, group_.num_rods, to, group_.is_padded);
-}
-
-void GroupTransfers::add_rows(const Pack<>* from, double* to) const {
-  if (places_.rows.count > 0) return add_sequences(from, places_.rows, 1, to);
-  for (std::size_t k = 0; k < group_.num_rods * num_lanes; ++k) {
-    if (rows_[k] >= 0) to[rows_[k]] += from[k / num_lanes][k % num_lanes];
-  }
+  scatter_rows(from, rows_, group_.num_rods, to);
 }
 
 // ---- blocks ----

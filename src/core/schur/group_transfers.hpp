@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 
 #include "schur/lane_plan.hpp"
 #include "schur/lane_transfers.hpp"
@@ -13,22 +14,26 @@ class GroupTransfers {
  public:
   struct Places {
     Sequences points, rows, blocks;
-    std::size_t own_points = 0;  ///< so many of the first places are written in all lanes
+    Sequences own_points;  ///< those of the first places that are written in all lanes
   };
 
-  /// Keeps references. `next` are the places of the next group, which are prefetched; null if there is none.
-  GroupTransfers(const LaneGroup& group, const Places& places, const Places* next, const Index* points,
-                 const Index* rows, const Index* blocks)
-      : group_(group), places_(places), next_(next), points_(points), rows_(rows), blocks_(blocks) {}
+  /// Keeps references. `places` are those of all groups; those of the next one are prefetched. `blocks` [rod][lane] are
+  /// those of all rods.
+  GroupTransfers(const LanePlan& plan, std::size_t group, std::span<const Places> places, const Index* blocks)
+      : group_(plan.groups[group]),
+        places_(places[group]),
+        next_(group + 1 < places.size() ? &places[group + 1] : nullptr),
+        points_(plan.point.data() + num_lanes * group_.first_place),
+        rows_(plan.row.data() + num_lanes * group_.first_rod),
+        blocks_(blocks + num_lanes * group_.first_rod) {}
 
   const Index* point_list() const { return points_; }  ///< ~point if it is not to be written
   void read_points(const double* from, Pack3<>* to) const;
   void write_points(const Pack3<>* from, double* to) const;
-  /// Adds numbers to points, or to rows, of which no two lanes have the same one.
+  /// Adds numbers to points, of which no two lanes have the same one.
   void add_points(const Pack3<>* from, double* to) const;
   void read_rows(const double* from, Pack<>* to) const;
   void write_rows(const Pack<>* from, double* to) const;
-  void add_rows(const Pack<>* from, double* to) const;
   void read_blocks(const double* from, Pack3<>* to) const;
   void write_blocks(const Pack3<>* from, double* to) const;
   /// Returns the block, or the number, of a rod in one lane that has a member.
@@ -47,8 +52,6 @@ class GroupTransfers {
   const Places* next() const { return next_; }
 
  private:
-  Sequences sequences_of_own() const;
-
   const LaneGroup& group_;
   const Places& places_;
   const Places* next_;

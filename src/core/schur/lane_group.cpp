@@ -6,11 +6,7 @@ namespace tanor::detail {
 
 LaneGroups::Group::Group(LaneGroups* all, std::size_t group, std::size_t first_group, std::size_t of_grove,
                          std::size_t of_thread)
-    : GroupTransfers(all->plan_.groups[group], all->places_[group],
-                     group + 1 < all->places_.size() ? &all->places_[group + 1] : nullptr,
-                     all->plan_.point.data() + num_lanes * all->plan_.groups[group].first_place,
-                     all->plan_.row.data() + num_lanes * all->plan_.groups[group].first_rod,
-                     all->block_.data() + num_lanes * all->plan_.groups[group].first_rod),
+    : GroupTransfers(all->plan_, group, all->places_, all->block_.data()),
       all_(*all),
       number_(group),
       group_(all->plan_.groups[group]),
@@ -19,8 +15,9 @@ LaneGroups::Group::Group(LaneGroups* all, std::size_t group, std::size_t first_g
   const LaneGroup& first = all->plan_.groups[first_group];
   const std::size_t rod = group_.first_rod - first.first_rod, place = group_.first_place - first.first_place;
   const bool is_of_tree = all->plan_.program == Program::Trees;
-  Workspace& of_pass = all->go_through_memory() ? work_ : grove_;
-  const std::size_t pass_rod = all->go_through_memory() ? 0 : rod, pass_place = all->go_through_memory() ? 0 : place;
+  const bool goes_through = all->goes_through_memory_;
+  Workspace& of_pass = goes_through ? work_ : grove_;
+  const std::size_t pass_rod = goes_through ? 0 : rod, pass_place = goes_through ? 0 : place;
   own_ = {of_pass.points.data() + pass_place, of_pass.directions.data() + pass_rod, of_pass.sum.data() + pass_rod,
           grove_.right_side.data() + (group - first_group), grove_.residual.data() + (group - first_group)};
   in_ = {.shape = {all->plan_.program, group_.num_rods, group_.num_places, group_.structure,
@@ -52,17 +49,12 @@ void LaneGroups::Group::for_separators(const Visit& visit) const {
     visit(&all_.separators_[group_.separator[lane]], lane);
 }
 
-/// Returns the separator before that of a lane; null at the beginning of an open path.
-Separator* LaneGroups::Group::before(std::size_t lane) const {
+/// Returns the separator one place on from that of a lane, or one place back; null beyond the ends of an open path.
+Separator* LaneGroups::Group::neighbour(std::size_t lane, bool is_behind) const {
   const auto [first, end, is_ring] = all_.plan_.paths[static_cast<std::size_t>(group_.island[lane])];
-  const std::size_t own = group_.separator[lane];
-  return own > first || is_ring ? &all_.separators_[(own > first ? own : end) - 1] : nullptr;
-}
-/// Returns the one behind it; null at the end of an open path.
-Separator* LaneGroups::Group::behind(std::size_t lane) const {
-  const auto [first, end, is_ring] = all_.plan_.paths[static_cast<std::size_t>(group_.island[lane])];
-  const std::size_t next = group_.separator[lane] + 1;
-  return next < end || is_ring ? &all_.separators_[next < end ? next : first] : nullptr;
+  const std::size_t own = group_.separator[lane], last = end - 1;
+  if (own == (is_behind ? last : first)) return is_ring ? &all_.separators_[is_behind ? first : last] : nullptr;
+  return &all_.separators_[is_behind ? own + 1 : own - 1];
 }
 
 void LaneGroups::Group::hand_over_factor() {
@@ -100,7 +92,7 @@ void LaneGroups::Group::take_separators() {
   work_.border = lanes::Border();
   for_separators([&](const Separator* own, std::size_t lane) {
     work_.border.x[lane] = own->x;
-    const Separator* const one_before = before(lane);
+    const Separator* const one_before = neighbour(lane, false);
     if (one_before == nullptr) return;
     work_.border.b_of_first[lane] = own->coupling * one_before->x + own->b_of_first;
     set_lane(&work_.border.force_before, lane, one_before->force());
@@ -123,7 +115,7 @@ void LaneGroups::Group::hand_over_roots(const Pack3<>* points) {
 
 void LaneGroups::Group::take_joints(Pack3<>* points) {
   for_separators([&](const Separator*, std::size_t lane) {
-    if (const Separator* const next = behind(lane)) set_lane(&points[group_.num_rods], lane, next->r.first);
+    if (const Separator* const next = neighbour(lane, true)) set_lane(&points[group_.num_rods], lane, next->r.first);
   });
   if (!group_.has_joints()) return;
   lanes::take_joints(joints(), all_.joints_.data(), points);
@@ -218,7 +210,8 @@ void LaneGroups::Group::substitute_down(Pack3<>* points, const Pack3<>* known, b
     lanes::accelerate_pieces(in_, lambda_is_known, {}, points, {}, points, nullptr);
     return for_separators([&](Separator* own, std::size_t lane) {
       own->r.first = lane_of(points[0], lane);
-      if (const Separator* const one_before = before(lane)) own->r.first = own->r.first + one_before->r.behind;
+      if (const Separator* const one_before = neighbour(lane, false))
+        own->r.first = own->r.first + one_before->r.behind;
       set_lane(&points[0], lane, own->r.first);
     });
   }
@@ -248,13 +241,10 @@ void LaneGroups::Group::substitute_down(const double* blocks, const Vec3* unifor
   }
   if (uniform == nullptr) read_points(w, work_.w.data());
   substitute_down();
-  lanes::accelerate(in_, uniform != nullptr ? nullptr : work_.w.data(), everywhere, work_.w.data());
+  lanes::accelerate(in_, uniform != nullptr ? nullptr : work_.w.data(), everywhere, work_.w.data(),
+                    group_.has_joints() ? nullptr : own_.residual);
   hand_over_roots(in_.dw);
-  if (group_.has_joints()) {
-    std::copy_n(in_.dw, group_.num_places, own_.points);
-  } else {
-    lanes::find_residual(in_, in_.dw, own_.residual);
-  }
+  if (group_.has_joints()) std::copy_n(in_.dw, group_.num_places, own_.points);
   write_points(work_.w.data(), w);
 }
 
@@ -275,17 +265,6 @@ void LaneGroups::Group::evaluate_rates() {
 
 void LaneGroups::Group::add_multipliers() {
   for (std::size_t k = 0; k < group_.num_rods; ++k) own_.sum[k] += in_.rods.z[k];
-}
-
-void LaneGroups::Group::evaluate_values(const double* r) {
-  read_points(r, own_.points);
-  evaluate_values();
-}
-
-void LaneGroups::Group::evaluate_rates(const double* r, const double* v) {
-  find_directions(r, own_.directions);
-  read_points(v, own_.points);
-  evaluate_rates();
 }
 
 void LaneGroups::Group::move(const double* blocks, bool lambda_is_known, double* points) {

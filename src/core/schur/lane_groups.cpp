@@ -1,7 +1,5 @@
 #include "schur/lane_groups.hpp"
 
-#include <numeric>
-
 #include "plan/thresholds.hpp"
 
 namespace tanor::detail {
@@ -9,8 +7,8 @@ namespace tanor::detail {
 // ---- the plan ----
 
 LaneGroups::LaneGroups(LanePlan plan, const RodRows& given, std::span<const double> inverse_mass,
-                       std::size_t num_moving, int threads, bool stay_in_lanes)
-    : plan_(std::move(plan)), num_moving_(static_cast<Index>(num_moving)), stay_in_lanes_(stay_in_lanes) {
+                       std::size_t num_moving, int threads)
+    : plan_(std::move(plan)), num_moving_(static_cast<Index>(num_moving)) {
   read_rods(given);
   read_masses(inverse_mass);
   find_places();
@@ -82,60 +80,43 @@ void LaneGroups::read_masses(std::span<const double> inverse_mass) {
   }
 }
 
+namespace {
+
+/// Returns the sequences that the first ones of so many numbers [k][lane] form. Number ~k stands for k turned, which
+/// all of them are, or none.
+Sequences find_sequences(const Index* numbers, std::size_t count) {
+  const bool are_turned = numbers[0] < 0;
+  const auto number = [&](std::size_t slot) { return are_turned ? ~numbers[slot] : numbers[slot]; };
+  Sequences result{.sign = are_turned ? -1.0 : 1.0};
+  for (std::size_t lane = 0; lane < num_lanes; ++lane) result.first[lane] = number(lane);
+  for (std::size_t slot = 0; slot < count * num_lanes; ++slot) {
+    const auto k = static_cast<Index>(slot / num_lanes);
+    if (number(slot) < 0 || number(slot) != result.first[slot % num_lanes] + k) break;
+    result.count = (slot + 1) / num_lanes;
+  }
+  return result;
+}
+
+}  // namespace
+
 void LaneGroups::find_places() {
   for (const LaneGroup& group : plan_.groups) {
     GroupTransfers::Places& found = places_.emplace_back();
     const Index* const point = plan_.point.data() + group.first_place * num_lanes;
-    const auto number = [&](std::size_t k) { return point[k] < 0 ? ~point[k] : point[k]; };
-    const auto follows = [&](std::size_t place) {
-      for (std::size_t lane = 0; lane < num_lanes; ++lane) {
-        if (number(place * num_lanes + lane) != number(lane) + static_cast<Index>(place)) return false;
-      }
-      return true;
-    };
-    for (std::size_t lane = 0; lane < num_lanes; ++lane) found.points.first[lane] = number(lane);
-    while (found.points.count < group.num_places && follows(found.points.count)) ++found.points.count;
+    std::vector<Index> numbers(point, point + group.num_places * num_lanes);
+    for (Index& each : numbers) each = each < 0 ? ~each : each;
+    found.points = find_sequences(numbers.data(), group.num_places);
     const Index* const end = point + num_lanes * found.points.count;
     const auto is_own = [](Index own) { return own >= 0; };
-    found.own_points = static_cast<std::size_t>(std::find_if_not(point, end, is_own) - point) / num_lanes;
+    found.own_points = found.points;
+    found.own_points.count = static_cast<std::size_t>(std::find_if_not(point, end, is_own) - point) / num_lanes;
     // The rods of a path that are left over are few in a row, and are moved one by one in less time.
     if (group.is_padded || (group.num_rods == 1 && plan_.program == Program::Paths)) continue;
-    found.rows = find_sequences(plan_.row.data() + group.first_rod * num_lanes, group.num_rods, 1);
-    found.blocks = find_sequences(block_.data() + group.first_rod * num_lanes, group.num_rods, 3);
-  }
-}
-
-/// Returns the sequences that numbers [k][lane] of so many things each form, if they do, in one order of all lanes.
-/// Number ~k stands for k turned.
-Sequences LaneGroups::find_sequences(const Index* numbers, std::size_t count, std::size_t width) {
-  const auto is_turned = [&](std::size_t k, std::size_t lane) { return numbers[k * num_lanes + lane] < 0; };
-  const auto number = [&](std::size_t k, std::size_t lane) {
-    return is_turned(k, lane) ? ~numbers[k * num_lanes + lane] : numbers[k * num_lanes + lane];
-  };
-  std::vector<std::size_t> order(count);
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::ranges::sort(order, {}, [&](std::size_t k) { return number(k, 0); });
-  Sequences result{.count = count};
-  SequencePlaces places;
-  for (std::size_t lane = 0; lane < num_lanes; ++lane) {
-    result.first[lane] = number(order[0], lane);
-    for (std::size_t k = 0; k < count; ++k) {
-      const bool follows = number(order[k], lane) == result.first[lane] + static_cast<Index>(k);
-      if (!follows || is_turned(order[k], lane) != is_turned(order[k], 0)) return {};
+    for (const auto& [list, sequences] : {std::pair(&plan_.row, &found.rows), std::pair(&block_, &found.blocks)}) {
+      const Sequences own = find_sequences(list->data() + group.first_rod * num_lanes, group.num_rods);
+      if (own.count == group.num_rods) *sequences = own;
     }
   }
-  for (std::size_t k = 0; k < width * count; ++k) {
-    const std::size_t own = order[k / width];
-    places.place.push_back(static_cast<int>(width * own + k % width));
-    places.sign.push_back(is_turned(own, 0) ? -1.0 : 1.0);
-  }
-  result.sign = places.sign[0];
-  const bool has_one_sign = std::ranges::count(places.sign, result.sign) == std::ssize(places.sign);
-  if (has_one_sign && std::ranges::is_sorted(order)) return result;
-  if (width == 1) return {};  // single numbers in another order are moved one by one in less time
-  if (orders_.empty() || !(orders_.back() == places)) orders_.push_back(std::move(places));
-  result.places = &orders_.back();
-  return result;
 }
 
 void LaneGroups::read_offsets(std::span<const Vec3> by_row) {
@@ -175,7 +156,7 @@ void LaneGroups::prepare_workspaces(int threads) {
   workspaces_.resize(static_cast<std::size_t>(Parallel(threads).threads()));
   for (Workspace& work : workspaces_) {
     // Threads share what is more than one thread's, in the arrays of the first one.
-    LanePlan::Extent most{};
+    LanePlan::Extent most{0, of_group, of_group};
     for (std::size_t grove = 0; grove < plan_.num_groves(); ++grove) {
       const LanePlan::Extent own = plan_.extent(grove);
       if (&work != workspaces_.data() && 2 * own.rods > plan_.num_slots()) continue;
@@ -184,7 +165,6 @@ void LaneGroups::prepare_workspaces(int threads) {
     for (auto* points : {&work.r, &work.v, &work.w, &work.s, &work.dw}) points->resize(of_group);
     if (are_of_trees) work.mobility.resize(of_group);
     work.b.resize(most.rods);
-    if (go_through_memory()) most.rods = most.places = of_group;
     work.u.resize(are_of_trees ? 0 : most.rods);
     work.directions.resize(most.rods);
     work.points.resize(most.places);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <deque>
 #include <span>
 #include <utility>
 #include <vector>
@@ -21,13 +20,14 @@ namespace tanor::detail {
 /// one another.
 class LaneGroups {
  public:
-  /// Reads the rods. `inverse_mass` is [inner point]. Paths go through memory with each pass, unless they
-  /// `stay_in_lanes` as all others do.
+  /// Reads the rods. `inverse_mass` is [inner point].
   LaneGroups(LanePlan plan, const RodRows& given, std::span<const double> inverse_mass, std::size_t num_moving,
-             int threads, bool stay_in_lanes = false);
+             int threads);
 
   const LanePlan& plan() const { return plan_; }
   void read_offsets(std::span<const Vec3> by_row);
+  /// Lets paths go through memory with each pass, or stay in lanes between passes, as all others do.
+  void go_through_memory(bool does) { goes_through_memory_ = does && plan_.program == Program::Paths; }
   /// Takes the lengths that move, l' and l''.
   void take_lengths();
   /// Returns how many threads are worth their while on so many rods in lanes.
@@ -47,12 +47,13 @@ class LaneGroups {
     std::vector<Pack3<>> r, v, w, s, dw;
     std::vector<lanes::Mobility> mobility;
     lanes::Border border;
-    // of a grove, [rod], [place] and [group]; those of a path that goes through memory are of one group, but for b and
+    // of a grove, [rod], [place] and [group]; a path that goes through memory uses those of one group, but for b and
     // what was found
     std::vector<Pack3<>> u, directions, points;
     Packs b, z, sum, right_side, residual;
-    // found in all groves
+    // found in all groves, in lanes and island by island
     lanes::Findings found;
+    Elimination of_islands;
     Projection projection;
   };
   std::span<Workspace> workspaces() { return workspaces_; }
@@ -65,19 +66,15 @@ class LaneGroups {
   void read_rods(const RodRows& given);
   void read_masses(std::span<const double> inverse_mass);
   void find_places();
-  Sequences find_sequences(const Index* numbers, std::size_t count, std::size_t width);
   void prepare_workspaces(int threads);
   template <class Visit>
   void for_each_rod(const Visit& visit) const;
 
-  bool go_through_memory() const { return plan_.program == Program::Paths && !stay_in_lanes_; }
-
   LanePlan plan_;
   Index num_moving_;
-  bool stay_in_lanes_;
+  bool goes_through_memory_ = false;
   std::vector<Index> block_;                                                 // [rod][lane]; ~block if it is turned
   std::vector<GroupTransfers::Places> places_;                               // [group]
-  std::deque<SequencePlaces> orders_;                                        // of blocks, which `places_` refers to
   Packs inverse_mass_;                                                       // [place]
   Packs inverse_masses_;                                                     // [rod] of trees: both ends, summed
   std::vector<Pack3<>> offset_;                                              // [rod]; empty if there are none
@@ -125,9 +122,6 @@ class LaneGroups::Group : public GroupTransfers {
   void evaluate_values();
   void evaluate_rates();
   void add_multipliers();
-  /// Evaluates the violation of the points of a path, which do not stay in lanes.
-  void evaluate_values(const double* r);
-  void evaluate_rates(const double* r, const double* v);
   /// Finds lambda, unless it is known, and computes points += dw in memory. Separators have theirs.
   void move(const double* blocks, bool lambda_is_known, double* points);
 
@@ -169,8 +163,7 @@ class LaneGroups::Group : public GroupTransfers {
   /// Calls visit(separator, lane) for the last rods of pieces of a path.
   template <class Visit>
   void for_separators(const Visit& visit) const;
-  Separator* before(std::size_t lane) const;
-  Separator* behind(std::size_t lane) const;
+  Separator* neighbour(std::size_t lane, bool is_behind) const;
   void take_mobilities();
   void take_separators();
   lanes::Upcoming upcoming(std::array<const double*, 3> arrays) const;

@@ -27,21 +27,19 @@ class GroveVisit {
   bool is_of_paths() const { return all_.plan().program == Program::Paths; }
   std::span<const LaneGroup> groups() const { return groups_; }
   LanePlan::Extent extent() const { return all_.plan().extent(number_); }
+  std::size_t first_island() const { return all_.plan().island_start[number_]; }
+  std::size_t end_island() const { return all_.plan().island_start[number_ + 1]; }
   std::size_t workspace() const { return workspace_; }
 
   /// Brings all points, but those of a path that one thread goes along, each group of which brings its own.
   void bring(const PointSource* source) const {
     if (source == nullptr || goes_along_path()) return;
-    for (const LaneGroup& group : groups_) {
-      for (std::size_t lane = 0; lane < group.num_members; ++lane) {
-        const auto [first, end] = all_.plan().islands[static_cast<std::size_t>(group.island[lane])];
-        if (group.ends_island[lane]) bring(source, first, end);
-      }
-    }
+    for (std::size_t island = first_island(); island < end_island(); ++island)
+      bring(source, all_.plan().islands[island].first_point, all_.plan().islands[island].end_point);
   }
   void bring_for(const PointSource* source, const LaneGroup& group) const {
     if (source == nullptr || !goes_along_path()) return;
-    const auto [first, end] = all_.plan().islands[static_cast<std::size_t>(group.island[0])];
+    const auto [first, end] = all_.plan().islands[first_island()];
     const Index begin = &group == groups_.data() ? first : next_point_;
     const Index last = all_.plan().point[(group.first_place + group.num_places) * num_lanes - 1];
     // Groups of single rods are the last ones.
@@ -60,26 +58,24 @@ class GroveVisit {
   void solve_separators(bool have_points_in_lanes = false) const {
     for_each_path([&](std::size_t path) {
       if (have_points_in_lanes) join_points(all_.separators(path), all_.plan().paths[path].is_ring);
-      detail::solve_separators(all_.separators(path), all_.plan().paths[path].is_ring);
+      detail::solve_separators(all_.separators(path));
     });
   }
   /// Calls visit(path) for each path.
   template <class Visit>
   void for_each_path(const Visit& visit) const {
-    if (!is_of_paths()) return;
-    const std::vector<std::size_t>& start = all_.plan().path_start;
-    for (std::size_t path = start[number_]; path < start[number_ + 1]; ++path) visit(path);
+    for (std::size_t path = first_island(); is_of_paths() && path < end_island(); ++path) visit(path);
   }
 
-  /// Calls work(group) for each group from a level on, the lower levels first.
+  /// Calls work(group) for each group, the lower levels first.
   template <class Work>
-  void up(const Work& work, std::size_t lowest = 0) const {
-    for (std::size_t level = lowest; level + 1 < levels_.size(); ++level) take_level(level, work);
+  void up(const Work& work) const {
+    for (std::size_t level = 0; level + 1 < levels_.size(); ++level) take_level(level, work);
   }
   /// Does the same for the upper levels first.
   template <class Work>
-  void down(const Work& work, std::size_t lowest = 0) const {
-    for (std::size_t level = levels_.size() - 1; level-- > lowest;) take_level(level, work);
+  void down(const Work& work) const {
+    for (std::size_t level = levels_.size() - 1; level-- > 0;) take_level(level, work);
   }
   template <class Work>
   void take_level(std::size_t level, const Work& work) const {
@@ -99,8 +95,7 @@ class GroveVisit {
 
  private:
   bool goes_along_path() const {
-    const std::vector<std::size_t>& start = all_.plan().path_start;
-    return is_of_paths() && start[number_ + 1] - start[number_] == 1 && parallel_.threads() == 1;
+    return is_of_paths() && end_island() - first_island() == 1 && parallel_.threads() == 1;
   }
   void bring(const PointSource* source, Index begin, Index end) const {
     detail::bring(parallel_, source, static_cast<std::size_t>(begin), static_cast<std::size_t>(end));

@@ -249,9 +249,12 @@ void substitute_down(const Arrays& arrays, bool lambda_is_known, const Pack3<>* 
       });
 }
 
-void accelerate(const Arrays& arrays, const Pack3<>* w0, Vec3 uniform, Pack3<>* w) {
-  for_each_part([ =, shape = arrays.shape, inverse_mass = arrays.points.inverse_mass, dw = arrays.dw ](const auto& part)
-                    __attribute__((always_inline)) { add_dw(part, shape, inverse_mass, dw, w0, uniform, w); });
+void accelerate(const Arrays& arrays, const Pack3<>* w0, Vec3 uniform, Pack3<>* w, Pack<>* residual) {
+  for_group(
+      arrays, [=](const auto& part, auto ends, const Arrays& in) __attribute__((always_inline)) {
+        add_dw(part, in.shape, in.points.inverse_mass, in.dw, w0, uniform, w);
+        if (residual != nullptr) part.of(*residual) = largest_residual(part, ends, in.shape, in.rods, in.dw);
+      });
 }
 
 void find_residual(const Arrays& arrays, const Pack3<>* dw, Pack<>* residual) {

@@ -134,8 +134,9 @@ void accelerate_pieces(const Arrays& arrays, bool lambda_is_known, const Upcomin
 /// lambda = -z/d - (h/d).F_p, or L'^-1 D^-1 y, takes z's place, unless it is known. If there is a force on the roots
 /// from outside, it is added to F.
 void substitute_down(const Arrays& arrays, bool lambda_is_known, const Pack3<>* on_roots, Pack3<>* points);
-/// Computes dw = F/m and w := w0 + dw. If w0 is null, it is `uniform` for all points.
-void accelerate(const Arrays& arrays, const Pack3<>* w0, Vec3 uniform, Pack3<>* w);
+/// Computes dw = F/m and w := w0 + dw. If w0 is null, it is `uniform` for all points. Finds the residual as
+/// `find_residual` does, unless it is null.
+void accelerate(const Arrays& arrays, const Pack3<>* w0, Vec3 uniform, Pack3<>* w, Pack<>* residual);
 /// Finds the largest |K'dw + b|.
 void find_residual(const Arrays& arrays, const Pack3<>* dw, Pack<>* residual);
 /// Evaluates xi at r in b's place, and the largest |xi|/length.

@@ -63,8 +63,9 @@ struct LanePlan {
   std::vector<std::unique_ptr<const IslandStructure>> structures;
   std::vector<LaneGroup> groups;
   std::vector<std::size_t> level_start{0}, grove_start{0};  ///< the first group of a level; the first level of a grove
-  std::vector<Index> parent;                                ///< [rod][lane] place in the group, of trees
-  std::vector<Index> row;                                   ///< [rod][lane]
+  std::vector<std::size_t> island_start{0};  ///< [grove] its first island; its islands follow one another
+  std::vector<Index> parent;                 ///< [rod][lane] place in the group, of trees
+  std::vector<Index> row;                    ///< [rod][lane]
   std::vector<Index> point;  ///< [place][lane]; ~point where the motion of the point is not the member's to write
   std::vector<JointPlace> joints;
   /// A path or ring has the separators [first, end). That of each piece of it is the piece's last rod.
@@ -72,8 +73,7 @@ struct LanePlan {
     std::size_t first_separator, end_separator;
     bool is_ring;
   };
-  std::vector<Path> paths;                 ///< [island] of paths
-  std::vector<std::size_t> path_start{0};  ///< [grove] the first one
+  std::vector<Path> paths;  ///< [island] of paths
   std::size_t num_rods = 0, size_of_factor = 0;
   std::string reason;    ///< as in SchurSolver::Summary
   FactorSummary factor;  ///< what it costs
@@ -111,7 +111,10 @@ struct LanePlan {
     return group;
   }
   void end_level() { level_start.push_back(groups.size()); }
-  void end_grove() { grove_start.push_back(level_start.size() - 1); }
+  void end_grove() {
+    grove_start.push_back(level_start.size() - 1);
+    island_start.push_back(islands.size());
+  }
 };
 
 /// Takes islands of rods out of `islands` and groups them by their topologies. It takes islands of at most

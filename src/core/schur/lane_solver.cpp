@@ -31,9 +31,11 @@ LaneSolver::LaneSolver(const SchurProblem& problem, const RodRows& rods, LanePla
 
 /// Calls work(visit) for all groves, with findings that are cleared before.
 template <class Work>
-void LaneSolver::visit(const Parallel& parallel, const Work& work) {
+void LaneSolver::visit(const Parallel& parallel, const Work& work, bool stays_in_lanes) {
+  groups_.go_through_memory(!stays_in_lanes);
   for (LaneGroups::Workspace& each : groups_.workspaces()) {
     each.found = {};
+    each.of_islands = {};
     each.projection = {};
   }
   visit_groves(parallel, &groups_, work);
@@ -58,15 +60,18 @@ void LaneSolver::note_findings(const GroveVisit& visit) {
     for (std::size_t lane = 0; lane < num_lanes; ++lane) {
       if (!group.ends_island[lane]) continue;
       Elimination& own = of_island_[static_cast<std::size_t>(group.island[lane])];
-      work.found.include(own.largest_right_side, own.residual);
-      own = {};
+      own.own_residual = own_residual(own.residual, own.largest_right_side);
+      work.of_islands.include(std::exchange(own, {}));
     }
   }
 }
 
 Elimination LaneSolver::found() {
   Elimination result;
-  for (const LaneGroups::Workspace& work : groups_.workspaces()) result.include(work.found.read());
+  for (const LaneGroups::Workspace& work : groups_.workspaces()) {
+    result.include(work.found.read());
+    result.include(work.of_islands);
+  }
   return result;
 }
 
@@ -193,66 +198,41 @@ void LaneSolver::correct(const Parallel& parallel, const double* blocks, double*
 }
 
 void LaneSolver::add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) {
-  visit(parallel, [&](const GroveVisit& grove) { add_reactions(grove, blocks, rows, points); });
-}
-
-void LaneSolver::add_reactions(const GroveVisit& grove, const double* blocks, const double* rows, double* points) {
-  if (grove.is_of_paths()) grove.up([&](Group& group) { group.read_separators(blocks, rows); });
-  grove.down([&](Group& group) {
-    group.read_rows(rows, group.arrays().rods.z);
-    group.move(blocks, true, points);
+  visit(parallel, [&](const GroveVisit& grove) {
+    if (grove.is_of_paths()) grove.up([&](Group& group) { group.read_separators(blocks, rows); });
+    grove.down([&](Group& group) {
+      group.read_rows(rows, group.arrays().rods.z);
+      group.move(blocks, true, points);
+    });
   });
 }
 
 // ---- projections ----
 
-/// Calls evaluate(group), which finds the violation, and move(), which moves points by M^-1 K S^-1 (-violation).
-template <class Evaluate, class Move>
-void LaneSolver::project(const GroveVisit& grove, double target, const Evaluate& evaluate, const Move& move) {
+/// Iterates with points that stay in lanes. `evaluate` finds the violation of a group. `was_moved` says that joints do
+/// not have theirs yet.
+void LaneSolver::project(const GroveVisit& grove, double target, bool was_moved, void (Group::*evaluate)(),
+                         double* points, double* sum) {
   LaneGroups::Workspace& work = groups_.workspaces()[grove.workspace()];
-  work.projection.include(iterate_along_chord(
-      target,
-      [&] {
-        grove.up([&](Group& group) {
-          evaluate(group);
-          group.substitute_up();
-        });
-        Largest violation;
-        for (std::size_t k = 0; k < grove.groups().size(); ++k) violation.see(work.right_side.data()[k]);
-        return violation.read();
-      },
-      move));
-}
-
-/// Does so with points of paths, which do not stay in lanes.
-template <class Evaluate>
-void LaneSolver::project_paths(const GroveVisit& grove, const double* blocks, double target, const Evaluate& evaluate,
-                               double* points, double* sum) {
-  project(grove, target, evaluate, [&] {
-    grove.solve_separators();
-    grove.down([&](Group& group) {
-      group.move(blocks, false, points);
-      if (sum != nullptr) group.add_rows(group.arrays().rods.z, sum);
+  const auto find_violation = [&] {
+    grove.up([&](Group& group) {
+      if (was_moved) group.take_joints(group.own().points);
+      (group.*evaluate)();
+      group.substitute_up();
     });
-  });
-}
-
-/// Does so with points that stay in lanes. `was_moved` says that joints do not have theirs yet.
-template <class Evaluate>
-void LaneSolver::project_in_lanes(const GroveVisit& grove, double target, bool was_moved, const Evaluate& evaluate,
-                                  double* points, double* sum) {
+    Largest violation;
+    for (std::size_t k = 0; k < grove.groups().size(); ++k) violation.see(work.right_side.data()[k]);
+    return violation.read();
+  };
   const auto move = [&] {
     was_moved = true;
+    grove.solve_separators();
     grove.down([&](Group& group) {
       group.substitute_down(group.own().points);
       if (sum != nullptr) group.add_multipliers();
     });
   };
-  const auto take_and_evaluate = [&](Group& group) {
-    if (was_moved) group.take_joints(group.own().points);
-    evaluate(group);
-  };
-  project(grove, target, take_and_evaluate, move);
+  work.projection.include(iterate_along_chord(target, find_violation, move));
   grove.up([&](Group& group) {
     group.write_points(group.own().points, points);
     if (sum != nullptr) group.write_rows(group.own().sum, sum);
@@ -262,57 +242,51 @@ void LaneSolver::project_in_lanes(const GroveVisit& grove, double target, bool w
 Projection LaneSolver::project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
                                          const PointSource* source, double* sum) {
   groups_.take_lengths();
-  visit(parallel, [&](const GroveVisit& grove) {
-    grove.bring(source);
-    if (grove.is_of_paths()) return project_positions_of_paths(grove, blocks, target, r, source, sum);
-    grove.down([&](Group& group) {
-      group.read_points(r, group.own().points);
-      group.read_directions(blocks);
-      group.call_for_points(r);
-      group.call_for_blocks(blocks);
-      if (sum == nullptr) return;
-      group.read_rows(sum, group.own().sum);
-      std::copy_n(group.own().sum, group.plan().num_rods, group.arrays().rods.z);
-      group.substitute_down(group.own().points, nullptr, true);
-    });
-    project_in_lanes(
-        grove, target, sum != nullptr, [](Group& group) { group.evaluate_values(); }, r, sum);
-  });
+  visit(
+      parallel,
+      [&](const GroveVisit& grove) {
+        grove.bring(source);
+        if (grove.is_of_paths()) {
+          grove.up([&](Group& group) {
+            grove.bring_for(source, group.plan());
+            group.read_separators(blocks, sum);
+          });
+        }
+        grove.down([&](Group& group) {
+          group.read_points(r, group.own().points);
+          group.read_directions(blocks);
+          group.call_for_points(r);
+          group.call_for_blocks(blocks);
+          if (sum == nullptr) return;
+          group.read_rows(sum, group.own().sum);
+          std::copy_n(group.own().sum, group.plan().num_rods, group.arrays().rods.z);
+          group.substitute_down(group.own().points, nullptr, true);
+        });
+        project(grove, target, sum != nullptr, &Group::evaluate_values, r, sum);
+      },
+      true);
   return reached();
-}
-
-void LaneSolver::project_positions_of_paths(const GroveVisit& grove, const double* blocks, double target, double* r,
-                                            const PointSource* source, double* sum) {
-  grove.up([&](Group& group) {
-    grove.bring_for(source, group.plan());
-    group.read_separators(blocks);
-  });
-  if (sum != nullptr) add_reactions(grove, blocks, sum, r);
-  project_paths(
-      grove, blocks, target, [&](Group& group) { group.evaluate_values(r); }, r, sum);
 }
 
 Projection LaneSolver::project_velocities(const Parallel& parallel, const double* blocks, double target,
                                           const double* r, double* v, double* sum) {
   groups_.take_lengths();
-  visit(parallel, [&](const GroveVisit& grove) {
-    if (grove.is_of_paths()) {
-      grove.up([&](Group& group) { group.read_separators(blocks); });
-      return project_paths(
-          grove, blocks, target, [&](Group& group) { group.evaluate_rates(r, v); }, v, sum);
-    }
-    grove.up([&](Group& group) {
-      group.read_points(v, group.own().points);
-      group.find_directions(r, group.own().directions);
-      group.read_directions(blocks);
-      group.call_for_points(r);
-      group.call_for_points(v);
-      group.call_for_blocks(blocks);
-      if (sum != nullptr) group.read_rows(sum, group.own().sum);
-    });
-    project_in_lanes(
-        grove, target, false, [](Group& group) { group.evaluate_rates(); }, v, sum);
-  });
+  visit(
+      parallel,
+      [&](const GroveVisit& grove) {
+        grove.up([&](Group& group) {
+          group.read_points(v, group.own().points);
+          group.find_directions(r, group.own().directions);
+          group.read_directions(blocks);
+          group.read_separators(blocks);
+          group.call_for_points(r);
+          group.call_for_points(v);
+          group.call_for_blocks(blocks);
+          if (sum != nullptr) group.read_rows(sum, group.own().sum);
+        });
+        project(grove, target, false, &Group::evaluate_rates, v, sum);
+      },
+      true);
   return reached();
 }
 

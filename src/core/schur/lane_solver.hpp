@@ -42,22 +42,13 @@ class LaneSolver final : public IslandSolver {
   LaneSolver(const SchurProblem& problem, const RodRows& rods, LanePlan plan, int threads);
 
   template <class Work>
-  void visit(const Parallel& parallel, const Work& work);
+  void visit(const Parallel& parallel, const Work& work, bool stays_in_lanes = false);
   template <class TakeDirections>
   Elimination eliminate(const Parallel& parallel, const PointSource* source, const TakeDirections& take);
   void note_findings(const GroveVisit& visit);
-  void add_reactions(const GroveVisit& visit, const double* blocks, const double* rows, double* points);
   Elimination found();
-  template <class Evaluate, class Move>
-  void project(const GroveVisit& visit, double target, const Evaluate& evaluate, const Move& move);
-  template <class Evaluate>
-  void project_paths(const GroveVisit& visit, const double* blocks, double target, const Evaluate& evaluate,
-                     double* points, double* sum);
-  template <class Evaluate>
-  void project_in_lanes(const GroveVisit& visit, double target, bool was_moved, const Evaluate& evaluate,
-                        double* points, double* sum);
-  void project_positions_of_paths(const GroveVisit& visit, const double* blocks, double target, double* r,
-                                  const PointSource* source, double* sum);
+  void project(const GroveVisit& visit, double target, bool was_moved, void (Group::*evaluate)(), double* points,
+               double* sum);
   Projection reached();
 
   LaneGroups groups_;

@@ -77,15 +77,15 @@ void scatter_blocks(const Pack3<>* u, const Index* blocks, std::size_t count, do
   }
 }
 
-void gather_rows(const double* from, const Index* rows, std::size_t count, Pack<>* to, bool are_some_missing) {
+void gather_rows(const double* from, const Index* rows, std::size_t count, Pack<>* to) {
   auto* const lanes = reinterpret_cast<double*>(to);
-  for (std::size_t k = 0; k < count * num_lanes; ++k) lanes[k] = are_some_missing && rows[k] < 0 ? 0.0 : from[rows[k]];
+  for (std::size_t k = 0; k < count * num_lanes; ++k) lanes[k] = rows[k] < 0 ? 0.0 : from[rows[k]];
 }
 
-void scatter_rows(const Pack<>* from, const Index* rows, std::size_t count, double* to, bool are_some_missing) {
+void scatter_rows(const Pack<>* from, const Index* rows, std::size_t count, double* to) {
   const auto* const lanes = reinterpret_cast<const double*>(from);
   for (std::size_t k = 0; k < count * num_lanes; ++k) {
-    if (!are_some_missing || rows[k] >= 0) to[rows[k]] = lanes[k];
+    if (rows[k] >= 0) to[rows[k]] = lanes[k];
   }
 }
 
@@ -115,20 +115,19 @@ template <class Tile>
   if (count % 4 != 0) tile(count - 4);
 }
 
-/// Moves `count` numbers of each lane. `place(k)` returns where the k-th stands among the lanes and `sign(k)` its sign.
-/// Where a register holds a pack, it is written as a whole, since a load of it would wait for two halves to reach the
-/// cache.
-template <std::size_t of_register, class Place, class Sign>
-[[gnu::always_inline]] inline void gather_placed(const double* from, const Index* first, std::size_t width,
-                                                 std::size_t count, const Place& place, const Sign& sign, Pack<>* to) {
+/// Moves `count` numbers of each lane. Where a register holds a pack, it is written as a whole, since a load of it
+/// would wait for two halves to reach the cache.
+template <std::size_t of_register>
+[[gnu::always_inline]] inline void gather_numbers(const double* from, const Index* first, std::size_t width,
+                                                  std::size_t count, double sign, Pack<>* to) {
   const FourSequences<const double> low(from, first, width), high(from, first + 4, width);
   const auto put = [&](std::size_t k, const Four& left, const Four& right) __attribute__((always_inline)) {
     if constexpr (of_register == num_lanes) {
-      to[place(k)] = sign(k) * __builtin_shufflevector(left, right, 0, 1, 2, 3, 4, 5, 6, 7);
+      to[k] = sign * __builtin_shufflevector(left, right, 0, 1, 2, 3, 4, 5, 6, 7);
     } else {
-      auto* const halves = reinterpret_cast<Four*>(to + place(k));
-      halves[0] = sign(k) * left;
-      halves[1] = sign(k) * right;
+      auto* const halves = reinterpret_cast<Four*>(to + k);
+      halves[0] = sign * left;
+      halves[1] = sign * right;
     }
   };
   if (count < 4) {
@@ -150,88 +149,46 @@ template <std::size_t of_register, class Place, class Sign>
       });
 }
 
-/// Says whether numbers are written over those in memory or added to them.
-enum class Writing { Over, Added };
-
-template <Writing writing, class Place, class Sign>
-[[gnu::always_inline]] inline void scatter_placed(const Pack<>* from, const Index* first, std::size_t width,
-                                                  std::size_t count, const Place& place, const Sign& sign, double* to) {
+[[gnu::always_inline]] inline void scatter_numbers(const Pack<>* from, const Index* first, std::size_t width,
+                                                   std::size_t count, double sign, double* to) {
   for (std::size_t lane = 0; lane < num_lanes; lane += 4) {
     const double* const lanes = reinterpret_cast<const double*>(from) + lane;
     const FourSequences<double> at(to, first + lane, width);
     const auto take = [&](std::size_t k) __attribute__((always_inline))->Four {
-      return sign(k) * four_at(lanes + place(k) * num_lanes);
+      return sign * four_at(lanes + k * num_lanes);
     };
-    const auto write_one = [&](double* number, double value) __attribute__((always_inline)) {
-      *number = writing == Writing::Added ? *number + value : value;
-    };
-    const auto write_four = [&](double* numbers, const Four& values) __attribute__((always_inline)) {
-      four_to(numbers) = writing == Writing::Added ? four_at(numbers) + values : values;
-    };
-    const auto write_tile = [&](std::size_t k) __attribute__((always_inline)) {
-      Four a = take(k), b = take(k + 1), c = take(k + 2), d = take(k + 3);
-      transpose(&a, &b, &c, &d);
-      write_four(at.a + k, a);
-      write_four(at.b + k, b);
-      write_four(at.c + k, c);
-      write_four(at.d + k, d);
-    };
-    // Nothing is added twice, so that the last tile may not overlap the one before it.
-    const std::size_t in_tiles = writing == Writing::Added ? count / 4 * 4 : count < 4 ? 0 : count;
-    if (in_tiles > 0) for_each_tile(in_tiles, write_tile);
-    for (std::size_t k = in_tiles; k < count; ++k) {
+    for (std::size_t k = 0; count < 4 && k < count; ++k) {
       const Four value = take(k);
-      write_one(at.a + k, value[0]);
-      write_one(at.b + k, value[1]);
-      write_one(at.c + k, value[2]);
-      write_one(at.d + k, value[3]);
+      at.a[k] = value[0];
+      at.b[k] = value[1];
+      at.c[k] = value[2];
+      at.d[k] = value[3];
     }
+    if (count < 4) continue;
+    for_each_tile(
+        count, [&](std::size_t k) __attribute__((always_inline)) {
+          Four a = take(k), b = take(k + 1), c = take(k + 2), d = take(k + 3);
+          transpose(&a, &b, &c, &d);
+          four_to(at.a + k) = a;
+          four_to(at.b + k) = b;
+          four_to(at.c + k) = c;
+          four_to(at.d + k) = d;
+        });
   }
 }
-
-constexpr auto same_place = [](std::size_t k) __attribute__((always_inline)) {
-  return k;
-};
 
 }  // namespace
 
 void gather_sequences(const double* from, const Sequences& given, std::size_t width, Pack<>* to) {
-  const Index* const first = given.first.data();
-  if (const SequencePlaces* const places = given.places) {
-    return dispatch([=, place = places->place.data(), sign = places->sign.data(),
-                     count = places->place.size()]<std::size_t of_register>(std::type_identity<PackIn<of_register>>) {
-      gather_placed<of_register>(
-          from, first, width, count, [=](std::size_t k) { return static_cast<std::size_t>(place[k]); },
-          [=](std::size_t k) { return sign[k]; }, to);
-    });
-  }
-  dispatch([=, count = width * given.count,
+  dispatch([=, first = given.first.data(), count = width * given.count,
             sign = given.sign]<std::size_t of_register>(std::type_identity<PackIn<of_register>>) {
-    gather_placed<of_register>(
-        from, first, width, count, same_place, [=](std::size_t) { return sign; }, to);
+    gather_numbers<of_register>(from, first, width, count, sign, to);
   });
 }
 
 void scatter_sequences(const Pack<>* from, const Sequences& given, std::size_t width, double* to) {
-  const Index* const first = given.first.data();
-  if (const SequencePlaces* const places = given.places) {
-    return dispatch([=, place = places->place.data(), sign = places->sign.data(), count = places->place.size()] {
-      scatter_placed<Writing::Over>(
-          from, first, width, count, [=](std::size_t k) { return static_cast<std::size_t>(place[k]); },
-          [=](std::size_t k) { return sign[k]; }, to);
-    });
-  }
-  dispatch([=, count = width * given.count, sign = given.sign] {
-    scatter_placed<Writing::Over>(
-        from, first, width, count, same_place, [=](std::size_t) { return sign; }, to);
-  });
-}
-
-void add_sequences(const Pack<>* from, const Sequences& given, std::size_t width, double* to) {
-  const Index* const first = given.first.data();
-  dispatch([=, count = width * given.count] {
-    scatter_placed<Writing::Added>(
-        from, first, width, count, same_place, [](std::size_t) { return 1.0; }, to);
+  dispatch([=, first = given.first.data(), count = width * given.count, sign = given.sign] {
+    scatter_numbers(from, first, width, count, sign, to);
   });
 }
 

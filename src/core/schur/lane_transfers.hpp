@@ -3,7 +3,6 @@
 #include <array>
 #include <cstddef>
 #include <limits>
-#include <vector>
 
 #include <tanor/system.hpp>
 
@@ -18,32 +17,23 @@ namespace tanor::detail {
 void gather_points(const double* from, const Index* points, std::size_t count, Pack3<>* to);
 void scatter_points(const Pack3<>* from, const Index* points, std::size_t count, double* to);
 /// Does the same with numbers of rows; those of row -1, which is missing, are 0.
-void gather_rows(const double* from, const Index* rows, std::size_t count, Pack<>* to, bool are_some_missing = false);
-void scatter_rows(const Pack<>* from, const Index* rows, std::size_t count, double* to, bool are_some_missing = false);
+void gather_rows(const double* from, const Index* rows, std::size_t count, Pack<>* to);
+void scatter_rows(const Pack<>* from, const Index* rows, std::size_t count, double* to);
 /// Does the same for blocks of K, whose signs follow from the direction of u. Block ~k is the negative of block k; that
 /// of a lane without a block is (1, 0, 0).
 inline constexpr Index no_block = std::numeric_limits<Index>::min();
 void gather_blocks(const double* from, const Index* blocks, std::size_t count, Pack3<>* u);
 void scatter_blocks(const Pack3<>* u, const Index* blocks, std::size_t count, double* to);
 
-/// Says where numbers of a sequence stand in the lanes: the k-th at place[k], times sign[k].
-struct SequencePlaces {
-  std::vector<int> place;
-  std::vector<double> sign;
-
-  bool operator==(const SequencePlaces&) const = default;
-};
-/// Things of each lane that follow one another in memory: `count` of them from first[lane] on, each of so many numbers.
+/// Things of each lane that follow one another in memory: `count` of them from first[lane] on, each of so many numbers,
+/// which are moved times the sign.
 struct Sequences {
   std::array<Index, num_lanes> first{};
-  std::size_t count = 0;                   ///< 0 if they do not follow
-  double sign = 1.0;                       ///< that of all …
-  const SequencePlaces* places = nullptr;  ///< … unless they stand in another order in the lanes or have several signs
+  std::size_t count = 0;  ///< 0 if they do not follow
+  double sign = 1.0;
 };
 void gather_sequences(const double* from, const Sequences& given, std::size_t width, Pack<>* to);
 void scatter_sequences(const Pack<>* from, const Sequences& given, std::size_t width, double* to);
-/// Adds such sequences, which all have the sign +1 and stand in their own order, to those in memory.
-void add_sequences(const Pack<>* from, const Sequences& given, std::size_t width, double* to);
 /// Prefetches such sequences while something else is computed. The function is inlined, since gcc drops the call of a
 /// function that does nothing else if it sees the body.
 [[gnu::always_inline]] inline void call_for(const double* array, const Sequences& wanted, std::size_t width) {

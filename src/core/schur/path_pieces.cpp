@@ -57,7 +57,6 @@ class PathCutter {
     num_rods_ = 0;
     plan_.end_level();
     plan_.end_grove();
-    plan_.path_start.push_back(plan_.paths.size());
   }
 
  private:
@@ -68,13 +67,6 @@ class PathCutter {
     RodPath path;
     std::size_t first_row, separator;
     Index island;
-
-    std::size_t last_row(std::size_t length) const { return first_row + length - 1; }
-    /// Says whether the last point is the end of an open path, which no other piece has.
-    bool has_end(std::size_t length) const {
-      return !path.is_ring && last_row(length) + 1 == path.end && path.right_support < 0;
-    }
-    bool is_last(std::size_t length) const { return last_row(length) + 1 == path.first + path.num_rows(); }
   };
 
   void add_group(std::span<const Piece> pieces, std::size_t length) {
@@ -95,15 +87,18 @@ class PathCutter {
     Index* const row = plan_.row.data() + num_lanes * group->first_rod + lane;
     const auto first = static_cast<Index>(path.left_point(piece.first_row));
     const bool begins_at_support = path.begins_at_support(piece.first_row);
+    const std::size_t end_row = piece.first_row + length;
+    // Says whether the last point is the end of an open path, which no other piece has.
+    const bool has_end = !path.is_ring && end_row == path.end && path.right_support < 0;
     point[0] = is_there && !begins_at_support ? first : ~first;
     for (std::size_t k = 1; k <= length; ++k) {
       const auto next = static_cast<Index>(path.right_point(piece.first_row + k - 1));
-      point[num_lanes * k] = !is_there ? ~first : k < length || piece.has_end(length) ? next : ~next;
+      point[num_lanes * k] = !is_there ? ~first : k < length || has_end ? next : ~next;
       if (is_there) row[num_lanes * (k - 1)] = static_cast<Index>(piece.first_row + k - 1);
     }
     group->island[lane] = piece.island;
-    group->ends_island[lane] = piece.is_last(length);
-    group->has_supports = group->has_supports || begins_at_support || path.ends_at_support(piece.last_row(length));
+    group->ends_island[lane] = end_row == path.first + path.num_rows();
+    group->has_supports = group->has_supports || begins_at_support || path.ends_at_support(end_row - 1);
     if (is_there) group->separator[lane] = piece.separator;
   }
 

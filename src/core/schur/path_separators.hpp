@@ -22,7 +22,7 @@ struct Separator {
   double coupling = 0.0;
 
   double l = 0.0, inverse_pivot = 0.0;  ///< of the separators' factor L D L'
-  double spike = 0.0;                   ///< product with the rod that closes a ring
+  double spike = 0.0;                   ///< product with the last one
   double b = 0.0, y = 0.0;              ///< of a right side: its own, and what the piece leaves of it
   double x = 0.0;                       ///< the solution
   struct {
@@ -37,13 +37,14 @@ struct Separator {
   Vec3 force() const { return x * u; }
 };
 
-/// Factorizes S of the separators of one path, after its pieces. In a ring, the last one closes it and is coupled with
-/// the first one. Returns the largest S_aa/pivot, infinite if a pivot is not positive.
+/// Factorizes S of the separators of one path, after its pieces. The last one is eliminated after all others, since
+/// that of a ring closes it and is coupled with the first one; the coupling is 0 in an open path. Returns the largest
+/// S_aa/pivot, infinite if a pivot is not positive.
 double factorize_separators(std::span<Separator> separators, bool is_ring);
 /// Lets each piece know r of the points between pieces, to which the pieces on both sides add.
 void join_points(std::span<Separator> separators, bool is_ring);
 /// Computes x from y, for S x = -b.
-void solve_separators(std::span<Separator> separators, bool is_ring);
+void solve_separators(std::span<Separator> separators);
 /// Returns the largest |K'dw + b|.
 double residual_of_separators(std::span<const Separator> separators, bool is_ring);
 

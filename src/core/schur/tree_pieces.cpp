@@ -18,7 +18,7 @@ struct RodTree {
   struct Rod {
     Index row, child, parent;
   };
-  Index first_point = 0, end_point = 0;
+  Index island = -1, first_point = 0, end_point = 0;
   std::vector<Rod> rods;  ///< by row
 
   /// Returns true if the tree is one piece. Trees of several pieces stand apart, since all of these wait for one
@@ -32,8 +32,7 @@ struct RodTree {
 std::optional<RodTree> RodTree::read(const RodRows& given, const Numbering& numbering, Index island) {
   const auto number = static_cast<std::size_t>(island);
   const auto num_moving = static_cast<Index>(numbering.num_moving);
-  RodTree result;
-  result.first_point = num_moving;
+  RodTree result{.island = island, .first_point = num_moving, .rods = {}};
   std::size_t num_between = 0;
   Index before = -1;
   for (Index row = numbering.island_start[number]; row < numbering.island_start[number + 1]; ++row) {
@@ -62,7 +61,7 @@ constexpr std::size_t none = static_cast<std::size_t>(-1);
 
 /// A piece while trees are cut. `rods` and `parent` begin at `first` in the lists of the cut.
 struct Piece {
-  std::size_t tree, first, num_rods;
+  std::size_t tree, first, num_rods;  // tree: its island in the end, as trees of one piece are numbered by group
   Index root;
   std::size_t level;         // comes after those of all pieces below
   std::size_t above = none;  // the piece that has the root as a joint; none for the last one of a tree
@@ -84,7 +83,6 @@ class Cut {
     last_at_.assign(tree.num_points(), none);
     number_ = number;
     open_.assign(tree.num_points(), {});
-    next_.assign(tree.rods.size(), none);
     place_.resize(tree.num_points());
     height_.assign(tree.num_points(), 0);
     std::vector<std::size_t> order(tree.rods.size());
@@ -101,16 +99,17 @@ class Cut {
   }
 
  private:
-  /// The rods below a point that are in no piece so far, as a list.
+  /// The rods below a point that are in no piece so far.
   struct Open {
-    std::size_t first = none, last = none, count = 0, level = 0;
+    std::vector<std::size_t> rods;
+    std::size_t level = 0;
   };
   bool is_support(Index point) const { return point >= tree_->end_point; }
   std::size_t local(Index point) const { return static_cast<std::size_t>(point - tree_->first_point); }
   Open& open(Index point) { return open_[local(point)]; }
-  Open below(std::size_t rod) {
+  Open& below(std::size_t rod) {
     const Index child = tree_->rods[rod].child;
-    return is_support(child) ? Open{} : open(child);
+    return is_support(child) ? below_support_ : open(child);
   }
 
   /// Joins what hangs on a point by these rods. Branches become pieces where others reach higher levels, so that pieces
@@ -120,46 +119,41 @@ class Cut {
     for (const std::size_t rod : hanging) level = std::max(level, below(rod).level);
     const auto close_branches = [&](std::size_t most) {
       for (const std::size_t rod : hanging) {
-        if (const Open branch = below(rod); branch.count >= plan::fewest_rods_of_branch && branch.level < most)
-          close(tree_->rods[rod].child);
+        const Open& branch = below(rod);
+        if (branch.rods.size() >= plan::fewest_rods_of_branch && branch.level < most) close(tree_->rods[rod].child);
       }
     };
     close_branches(level);
-    for (const std::size_t rod : hanging) count += below(rod).count + 1;
+    for (const std::size_t rod : hanging) count += below(rod).rods.size() + 1;
     if (count > most_rods_) close_branches(none);
+    Open& own = open(point);
     for (const std::size_t rod : hanging) {
-      const Open branch = below(rod);
-      if (open(point).count > 0 && open(point).count + branch.count + 1 > most_rods_) close(point);
-      Open& own = open(point);
-      append(branch.first, branch.last, branch.count, &own);
-      append(rod, rod, 1, &own);
+      Open& branch = below(rod);
+      if (!own.rods.empty() && own.rods.size() + branch.rods.size() + 1 > most_rods_) close(point);
+      own.rods.insert(own.rods.end(), branch.rods.begin(), branch.rods.end());
+      own.rods.push_back(rod);
       own.level = std::max(own.level, branch.level);
+      branch.rods = {};
     }
-  }
-  void append(std::size_t first, std::size_t last, std::size_t count, Open* to) {
-    if (count == 0) return;
-    (to->first == none ? to->first : next_[to->last]) = first;
-    to->last = last;
-    to->count += count;
   }
   /// Makes a piece of the rods below a point.
   void close(Index root) {
     Open& own = open(root);
-    pieces.push_back({number_, rods.size(), own.count, root, own.level});
+    pieces.push_back({number_, rods.size(), own.rods.size(), root, own.level});
     const auto put = [&](Index point, std::size_t place) {
       place_[local(point)] = static_cast<Index>(place);
       if (const std::size_t below = last_at_[local(point)]; below != none) pieces[below].above = pieces.size() - 1;
     };
-    for (std::size_t rod = own.first, k = 0; k < own.count; rod = next_[rod], ++k) rods.push_back(tree_->rods[rod]);
-    const std::span made = std::span(rods).last(own.count);
+    for (const std::size_t rod : own.rods) rods.push_back(tree_->rods[rod]);
+    const std::span made = std::span(rods).last(own.rods.size());
     if (!follow(made, root)) sort_by_height(made);
     for (std::size_t k = 0; k < made.size(); ++k) {
       if (!is_support(made[k].child)) put(made[k].child, k);
     }
-    put(root, own.count);
+    put(root, made.size());
     last_at_[local(root)] = pieces.size() - 1;
     for (const RodTree::Rod& rod : made) parent.push_back(place_[local(rod.parent)]);
-    own = {.level = own.level + 1};
+    own = {{}, own.level + 1};
   }
   /// Returns true if the rods and points of a piece follow one another in memory, and may be read at once.
   static bool follow(std::span<const RodTree::Rod> own, Index root) {
@@ -183,7 +177,7 @@ class Cut {
   const RodTree* tree_ = nullptr;
   std::size_t number_ = 0, most_rods_ = 0;
   std::vector<Open> open_;            // [point]
-  std::vector<std::size_t> next_;     // [rod] in its list
+  Open below_support_;                // is always empty
   std::vector<Index> place_;          // [point] in the piece that is made
   std::vector<int> height_;           // [point] likewise
   std::vector<std::size_t> last_at_;  // [point] the last piece with this root
@@ -228,8 +222,12 @@ void fill_lanes(std::span<Piece> pieces, std::size_t first) {
 /// Sorts pieces into groups: by level, then, among so many that follow one another, by size and shape.
 class Grouping {
  public:
-  Grouping(std::size_t num_moving, Cut* cut, LanePlan* result)
-      : cut_(*cut), result_(*result), num_moving_(static_cast<Index>(num_moving)), joint_of_root_(num_moving, none) {}
+  Grouping(std::span<const RodTree> trees, std::size_t num_moving, Cut* cut, LanePlan* result)
+      : trees_(trees),
+        cut_(*cut),
+        result_(*result),
+        num_moving_(static_cast<Index>(num_moving)),
+        joint_of_root_(num_moving, none) {}
 
   /// Makes a grove. Pieces that all are of the first level need no other ones, and are groves by themselves.
   void add(std::span<Piece> pieces) {
@@ -242,7 +240,12 @@ class Grouping {
       std::ranges::stable_sort(pieces.subspan(k, end - k),
                                [this](const Piece& a, const Piece& b) { return is_larger(a, b); });
       for (; k < end; k += num_lanes) {
-        add_group(pieces.subspan(k, std::min(num_lanes, end - k)));
+        const std::span<Piece> members = pieces.subspan(k, std::min(num_lanes, end - k));
+        for (Piece& piece : are_alone ? members : std::span<Piece>()) {
+          result_.islands.push_back({trees_[piece.tree].first_point, trees_[piece.tree].end_point});
+          piece.tree = result_.islands.size() - 1;
+        }
+        add_group(members);
         result_.groups.back().stands_alone = are_alone;
         if (!are_alone) continue;
         result_.end_level();
@@ -320,6 +323,7 @@ class Grouping {
     return true;
   }
 
+  std::span<const RodTree> trees_;
   Cut& cut_;
   LanePlan& result_;
   Index num_moving_;
@@ -331,13 +335,13 @@ LanePlan cut_trees(std::span<const RodTree> trees, std::size_t num_moving) {
   LanePlan result;
   result.program = Program::Trees;
   Cut cut;
-  Grouping grouping(num_moving, &cut, &result);
+  Grouping grouping(trees, num_moving, &cut, &result);
   for (std::size_t tree = 0; tree < trees.size();) {
     const std::size_t first = cut.pieces.size(), most_rods = result.num_rods + plan::rods_of_grove;
     const bool are_small = trees[tree].is_small();
     for (; tree < trees.size() && trees[tree].is_small() == are_small && result.num_rods < most_rods; ++tree) {
       cut.add(trees[tree], tree);
-      result.islands.push_back({trees[tree].first_point, trees[tree].end_point});
+      if (!are_small) result.islands.push_back({trees[tree].first_point, trees[tree].end_point});
       result.num_rods += trees[tree].rods.size();
     }
     const std::span<Piece> pieces = std::span(cut.pieces).subspan(first);
@@ -350,31 +354,21 @@ LanePlan cut_trees(std::span<const RodTree> trees, std::size_t num_moving) {
 }  // namespace
 
 LanePlan take_trees(const RodRows& rods, const Numbering& numbering, bool eagerly, std::vector<Index>* islands) {
-  std::vector<RodTree> small, trees;
-  std::vector<Index> small_ones, taken;  // islands
   const auto is_full = [&](const std::vector<RodTree>& some) {
     return eagerly || cut_trees(some, numbering.num_moving).fullness() >= plan::fullness_of_trees;
   };
+  std::vector<RodTree> small, trees;
   for (const Index island : *islands) {
-    std::optional<RodTree> tree = RodTree::read(rods, numbering, island);
-    if (!tree.has_value()) continue;
-    if (tree->is_small()) {
-      small_ones.push_back(island);
-      small.push_back(*std::move(tree));
-    } else if (is_full({*tree})) {
-      taken.push_back(island);
-      trees.push_back(*std::move(tree));
-    }
+    if (std::optional<RodTree> tree = RodTree::read(rods, numbering, island))
+      (tree->is_small() ? small : trees).push_back(*std::move(tree));
   }
-  std::vector<RodTree> by_size = small;
-  std::ranges::stable_sort(by_size, {}, [](const RodTree& tree) { return tree.rods.size(); });
-  if (!small.empty() && is_full(by_size)) {
-    taken.insert(taken.end(), small_ones.begin(), small_ones.end());
-    trees.insert(trees.end(), small.begin(), small.end());
-  }
-  std::ranges::sort(taken);
+  std::erase_if(trees, [&](const RodTree& tree) { return !is_full({tree}); });
+  std::ranges::stable_sort(small, {}, [](const RodTree& tree) { return tree.rods.size(); });
+  if (is_full(small)) trees.insert(trees.end(), small.begin(), small.end());
   std::ranges::sort(trees, {}, [](const RodTree& tree) { return std::pair(!tree.is_small(), tree.first_point); });
-  std::erase_if(*islands, [&](Index island) { return std::ranges::binary_search(taken, island); });
+  std::vector<char> is_taken(numbering.num_islands(), 0);
+  for (const RodTree& tree : trees) is_taken[static_cast<std::size_t>(tree.island)] = 1;
+  std::erase_if(*islands, [&](Index island) { return is_taken[static_cast<std::size_t>(island)] != 0; });
   LanePlan result = cut_trees(trees, numbering.num_moving);
   constexpr double flops_a_rod = 50.0;
   const std::size_t count = trees.size(), nonzeros = packs_of_rod * result.num_rods;
