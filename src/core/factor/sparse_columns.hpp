@@ -73,7 +73,7 @@ SparseColumns collect_columns(std::size_t num_columns, const List& list) {
   C.values.reserve(3 * by_column.entries.size());
   C.start.reserve(num_columns + 1);
   for (std::size_t j = 0; j < num_columns; ++j) {
-    std::ranges::stable_sort(by_column[j], {}, &PointEntry::point);
+    std::ranges::sort(by_column[j], {}, &PointEntry::point);
     for (const auto& [point, value] : by_column[j]) {
       const int first = 3 * point;
       if (static_cast<int>(C.rows.size()) > C.start.back() && C.rows.end()[-3] == first) {
