@@ -37,11 +37,11 @@ inline constexpr std::size_t fewest_rods_of_branch = 2, most_rods_of_branch = 31
 inline constexpr double fullness_of_trees = 0.3;
 
 /// Limits of the work left to sparse factors beside special solvers, for each row of the latter. Beyond these limits,
-/// the whole system gets one sparse factor, which is reused inside steps (see Reuse). The case measured is clusters
-/// beside a net of 100 x 100. Steps of dop853 take as long on both if the net's factor takes 300 products for each row
-/// of a cluster, and half as long on the sparse factor at 3000; with a smaller net all methods gain from the mixture,
-/// up to 2.7 times (bench/step_cost). A row left over seldom takes fewer than 100 products, so no analysis is made in
-/// vain if there are too many rows.
+/// the whole system gets one sparse factor, which is reused inside steps (see FactorReuse). The case measured is
+/// clusters beside a net of 100 x 100. Steps of dop853 take as long on both if the net's factor takes 300 products for
+/// each row of a cluster, and half as long on the sparse factor at 3000; with a smaller net all methods gain from the
+/// mixture, up to 2.7 times (bench/step_cost). A row left over seldom takes fewer than 100 products, so no analysis is
+/// made in vain if there are too many rows.
 inline constexpr double most_sparse_rows = 3.0, most_sparse_products = 300.0;
 
 // ---- sparse factors ----
