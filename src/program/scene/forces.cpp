@@ -102,48 +102,40 @@ struct Extra<PairForces> {
   static constexpr bool members_are_optional = true;
   static void read(const Cursor& entry, const Context& context, PairForces* pairs) {
     pairs->law = entry["law"].choice<PairLaw>();
-    // Numbers of another law are refused, because they would have no effect.
-    const auto keep_to = [&](bool law_has_it, const char* key, const char* laws) {
-      if (!law_has_it && entry[key])
-        entry[key].complain(
-            fmt::format("found beside the law \"{}\", wanted with {} only", entry["law"].string(), laws));
-    };
-    const PairLaw law = pairs->law;
-    const bool is_lennard_jones = law == PairLaw::Wca || law == PairLaw::Lj;
-    const bool is_yukawa = law == PairLaw::Yukawa, is_morse = law == PairLaw::Morse,
-               is_coulomb = law == PairLaw::Coulomb;
-    keep_to(is_lennard_jones, "epsilon", "wca or lj");
-    keep_to(is_lennard_jones, "sigma", "wca or lj");
-    if (is_coulomb && entry["box"])
+    const std::string law(name_of(pairs->law));
+    if (law == "coulomb" && entry["box"])
       entry["box"].complain("found beside the law \"coulomb\", wanted without a box: there is no periodic sum");
-    keep_to(law != PairLaw::Log, "box", "wca, lj, yukawa or morse");
-    keep_to(law == PairLaw::Lj || is_yukawa || is_morse, "cutoff", "lj, yukawa or morse");
-    keep_to(law == PairLaw::Log || is_coulomb || is_yukawa, "strength", "log, coulomb or yukawa");
-    keep_to(is_coulomb, "charges", "coulomb");
-    keep_to(is_yukawa, "length", "yukawa");
-    for (const char* key : {"depth", "width", "rest_length"}) keep_to(is_morse, key, "morse");
-    require_numbers(entry, law);
+    const auto has_law = [&](std::string_view laws) { return laws.find(law) != std::string_view::npos; };
+    for (const Rule& rule : rules) {
+      if (!has_law(rule.laws) && entry[rule.key])
+        entry[rule.key].complain(fmt::format("found beside the law \"{}\", wanted with {} only", law, rule.laws));
+    }
+    for (const Rule& rule : rules) {
+      if (has_law(rule.required_by) && !entry[rule.key])
+        entry[rule.key].fail(rule.key == "charges" ? "a number, or one a point" : "a number");
+    }
     if (entry["points"] && pairs->points.empty()) entry["points"].fail("at least one point");
     pairs->box = read_box(entry["box"], context);
     if (entry["exclude"]) pairs->exclude_rods = entry["exclude"].choice<bool>({{"rods", true}});
-    if (const Cursor charges = entry["charges"]) pairs->charges = read_charges(charges, context, *pairs);
+    if (const Cursor charges = entry["charges"])
+      pairs->charges = context.numbers(charges, pairs->points.empty() ? context.num_points : pairs->points.size());
   }
 
  private:
-  /// Requires the numbers of the newer laws, which have no default.
-  static void require_numbers(const Cursor& entry, PairLaw law) {
-    const auto require = [&](std::initializer_list<const char*> keys) {
-      for (const char* key : keys)
-        if (!entry[key]) entry[key].fail(std::string_view(key) == "charges" ? "a number, or one a point" : "a number");
-    };
-    if (law == PairLaw::Coulomb) require({"strength", "charges"});
-    if (law == PairLaw::Yukawa) require({"strength", "length"});
-    if (law == PairLaw::Morse) require({"depth", "width", "rest_length"});
-  }
-  static std::vector<double> read_charges(const Cursor& charges, const Context& context, const PairForces& pairs) {
-    const std::size_t num_points = pairs.points.empty() ? context.num_points : pairs.points.size();
-    return context.numbers(charges, num_points);
-  }
+  /// The laws that read a key; with others it would have no effect. The newer laws have no defaults.
+  struct Rule {
+    std::string_view key, laws, required_by;
+  };
+  static constexpr Rule rules[] = {{"epsilon", "wca or lj", ""},
+                                   {"sigma", "wca or lj", ""},
+                                   {"box", "wca, lj, yukawa or morse", ""},
+                                   {"cutoff", "lj, yukawa or morse", ""},
+                                   {"strength", "log, coulomb or yukawa", "coulomb yukawa"},
+                                   {"charges", "coulomb", "coulomb"},
+                                   {"length", "yukawa", "yukawa"},
+                                   {"depth", "morse", "morse"},
+                                   {"width", "morse", "morse"},
+                                   {"rest_length", "morse", "morse"}};
 };
 
 template <>
