@@ -6,7 +6,7 @@
 
 #include "base/vec3.hpp"
 #include "factor/sparse_qr.hpp"
-#include "scene/lammps_data.hpp"
+#include "scene/imported.hpp"
 
 /// \file Gradients of a molecule's rigid bonds and angles.
 namespace tanor::patterns {

@@ -8,11 +8,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-#include "scene/bonds_by_distance.hpp"
-#include "scene/gro.hpp"
-#include "scene/obj.hpp"
-#include "scene/pdb.hpp"
-#include "scene/ply.hpp"
+#include "scene/imported.hpp"
 #include "scene/reading.hpp"
 
 namespace tanor::scene {

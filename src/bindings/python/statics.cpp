@@ -10,8 +10,7 @@
 #include "python/kinds.hpp"
 #include "python/records.hpp"
 #include "python/scene_file.hpp"
-#include "scene/equilibrium.hpp"
-#include "scene/modes.hpp"
+#include "scene/scene.hpp"
 
 /// \file
 /// Rest and small vibrations: find_equilibrium, modes, find_buckling.

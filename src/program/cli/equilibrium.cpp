@@ -16,8 +16,6 @@
 #include "report/html_page.hpp"
 #include "report/output_file.hpp"
 #include "report/words.hpp"
-#include "scene/equilibrium.hpp"
-#include "scene/modes.hpp"
 #include "scene/scene.hpp"
 
 namespace tanor::cli {

@@ -16,7 +16,6 @@
 #include "report/html_page.hpp"
 #include "report/modes.hpp"
 #include "report/words.hpp"
-#include "scene/modes.hpp"
 #include "scene/scene.hpp"
 
 namespace tanor::cli {

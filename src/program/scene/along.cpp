@@ -27,13 +27,15 @@ const Rods& find_rods(const Cursor& along, const Context& context) {
 /// The points of rods with their neighbours, in the order in which the rods name them.
 class Sequence {
  public:
-  explicit Sequence(const Cursor& along, const Rods& rods) {
-    for (const auto& [i, j] : rods.pairs) {
+  Sequence(const Cursor& along, const Context& context) : rods_(find_rods(along, context)) {
+    context.take_room(rods_.pairs.size());
+    for (const auto& [i, j] : rods_.pairs) {
       join(along, i, j);
       join(along, j, i);
     }
   }
 
+  const std::vector<std::array<Index, 2>>& pairs() const { return rods_.pairs; }
   const std::vector<Index>& points() const { return points_; }
   bool is_inside(Index point) const { return neighbours_.at(point)[1] >= 0; }
   const std::array<Index, 2>& neighbours(Index point) const { return neighbours_.at(point); }
@@ -55,6 +57,7 @@ class Sequence {
     }
   }
 
+  const Rods& rods_;
   std::vector<Index> points_;
   std::unordered_map<Index, std::array<Index, 2>> neighbours_;  // -1 if there is no second one
 };
@@ -67,9 +70,7 @@ void expect_some(const Cursor& along, const Members& members, const char* what) 
 }  // namespace
 
 void read_along(const Cursor& along, const Context& context, std::vector<std::array<Index, 3>>* triples) {
-  const Rods& rods = find_rods(along, context);
-  context.take_room(rods.pairs.size());
-  const Sequence sequence(along, rods);
+  const Sequence sequence(along, context);
   for (const Index point : sequence.points()) {
     if (!sequence.is_inside(point)) continue;
     const auto& [before, behind] = sequence.neighbours(point);
@@ -79,10 +80,8 @@ void read_along(const Cursor& along, const Context& context, std::vector<std::ar
 }
 
 void read_along(const Cursor& along, const Context& context, std::vector<std::array<Index, 4>>* quadruples) {
-  const Rods& rods = find_rods(along, context);
-  context.take_room(rods.pairs.size());
-  const Sequence sequence(along, rods);
-  for (const auto& [i, j] : rods.pairs) {
+  const Sequence sequence(along, context);
+  for (const auto& [i, j] : sequence.pairs()) {
     if (!sequence.is_inside(i) || !sequence.is_inside(j)) continue;
     const Index before = sequence.other_neighbour(i, j), behind = sequence.other_neighbour(j, i);
     if (before == behind)

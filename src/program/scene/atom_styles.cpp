@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 #include <utility>
 
 #include "scene/text_file.hpp"
@@ -185,18 +186,9 @@ bool AtomSurvey::fits(const AtomColumns& columns) const {
                      [](const Column& column) { return column.is_whole; });
 }
 
-bool AtomSurvey::has_shift() const {
-  return std::any_of(columns_.end() - 3, columns_.end(),
-                     [](const Column& c) { return c.least != 0.0 || c.most != 0.0; });
-}
-
-bool AtomSurvey::has_negative_shift() const {
-  return std::any_of(columns_.end() - 3, columns_.end(), [](const Column& c) { return c.least < 0.0; });
-}
-
-bool AtomSurvey::has_small_shift() const {
-  return std::all_of(columns_.end() - 3, columns_.end(),
-                     [](const Column& c) { return c.least >= -1.0 && c.most <= 1.0; });
+std::array<double, 2> AtomSurvey::image_range() const {
+  const std::span images(columns_.end() - 3, columns_.end());
+  return {std::ranges::min(images, {}, &Column::least).least, std::ranges::max(images, {}, &Column::most).most};
 }
 
 bool AtomSurvey::is_inside(std::size_t x, const Vector3& low, const Vector3& high) const {
@@ -207,12 +199,9 @@ bool AtomSurvey::is_inside(std::size_t x, const Vector3& low, const Vector3& hig
   return true;
 }
 
-bool AtomSurvey::is_written_alike(std::size_t x) const {
-  return columns_[x].is_whole == columns_[x + 1].is_whole && columns_[x].is_whole == columns_[x + 2].is_whole;
-}
-
-bool AtomSurvey::has_fractions(std::size_t x) const {
-  return !(columns_[x].is_whole && columns_[x + 1].is_whole && columns_[x + 2].is_whole);
+std::size_t AtomSurvey::num_fractional(std::size_t x) const {
+  const std::span place(columns_.begin() + static_cast<std::ptrdiff_t>(x), 3);
+  return static_cast<std::size_t>(std::ranges::count(place, false, &Column::is_whole));
 }
 
 std::vector<AtomColumns> choose_columns(std::vector<AtomColumns> candidates, const AtomSurvey& survey,
@@ -221,19 +210,20 @@ std::vector<AtomColumns> choose_columns(std::vector<AtomColumns> candidates, con
   std::erase_if(candidates, [&](const AtomColumns& each) { return !survey.fits(each); });
   prefer(&candidates, [&](const AtomColumns& each) {
     // Columns whose number nobody knows may end in whole numbers of their own, which are not below 0.
-    return !each.is_open || (survey.has_images(each) && (!survey.has_shift() || survey.has_negative_shift()));
+    return !each.is_open || (survey.has_images(each) && (!survey.has_shift() || survey.image_range()[0] < 0.0));
   });
   prefer(&candidates, [&](const AtomColumns& each) { return survey.is_inside(each.find("x"), facts.low, facts.high); });
   // Whole numbers at the end are no coordinates where they may be image flags behind coordinates with fractions,
   // unless they are large for flags and give each atom a place of its own.
-  const auto has_fractions = [&](const AtomColumns& each) { return survey.has_fractions(each.find("x")); };
+  const auto has_fractions = [&](const AtomColumns& each) { return survey.num_fractional(each.find("x")) > 0; };
   if (std::ranges::any_of(candidates, [&](const auto& each) { return survey.has_images(each) && has_fractions(each); }))
     prefer(&candidates, [&](const AtomColumns& each) {
       const std::size_t x = each.find("x");
+      const auto [least, most] = survey.image_range();
       return x + 3 != survey.num_columns() || has_fractions(each) ||
-             (!survey.has_small_shift() && facts.has_distinct_places(x));
+             (!(least >= -1.0 && most <= 1.0) && facts.has_distinct_places(x));
     });
-  prefer(&candidates, [&](const AtomColumns& each) { return survey.is_written_alike(each.find("x")); });
+  prefer(&candidates, [&](const AtomColumns& each) { return survey.num_fractional(each.find("x")) % 3 == 0; });
   const auto has_first_x = [&](const AtomColumns& each) { return each.find("x") == candidates[0].find("x"); };
   if (!std::ranges::all_of(candidates, has_first_x))
     prefer(&candidates, [&](const AtomColumns& each) { return facts.has_distinct_places(each.find("x")); });

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -43,18 +44,14 @@ class AtomSurvey {
   /// Returns true if all lines can have these columns, with image flags behind them or without.
   bool fits(const AtomColumns& columns) const;
   bool has_images(const AtomColumns& columns) const { return columns_.size() == columns.names.size() + 3; }
+  /// Returns the least and the largest image flag.
+  std::array<double, 2> image_range() const;
   /// Returns true if a line has other image flags than 0.
-  bool has_shift() const;
-  /// Returns true if a line has an image flag below 0.
-  bool has_negative_shift() const;
-  /// Returns true if all image flags are -1, 0 or 1.
-  bool has_small_shift() const;
+  bool has_shift() const { return image_range() != std::array{0.0, 0.0}; }
   /// Returns true if x, y and z lie in the box, or less than an edge beside it. An edge from 0 to 0 is open.
   bool is_inside(std::size_t x, const Vector3& low, const Vector3& high) const;
-  /// Returns true if x, y and z all have fractions somewhere, or none has.
-  bool is_written_alike(std::size_t x) const;
-  /// Returns true if x, y or z has a fraction somewhere.
-  bool has_fractions(std::size_t x) const;
+  /// Returns how many of x, y and z have fractions somewhere.
+  std::size_t num_fractional(std::size_t x) const;
   /// Returns true if atoms of one type have dipoles of one length, where these columns are those of style dipole.
   bool has_equal_dipoles() const { return has_equal_dipoles_; }
   double most(std::size_t column) const { return columns_[column].most; }

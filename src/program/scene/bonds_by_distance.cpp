@@ -1,5 +1,3 @@
-#include "scene/bonds_by_distance.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -9,6 +7,7 @@
 #include <tanor/error.hpp>
 
 #include "base/text.hpp"
+#include "scene/imported.hpp"
 
 namespace tanor::scene {
 using namespace detail;

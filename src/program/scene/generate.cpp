@@ -1,5 +1,3 @@
-#include "scene/generate.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,6 +9,7 @@
 
 #include "scene/kind.hpp"
 #include "scene/memory.hpp"
+#include "scene/points.hpp"
 #include "scene/random.hpp"
 
 namespace tanor::scene {

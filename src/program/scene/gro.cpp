@@ -1,5 +1,3 @@
-#include "scene/gro.hpp"
-
 #include <algorithm>
 #include <limits>
 
@@ -8,6 +6,7 @@
 #include <tanor/error.hpp>
 
 #include "scene/document.hpp"
+#include "scene/imported.hpp"
 #include "scene/text_file.hpp"
 
 namespace tanor::scene {

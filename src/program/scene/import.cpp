@@ -1,5 +1,3 @@
-#include "scene/import.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -12,38 +10,42 @@
 
 #include "base/suggestion.hpp"
 #include "scene/atom_styles.hpp"
-#include "scene/bonds_by_distance.hpp"
-#include "scene/gro.hpp"
 #include "scene/import_energies.hpp"
-#include "scene/lammps_data.hpp"
-#include "scene/obj.hpp"
 #include "scene/parts.hpp"
-#include "scene/pdb.hpp"
-#include "scene/ply.hpp"
+#include "scene/points.hpp"
 #include "scene/text_file.hpp"
 
 namespace tanor::scene {
 using namespace detail;
 namespace {
 
-enum class Format { LammpsData, Obj, Ply, Gro, Pdb };
-constexpr std::pair<std::string_view, Format> formats[] = {{"lammps-data", Format::LammpsData},
-                                                           {"obj", Format::Obj},
-                                                           {"ply", Format::Ply},
-                                                           {"gro", Format::Gro},
-                                                           {"pdb", Format::Pdb}};
+/// A format, and what its files' names end in. Those of lammps-data are free: others are such files if they look like
+/// one.
+struct Format {
+  std::string_view name, endings;
+  Imported (*read)(const std::string& name, std::string_view text);  ///< null for lammps-data
 
-/// The endings of files. Those of lammps-data are free: others are such files if they look like one.
-constexpr std::pair<std::string_view, Format> endings[] = {
-    {".data", Format::LammpsData}, {".lmp", Format::LammpsData}, {".obj", Format::Obj}, {".ply", Format::Ply},
-    {".gro", Format::Gro},         {".pdb", Format::Pdb},        {".ent", Format::Pdb}};
+  bool is_lammps() const { return read == nullptr; }
+};
+constexpr Format formats[] = {{"lammps-data", ".data .lmp", nullptr},
+                              {"obj", ".obj", read_obj},
+                              {"ply", ".ply", read_ply},
+                              {"gro", ".gro", read_gro},
+                              {"pdb", ".pdb .ent", read_pdb}};
 
-/// Returns the format that the scene names, or else that of the file's ending, or nothing if the ending is unknown.
-std::optional<Format> find_format(const Cursor& format, const Cursor& file) {
-  if (format) return format.choice<Format>({std::begin(formats), std::end(formats)});
+/// Returns the format that the scene names, or else that of the file's ending, or null if the ending is unknown.
+const Format* find_format(const Cursor& format, const Cursor& file) {
+  if (format) {
+    std::vector<std::string_view> names;
+    for (const Format& each : formats) names.push_back(each.name);
+    return &formats[format.choice_index(names)];
+  }
   const std::string ending = file.is_string() ? ending_of(file.string()) : "";
-  const auto* const found = std::ranges::find(endings, ending, &std::pair<std::string_view, Format>::first);
-  return found == std::end(endings) ? std::nullopt : std::optional(found->second);
+  for (const Format& each : formats) {
+    const auto endings = split_words(each.endings);
+    if (std::ranges::find(endings, ending) != endings.end()) return &each;
+  }
+  return nullptr;
 }
 
 /// Refuses a file of unknown ending that is not even lammps-data.
@@ -53,22 +55,6 @@ void require_lammps_data(const std::string& name, const std::string& text, const
       fmt::format("missing, and neither the ending of {} nor a line \"… atoms\" of lammps-data tells it, "
                   "wanted one of lammps-data, obj, ply, gro, pdb",
                   quote(name)));
-}
-
-Imported read_file(const std::string& name, const std::string& text, Format format, const std::string& atom_style) {
-  switch (format) {
-    case Format::LammpsData:
-      return read_lammps_data(name, text, atom_style);
-    case Format::Obj:
-      return read_obj(name, text);
-    case Format::Ply:
-      return read_ply(name, text);
-    case Format::Gro:
-      return read_gro(name, text);
-    case Format::Pdb:
-      break;
-  }
-  return read_pdb(name, text);
 }
 
 /// Returns rods along the bonds of the wanted types, and moves atoms so that these are short. Bonds of length 0, as of
@@ -112,7 +98,7 @@ std::vector<Imported::Angle> find_angles(const Rods& rods, std::size_t num_point
                                   ends.size(), corner, most_rods));
     for (std::size_t a = 0; a < ends.size(); ++a)
       for (std::size_t b = a + 1; b < ends.size(); ++b)
-        angles.push_back({0, 0, {ends[a], static_cast<std::int32_t>(corner), ends[b]}});
+        angles.push_back({0, {ends[a], static_cast<std::int32_t>(corner), ends[b]}});
   }
   return angles;
 }
@@ -144,16 +130,10 @@ Angles make_angles(const Imported& data, const std::vector<Vector3>& positions, 
     *list += (list->empty() ? "" : ", ") + name_angle(angle);
   };
   for (const Imported::Angle& angle : data.angles) {
-    const auto arm = [&](std::int32_t end) {
-      const Vector3 &from = positions[static_cast<std::size_t>(angle.atoms[1])],
-                    &to = positions[static_cast<std::size_t>(end)];
-      return Vector3{to[0] - from[0], to[1] - from[1], to[2] - from[2]};
-    };
-    const Vector3 a = arm(angle.atoms[0]), b = arm(angle.atoms[2]);
-    const std::array<std::int64_t, 3> here{};
-    if (nearest_images(data.cell, a) != here || nearest_images(data.cell, b) != here)
+    const auto [i, corner, j] = angle.atoms;
+    if (!are_side_by_side(data.cell, positions, corner, i) || !are_side_by_side(data.cell, positions, corner, j))
       add(angle, &torn);
-    else if (!(sine(a, b) > least_sine))
+    else if (!(sine(between(positions, corner, i), between(positions, corner, j)) > least_sine))
       add(angle, &straight);
     angles.triples.push_back(angle.atoms);
   }
@@ -282,7 +262,7 @@ void join_bonds(Imported* data) {
 }
 
 /// Complains about keys that are not read, and about energies for which the format has no coefficients.
-void check_energies(const Cursor& import, Format format, const ImportChoices& choices) {
+void check_energies(const Cursor& import, const Format& format, const ImportChoices& choices) {
   const auto keep_to = [&](bool reads_it, const char* key, const char* wanted) {
     if (!reads_it && import[key]) import[key].complain(fmt::format("found without {}, which reads it", wanted));
   };
@@ -290,7 +270,7 @@ void check_energies(const Cursor& import, Format format, const ImportChoices& ch
   keep_to(choices.bonds_are_energies, "fene_repulsion", R"("bonds": "energies")");
   keep_to(choices.angles_are_energies, "angle_style", R"("angles": "energies")");
   keep_to(choices.dihedrals_are_energies, "dihedral_style", R"("dihedrals": "energies")");
-  if (format == Format::LammpsData) return;
+  if (format.is_lammps()) return;
   for (const char* const key : {"units", "atom_style"})
     if (import[key]) import[key].complain("found without lammps-data, which reads it");
   for (const auto& [is_wanted, key] :
@@ -304,9 +284,8 @@ void check_energies(const Cursor& import, Format format, const ImportChoices& ch
 PointSet read_import(const Cursor& import, const Context& context) {
   import.object(keys_of("import"));
   const Cursor file = import["file"];
-  const std::optional<Format> known_format = find_format(import["format"], file);
-  const Format format = known_format.value_or(Format::LammpsData);
-  const auto* const name = std::ranges::find(formats, format, &std::pair<std::string_view, Format>::second);
+  const Format* const known_format = find_format(import["format"], file);
+  const Format& format = known_format != nullptr ? *known_format : formats[0];
   const auto rule = import["bonds"].choice<BondRule>({{"rods", BondRule::Rods},
                                                       {"distance", BondRule::Distance},
                                                       {"none", BondRule::None},
@@ -325,17 +304,19 @@ PointSet read_import(const Cursor& import, const Context& context) {
   const std::string atom_style = read_atom_style(import["atom_style"]);
   const std::filesystem::path path = context.file(file);
   const std::string file_name = path.filename().string(), text = file.locate([&] { return read_text(path); });
-  if (!known_format) require_lammps_data(file_name, text, file, import["format"]);
-  Imported data = file.locate([&] { return read_file(file_name, text, format, atom_style); });
+  if (known_format == nullptr) require_lammps_data(file_name, text, file, import["format"]);
+  Imported data = file.locate([&] {
+    return format.is_lammps() ? read_lammps_data(file_name, text, atom_style) : format.read(file_name, text);
+  });
   if (data.positions.empty())
-    file.fail(fmt::format("a file of format {} with at least one atom or vertex", name->first));
+    file.fail(fmt::format("a file of format {} with at least one atom or vertex", format.name));
   for (const Cursor type : import["types"].optional_list("a list of bond types"))
     choices.rod_types.push_back(type.integer(1, data.num_bond_types));
   choose_bonds(import["bonds"], rule, &data);
 
   const UnitSet* const units = find_units(import["units"], data);
   PointSet set;
-  set.source = fmt::format("import: {} ({}{}{})", file.string(), name->first,
+  set.source = fmt::format("import: {} ({}{}{})", file.string(), format.name,
                            rule == BondRule::Distance ? ", bonds by distance" : "", convert_velocities(units, &data));
   set.masses = find_masses(data, import["mass"], file);
   if (choices.bonds_are_energies) join_bonds(&data);
@@ -344,7 +325,7 @@ PointSet read_import(const Cursor& import, const Context& context) {
   name_unused(choices, angle_rule, &data);
   for (const std::string& what : data.unread)
     set.left_out.push_back(fmt::format("import: {} of {} is not read", what, file.string()));
-  if (angle_rule == AngleRule::Rigid && format != Format::LammpsData)
+  if (angle_rule == AngleRule::Rigid && !format.is_lammps())
     data.angles = find_angles(rods, data.positions.size(), import["angles"]);
   if (!choices.bonds_are_energies || !rods.pairs.empty()) set.constraints.emplace_back(std::move(rods));
   set.forces = make_energies(data, choices, import);
@@ -352,7 +333,7 @@ PointSet read_import(const Cursor& import, const Context& context) {
   set.positions = flatten(data.positions);
   set.velocities = flatten(data.velocities);
   set.cell = data.cell;
-  set.units = letters_of(name->first, units == nullptr ? "" : units->name);
+  set.units = letters_of(format.name, units == nullptr ? "" : units->name);
   return set;
 }
 

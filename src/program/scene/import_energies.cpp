@@ -160,12 +160,9 @@ void add_dihedrals(const Imported& data, const Cursor& import, std::vector<Force
 /// images.
 template <class Member>
 void refuse_torn(const Imported& data, const std::vector<Member>& members, const char* what, const Cursor& wanted) {
-  const std::array<std::int64_t, 3> here{};
   for (const Member& member : members) {
     for (std::size_t k = 1; k < member.atoms.size(); ++k) {
-      const Vector3 &a = data.positions[static_cast<std::size_t>(member.atoms[k - 1])],
-                    &b = data.positions[static_cast<std::size_t>(member.atoms[k])];
-      if (nearest_images(data.cell, {b[0] - a[0], b[1] - a[1], b[2] - a[2]}) == here) continue;
+      if (are_side_by_side(data.cell, data.positions, member.atoms[k - 1], member.atoms[k])) continue;
       wanted.complain(
           fmt::format("the {} of atoms {} and {} reaches through a periodic face, wanted atoms side by side "
                       "once the bonds have joined them",

@@ -1,6 +1,5 @@
-#include "scene/lammps_data.hpp"
-
 #include <algorithm>
+#include <functional>
 #include <limits>
 #include <map>
 #include <optional>
@@ -12,6 +11,7 @@
 
 #include <tanor/error.hpp>
 
+#include "scene/imported.hpp"
 #include "scene/lammps_atoms.hpp"
 #include "scene/name_list.hpp"
 #include "scene/text_file.hpp"
@@ -51,8 +51,8 @@ class LammpsReader : LammpsLines {
         start(section);
       } else if (section.empty()) {
         read_header(words);
-      } else {
-        read_line(section, words);
+      } else if (read_line_) {
+        read_line_(words);
       }
     }
     read_atoms();
@@ -64,16 +64,32 @@ class LammpsReader : LammpsLines {
     std::int64_t id;
     Vector3 velocity;
   };
-  struct NamedBond {
-    std::int64_t type, i, j;  ///< ids
-    std::size_t line;
-  };
   template <std::size_t size>
-  struct NamedTuple {
+  struct NamedMember {
     std::int64_t id, type;
     std::array<std::int64_t, size> atoms;  ///< ids
     std::size_t line;
   };
+  /// The bonds, angles or dihedrals of a file, and what its header tells about them.
+  template <std::size_t size>
+  struct Section {
+    std::string what, kind;  ///< "bond", "Bond"
+    std::vector<Imported::Member<size>>& members;
+    Imported::Coefficients& coefficients;
+    std::int64_t num_types = 0;  ///< 0 if the header does not tell
+    std::int64_t count = 0;
+    std::vector<NamedMember<size>> named{};
+    // Words for errors, made once.
+    std::string one = (what[0] == 'a' ? "an " : "a ") + what, id = one + " id", type = one + " type";
+    std::string columns =
+        fmt::format("{}: id type{}", size + 2, std::string_view(" atom atom atom atom").substr(0, 5 * size));
+  };
+  template <class Use>
+  void for_each_section(const Use& use) {
+    use(bonds_);
+    use(angles_);
+    use(dihedrals_);
+  }
 
   /// Finds "units = real" or "units real" anywhere in the first line.
   void find_units(const Words& words) {
@@ -109,33 +125,27 @@ class LammpsReader : LammpsLines {
            !(may_have_label && (parse_number(words.back()) || std::ranges::any_of(labels_, is_label)));
   }
 
+  /// Chooses how the lines of a section are read.
   void start(std::string_view section) {
-    constexpr std::string_view sections[] = {"Masses", "Velocities", "Bonds", "Angles", "Dihedrals"};
+    read_line_ = nullptr;
     if (section == "Atoms") {
       atoms_section_.title = lines_;
       atoms_section_.num_lines = 0;
       if (atoms_section_.style.empty()) find_style(comment());
-    } else if (Imported::Coefficients* const coefficients = coefficients_of(section)) {
-      const Words words = split_words(comment());
-      coefficients->style = words.empty() ? "" : words[0];
-    } else if (!section.ends_with(type_labels) && std::ranges::find(sections, section) == std::end(sections)) {
-      data_.unread.push_back("the section " + std::string(section));
+    } else if (section == "Masses") {
+      read_line_ = [this](const Words& words) { read_mass(words); };
+    } else if (section == "Velocities") {
+      read_line_ = [this](const Words& words) { read_velocity(words); };
+    } else if (!section.ends_with(type_labels)) {
+      for_each_section([&](auto& each) {
+        if (section == each.kind + "s") read_line_ = [this, &each](const Words& words) { read_member(words, &each); };
+        if (section != each.kind + " Coeffs") return;
+        const Words words = split_words(comment());
+        each.coefficients.style = words.empty() ? "" : words[0];
+        read_line_ = [this, &each](const Words& line) { read_coefficients(line, each.kind, &each.coefficients); };
+      });
+      if (!read_line_) data_.unread.push_back("the section " + std::string(section));
     }
-  }
-
-  void read_line(std::string_view section, const Words& words) {
-    if (section == "Masses")
-      read_mass(words);
-    else if (section == "Velocities")
-      read_velocity(words);
-    else if (section == "Bonds")
-      read_bond(words);
-    else if (section == "Angles")
-      angles_.push_back(read_tuple<3>(words, "angle", "Angle", data_.num_angle_types));
-    else if (section == "Dihedrals")
-      dihedrals_.push_back(read_tuple<4>(words, "dihedral", "Dihedral", data_.num_dihedral_types));
-    else if (Imported::Coefficients* const coefficients = coefficients_of(section))
-      read_coefficients(words, section.substr(0, section.find(' ')), coefficients);
   }
 
   static constexpr std::string_view type_labels = " Type Labels";
@@ -147,17 +157,13 @@ class LammpsReader : LammpsLines {
       return words.size() == num_numbers + tail.size() &&
              std::equal(tail.begin(), tail.end(), words.end() - tail.size());
     };
-    const std::pair<std::string_view, std::int64_t*> counts[] = {{"atoms", &num_atoms_},
-                                                                 {"bonds", &num_bonds_},
-                                                                 {"angles", &num_angles_},
-                                                                 {"dihedrals", &num_dihedrals_},
-                                                                 {"atom types", &num_atom_types_},
-                                                                 {"bond types", &data_.num_bond_types},
-                                                                 {"angle types", &data_.num_angle_types},
-                                                                 {"dihedral types", &data_.num_dihedral_types}};
-    const auto* const count = std::ranges::find_if(counts, [&](const auto& each) { return is(1, each.first); });
-    if (count != std::end(counts)) {
-      *count->second = integer(words[0], "a count", 0, most);
+    std::int64_t* count = is(1, "atoms") ? &num_atoms_ : is(1, "atom types") ? &num_atom_types_ : nullptr;
+    for_each_section([&](auto& each) {
+      if (is(1, each.what + "s")) count = &each.count;
+      if (is(1, each.what + " types")) count = &each.num_types;
+    });
+    if (count != nullptr) {
+      *count = integer(words[0], "a count", 0, most);
     } else if (is(2, "xlo xhi")) {
       data_.cell.xx = read_edge(words, 0);
     } else if (is(2, "ylo yhi")) {
@@ -206,7 +212,7 @@ class LammpsReader : LammpsLines {
     atoms_section_.facts.has_masses = !masses_.empty();
     atoms_section_.facts.num_types = num_atom_types_;
     atoms_section_.cell = data_.cell;
-    for (const NamedBond& bond : bonds_) atoms_section_.bonds.push_back({bond.i, bond.j});
+    for (const NamedMember<2>& bond : bonds_.named) atoms_section_.bonds.push_back(bond.atoms);
     atoms_ = read_lammps_atoms(*this, atoms_section_, &data_.unread);
   }
 
@@ -224,40 +230,24 @@ class LammpsReader : LammpsLines {
     velocities_.push_back({integer(words[0], "an atom id", 1, any), vector(words, 1)});
   }
 
-  void read_bond(const Words& words) {
-    check_columns(words, {4}, "4: id type atom atom");
-    const std::int64_t type = this->type(words[1], "Bond", "a bond type", data_.num_bond_types);
-    bonds_.push_back(
-        {type, integer(words[2], "an atom id", 1, any), integer(words[3], "an atom id", 1, any), lines_.number()});
-    if (bonds_.back().i == bonds_.back().j) lines_.fail(words[3], "two atoms that differ");
-  }
-
-  /// Reads "id type atom …" of angles and dihedrals; num_types is 0 if the header does not give it.
+  /// Reads "id type atom …".
   template <std::size_t size>
-  NamedTuple<size> read_tuple(const Words& words, const std::string& what, std::string_view kind,
-                              std::int64_t num_types) {
-    std::string columns = fmt::format("{}: id type", size + 2);
-    for (std::size_t k = 0; k < size; ++k) columns += " atom";
-    check_columns(words, {size + 2}, columns);
-    const std::string article = what[0] == 'a' ? "an " : "a ";
-    NamedTuple<size> tuple{.id = integer(words[0], article + what + " id", 1, any),
-                           .type = type(words[1], kind, article + what + " type", num_types > 0 ? num_types : most),
-                           .atoms = {},
-                           .line = lines_.number()};
+  void read_member(const Words& words, Section<size>* section) {
+    check_columns(words, {size + 2}, section->columns);
+    const bool is_bond = size == 2;  // whose id is not read, and whose types the header tells
+    NamedMember<size>& member = section->named.emplace_back();
+    if (!is_bond) member.id = integer(words[0], section->id, 1, any);
+    member.type =
+        type(words[1], section->kind, section->type, is_bond || section->num_types > 0 ? section->num_types : most);
+    member.line = lines_.number();
     for (std::size_t k = 0; k < size; ++k) {
-      tuple.atoms[k] = integer(words[2 + k], "an atom id", 1, any);
-      if (std::find(tuple.atoms.begin(), tuple.atoms.begin() + k, tuple.atoms[k]) != tuple.atoms.begin() + k)
-        lines_.fail(words[2 + k], size == 3 ? "three atoms that differ" : "four atoms that differ");
+      constexpr std::array<std::string_view, 5> numbers{"", "", "two", "three", "four"};
+      member.atoms[k] = integer(words[2 + k], "an atom id", 1, any);
+      if (std::find(member.atoms.begin(), member.atoms.begin() + k, member.atoms[k]) != member.atoms.begin() + k)
+        lines_.fail(words[2 + k], fmt::format("{} atoms that differ", numbers[size]));
     }
-    return tuple;
   }
 
-  Imported::Coefficients* coefficients_of(std::string_view section) {
-    return section == "Bond Coeffs"       ? &data_.bond_coefficients
-           : section == "Angle Coeffs"    ? &data_.angle_coefficients
-           : section == "Dihedral Coeffs" ? &data_.dihedral_coefficients
-                                          : nullptr;
-  }
   /// Reads "type number …". In hybrid styles the name of each type's own style stands in between.
   void read_coefficients(const Words& words, std::string_view kind, Imported::Coefficients* coefficients) {
     if (!coefficients->error.empty()) return;
@@ -279,9 +269,7 @@ class LammpsReader : LammpsLines {
     if (!unread_header_.empty()) data_.unread.push_back("what stands in header lines " + unread_header_.quote_all());
     if (has_spins_) data_.unread.emplace_back("what stands behind vx, vy and vz of Velocities");
     check_count("atoms", num_atoms_, atoms_.size());
-    check_count("bonds", num_bonds_, bonds_.size());
-    check_count("angles", num_angles_, angles_.size());
-    check_count("dihedrals", num_dihedrals_, dihedrals_.size());
+    for_each_section([&](const auto& each) { check_count(each.what + "s", each.count, each.named.size()); });
     if (!velocities_.empty()) check_count("velocities", num_atoms_, velocities_.size());
     std::sort(atoms_.begin(), atoms_.end(), [](const LammpsAtom& a, const LammpsAtom& b) { return a.id < b.id; });
     const auto twin = std::adjacent_find(atoms_.begin(), atoms_.end(),
@@ -298,18 +286,16 @@ class LammpsReader : LammpsLines {
       if (!atom) complain(fmt::format("found a velocity of atom {}, wanted one of the section Atoms", velocity.id));
       data_.velocities[static_cast<std::size_t>(*atom)] = velocity.velocity;
     }
-    for (const NamedBond& bond : bonds_)
-      data_.bonds.push_back({bond.type, {find(bond.i, "a bond", bond.line), find(bond.j, "a bond", bond.line)}});
-    for (const NamedTuple<3>& angle : angles_) data_.angles.push_back({angle.id, angle.type, find(angle, "an angle")});
-    for (const NamedTuple<4>& dihedral : dihedrals_)
-      data_.dihedrals.push_back({dihedral.id, dihedral.type, find(dihedral, "a dihedral")});
+    for_each_section([&]<std::size_t size>(const Section<size>& section) {
+      for (const NamedMember<size>& named : section.named) {
+        Imported::Member<size>& member = section.members.emplace_back();
+        member.type = named.type;
+        member.id = named.id;
+        for (std::size_t k = 0; k < size; ++k) member.atoms[k] = find(named.atoms[k], section.one, named.line);
+      }
+    });
+    data_.num_bond_types = bonds_.num_types;
     return std::move(data_);
-  }
-  template <std::size_t size>
-  std::array<std::int32_t, size> find(const NamedTuple<size>& tuple, std::string_view owner) const {
-    std::array<std::int32_t, size> atoms;
-    for (std::size_t k = 0; k < size; ++k) atoms[k] = find(tuple.atoms[k], owner, tuple.line);
-    return atoms;
   }
 
   void check_count(std::string_view things, std::int64_t header, std::size_t found) const {
@@ -340,16 +326,17 @@ class LammpsReader : LammpsLines {
   }
 
   AtomsSection atoms_section_;
+  std::function<void(const Words&)> read_line_;  ///< of the present section; null if nothing is read
   NameList unread_header_;
   bool has_spins_ = false;  ///< velocities are followed by other numbers
-  std::int64_t num_atoms_ = 0, num_bonds_ = 0, num_angles_ = 0, num_dihedrals_ = 0, num_atom_types_ = 0;
+  std::int64_t num_atoms_ = 0, num_atom_types_ = 0;
   std::map<std::int64_t, double> masses_;  ///< by atom type
   std::vector<LammpsAtom> atoms_;
   std::vector<Velocity> velocities_;
-  std::vector<NamedBond> bonds_;
-  std::vector<NamedTuple<3>> angles_;
-  std::vector<NamedTuple<4>> dihedrals_;
   Imported data_;
+  Section<2> bonds_{"bond", "Bond", data_.bonds, data_.bond_coefficients, 1};
+  Section<3> angles_{"angle", "Angle", data_.angles, data_.angle_coefficients};
+  Section<4> dihedrals_{"dihedral", "Dihedral", data_.dihedrals, data_.dihedral_coefficients};
 };
 
 }  // namespace

@@ -1,5 +1,4 @@
-#include "scene/motion.hpp"
-
+#include <algorithm>
 #include <array>
 #include <limits>
 #include <utility>
@@ -7,7 +6,9 @@
 #include <fmt/format.h>
 
 #include "base/text.hpp"
+#include "scene/entries.hpp"
 #include "scene/parts.hpp"
+#include "scene/scene.hpp"
 
 namespace tanor::scene {
 using namespace detail;
@@ -45,24 +46,25 @@ std::string describe_limit(const Scene& scene, double most, std::string_view wha
 /// Checks that the end can be reached, with output that can be stored.
 void check_counts(const Cursor& motion, const Overrides& overrides, const Scene& scene) {
   if (!scene.has_end()) return;
-  const double step = scene.motion.step, duration = scene.t_end - scene.t_start;
+  const double duration = scene.t_end - scene.t_start;
   if (!(duration > 0.0)) {
     const auto [end, start] = texts_apart(std::array{scene.t_end, scene.t_start});
     const std::string wanted = fmt::format("a time after t_start = {} s", start);
     if (overrides.t_end) throw InputError("--t-end", fmt::format("found number {}, wanted {}", end, wanted));
     motion["t_end"].fail(wanted);
   }
-  if (step > 0.0 && duration / step > most_steps) {
+  struct Step {
+    const char *key, *option;
+    double size;
+    bool is_override;
+  };
+  for (const Step& step : {Step{"step", "--step", scene.motion.step, overrides.step.has_value()},
+                           Step{"max_step", "--max-step", scene.motion.max_step, overrides.max_step.has_value()}}) {
+    if (!(step.size > 0.0 && duration / step.size > most_steps)) continue;
     const std::string wanted = describe_limit(scene, most_steps, "steps");
-    if (overrides.step)
-      throw InputError("--step", fmt::format("found number {}, wanted {}", detail::text(step), wanted));
-    motion["step"].fail(wanted);
-  }
-  if (const double longest = scene.motion.max_step; longest > 0.0 && duration / longest > most_steps) {
-    const std::string wanted = describe_limit(scene, most_steps, "steps");
-    if (overrides.max_step)
-      throw InputError("--max-step", fmt::format("found number {}, wanted {}", detail::text(longest), wanted));
-    motion["max_step"].fail(wanted);
+    if (step.is_override)
+      throw InputError(step.option, fmt::format("found number {}, wanted {}", detail::text(step.size), wanted));
+    motion[step.key].fail(wanted);
   }
   if (scene.output_every > 0.0 && duration / scene.output_every > most_frames) {
     motion["output_every"].fail(describe_limit(scene, most_frames, "frames"));
@@ -96,6 +98,19 @@ LinearSolver read_linear_solver(const Cursor& solver, Scene* scene) {
     return named;
   }
   return kind.choice<LinearSolver>(scene->solver.linear_solver);
+}
+
+/// Reads one word, or a list of words. With an empty list nothing is written.
+std::vector<TrajectoryFormat> read_trajectory_formats(const Cursor& words) {
+  if (!words.is_list()) return {words.choice<TrajectoryFormat>()};
+  std::vector<TrajectoryFormat> formats;
+  for (const Cursor word : words.list("a list of formats")) {
+    const auto format = word.choice<TrajectoryFormat>();
+    if (std::ranges::find(formats, format) != formats.end())
+      word.complain(fmt::format("found {} twice, wanted formats that differ", name_of(format)));
+    formats.push_back(format);
+  }
+  return formats;
 }
 
 std::vector<Index> read_output_points(const Cursor& cursor, const Context& context) {

@@ -1,5 +1,3 @@
-#include "scene/obj.hpp"
-
 #include <limits>
 #include <utility>
 
@@ -7,7 +5,7 @@
 
 #include <tanor/error.hpp>
 
-#include "scene/edges.hpp"
+#include "scene/imported.hpp"
 #include "scene/name_list.hpp"
 #include "scene/text_file.hpp"
 

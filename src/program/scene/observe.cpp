@@ -1,5 +1,4 @@
-#include "scene/observe.hpp"
-
+#include "scene/entries.hpp"
 #include "scene/parts.hpp"
 
 namespace tanor::scene {

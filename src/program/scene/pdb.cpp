@@ -1,5 +1,3 @@
-#include "scene/pdb.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -13,7 +11,7 @@
 #include <tanor/error.hpp>
 
 #include "scene/document.hpp"
-#include "scene/edges.hpp"
+#include "scene/imported.hpp"
 #include "scene/name_list.hpp"
 #include "scene/text_file.hpp"
 

@@ -27,6 +27,14 @@ std::array<std::int64_t, 3> nearest_images(const Cell& cell, Vector3 d) {
   return {a, b, c};
 }
 
+Vector3 between(const std::vector<Vector3>& positions, std::int32_t i, std::int32_t j) {
+  return subtract(positions[static_cast<std::size_t>(j)], positions[static_cast<std::size_t>(i)]);
+}
+
+bool are_side_by_side(const Cell& cell, const std::vector<Vector3>& positions, std::int32_t i, std::int32_t j) {
+  return nearest_images(cell, between(positions, i, j)) == std::array<std::int64_t, 3>{};
+}
+
 std::vector<Vector3> join_molecules(const Cell& cell, const std::vector<std::array<std::int32_t, 2>>& bonds,
                                     std::vector<Vector3>* positions) {
   // The neighbours of atom i are neighbours[starts[i]] … neighbours[starts[i + 1] - 1].

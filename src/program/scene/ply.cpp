@@ -1,5 +1,3 @@
-#include "scene/ply.hpp"
-
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -14,7 +12,7 @@
 
 #include <tanor/error.hpp>
 
-#include "scene/edges.hpp"
+#include "scene/imported.hpp"
 #include "scene/name_list.hpp"
 #include "scene/text_file.hpp"
 

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "scene/generate.hpp"
-#include "scene/import.hpp"
 #include "scene/parts.hpp"
 
 namespace tanor::scene {

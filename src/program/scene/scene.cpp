@@ -6,10 +6,6 @@
 #include <fmt/format.h>
 
 #include "scene/entries.hpp"
-#include "scene/equilibrium.hpp"
-#include "scene/modes.hpp"
-#include "scene/motion.hpp"
-#include "scene/observe.hpp"
 #include "scene/parts.hpp"
 #include "scene/points.hpp"
 #include "scene/text_file.hpp"

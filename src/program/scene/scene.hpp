@@ -48,6 +48,13 @@ struct Scene {
   bool has_end() const { return !std::isnan(t_end); }
 };
 
+/// Returns all options of an equilibrium, including those of "solver".
+EquilibriumOptions equilibrium_options(const Scene& scene);
+
+/// Return the options for modes and buckling about an equilibrium of the scene.
+ModesOptions modes_options(const Scene& scene);
+BucklingOptions buckling_options(const Scene& scene);
+
 /// Reads and validates a scene file, in which values of the command line replace its own. Throws InputError with
 /// `where()` = "<file>: <JSON pointer>" (line and column if the text is not JSON), or the option that is wrong.
 Scene load_scene(const std::filesystem::path& file, const Overrides& overrides = {});

@@ -1,12 +1,9 @@
 #pragma once
 
 #include <array>
-#include <string_view>
 #include <vector>
 
 #include <tanor/enum_names.hpp>
-
-#include "scene/cursor.hpp"
 
 namespace tanor::scene {
 
@@ -18,9 +15,6 @@ struct TrajectoryFormats {
   std::vector<TrajectoryFormat> files{TrajectoryFormat::Xyz, TrajectoryFormat::Vtp};
   bool compression = false;
 };
-
-/// Reads one word of a scene, or a list of words. With an empty list nothing is written.
-std::vector<TrajectoryFormat> read_trajectory_formats(const Cursor& words);
 
 }  // namespace tanor::scene
 
