@@ -118,11 +118,6 @@ std::vector<ConstraintId> add_members(Constrainer* constrainer, tn_kind kind, si
   return added;
 }
 
-/// Writes the ids of `count` members from `first` on.
-void write_ids(ConstraintId first, size_t count, int64_t* ids) {
-  for (size_t k = 0; ids != nullptr && k < count; ++k) ids[k] = first + static_cast<ConstraintId>(k);
-}
-
 }  // namespace
 
 extern "C" {
@@ -189,7 +184,8 @@ int tn_add_rods(tn_system* system, size_t count, const int32_t* pairs, const dou
     std::vector<std::array<int, 3>> own;
     for (std::size_t k = 0; images != nullptr && k < count; ++k)
       own.push_back({images[3 * k], images[3 * k + 1], images[3 * k + 2]});
-    write_ids(self.constrainer().add(std::move(rods), {}, std::move(own)), count, ids);
+    const ConstraintId first = self.constrainer().add(std::move(rods), {}, std::move(own));
+    for (std::size_t k = 0; ids != nullptr && k < count; ++k) ids[k] = first + static_cast<ConstraintId>(k);
   });
 }
 

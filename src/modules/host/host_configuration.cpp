@@ -20,7 +20,8 @@ void HostConfiguration::set_offsets(const PeriodicCell& of_cell) {
 
 std::span<const Constraints::RowOffset> HostConfiguration::offset_changes() {
   if (!images || cell == images->cell()) return {};
-  return images->find_offset_changes(Lattice(cell));
+  const Lattice before(cell);
+  return images->find_offsets(images->lattice(), &before);
 }
 
 bool HostConfiguration::find(const ConstPointArray& positions, double t, const PeriodicCell* of_positions,

@@ -162,7 +162,7 @@ std::unique_ptr<ConstrainedHost> HostParts::make_host(HostPart* part) {
   std::unique_ptr<PeriodicImages> images;
   if (cell_) {
     images = std::make_unique<PeriodicImages>(system, Periodicity{points_.cell, inventory_.take_images(part->members)});
-    images->prepare(&system);
+    images->set_positions(&system);
     images->set_cell(*cell_);
     images->set_offsets(&system);
   }

@@ -150,11 +150,9 @@ void PeriodicImages::count_edges_apart(const System& system, std::span<const std
   }
 }
 
-void PeriodicImages::prepare(System* system) const {
-  std::vector<double> x(system->positions.size());
-  unwrap(Parallel(1), lattice_, system->positions.data(), x.data());
-  system->positions = x;
-  set_offsets(system);
+void PeriodicImages::set_positions(System* system) const {
+  const std::vector<double> host = system->positions;
+  unwrap(Parallel(1), lattice_, host.data(), system->positions.data());
 }
 
 void PeriodicImages::set_offsets(System* system) const {
@@ -192,16 +190,10 @@ void PeriodicImages::use(const System& system, const Numbering& numbering) {
     counts_[i] = of_user[static_cast<std::size_t>(numbering.user_point[i])];
 }
 
-std::span<const Constraints::RowOffset> PeriodicImages::find_offsets(const Lattice& lattice) {
+std::span<const Constraints::RowOffset> PeriodicImages::find_offsets(const Lattice& lattice, const Lattice* before) {
   offsets_.clear();
-  for (const ClosingRod& rod : closing_rods_) offsets_.push_back({rod.row, lattice.vector(rod.apart)});
-  return offsets_;
-}
-
-std::span<const Constraints::RowOffset> PeriodicImages::find_offset_changes(const Lattice& before) {
-  offsets_.clear();
-  for (const ClosingRod& rod : closing_rods_)
-    offsets_.push_back({rod.row, lattice_.vector(rod.apart) - before.vector(rod.apart)});
+  for (const auto& [row, apart] : closing_rods_)
+    offsets_.push_back({row, lattice.vector(apart) - (before != nullptr ? before->vector(apart) : Vec3{})});
   return offsets_;
 }
 

@@ -47,16 +47,16 @@ class PeriodicImages {
   bool are_nearest() const { return counts_.empty(); }
   /// True if some rod closes a way round the cell.
   bool close_ways() const { return closes_; }
-  /// Sets the positions to those images, and the offsets of rods in this cell. Called before `use`.
-  void prepare(System* system) const;
+  /// Sets the positions to those images. Called before `use`, as the next one.
+  void set_positions(System* system) const;
+  /// Sets the offsets of rods in this cell.
   void set_offsets(System* system) const;
 
   /// Sets the inner order that arrays have from here on. `system` is the one that was prepared.
   void use(const System& system, const Numbering& numbering);
-  /// Returns the offsets of the rods that close ways, in the cell of `lattice`. They stand until the next such call.
-  std::span<const Constraints::RowOffset> find_offsets(const Lattice& lattice);
-  /// Returns by how much they are larger in this cell than in that of `before`, likewise.
-  std::span<const Constraints::RowOffset> find_offset_changes(const Lattice& before);
+  /// Returns the offsets of the rods that close ways, in the cell of `lattice`, or by how much they are larger than in
+  /// that of `before`. They stand until the next such call.
+  std::span<const Constraints::RowOffset> find_offsets(const Lattice& lattice, const Lattice* before = nullptr);
   /// Sets x [3n] to the host's positions at those images, in the cell of `lattice`.
   void unwrap(const Parallel& parallel, const Lattice& lattice, const double* host, double* x) const;
   /// Moves r [3n], the host's positions in this cell, to the images nearest to those of x [3n] in the cell `before`.

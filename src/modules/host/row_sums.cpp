@@ -60,15 +60,7 @@ const std::vector<double>& RowSums::lengths() {
   return lengths_;
 }
 
-/// Returns lambda L u (x) u.
-Block3 RowSums::rod_virial(const RodRow& rod, const double* lambda, double factor, const double* blocks) const {
-  const Vec3 u = load(blocks, rod.block);
-  Block3 result;
-  result.add_product(factor * lambda[rod.row] * lengths_[static_cast<std::size_t>(rod.row)], u, u);
-  return result;
-}
-
-/// Sums the same over some rods. The tensor is symmetric, and its lower half stays 0, which halves the work.
+/// Sums lambda L u (x) u over some rods. The tensor is symmetric, and its lower half stays 0, which halves the work.
 Block3 RowSums::sum_rod_virials(std::span<const RodRow> rods, const double* lambda, double factor,
                                 const double* blocks) const {
   Vec3 first{}, second{}, third{};  // its rows, as far as they are summed
@@ -131,7 +123,9 @@ void RowSums::share_virial(const double* lambda, double factor, const double* bl
     for (std::size_t k = 0; k < 9; ++k) stress[9 * static_cast<std::size_t>(point) + k] += part * own.entries[k];
   };
   for (const RodRow& rod : rods_) {
-    const Block3 own = rod_virial(rod, lambda, factor, blocks);
+    const Vec3 u = load(blocks, rod.block);
+    Block3 own;
+    own.add_product(factor * lambda[rod.row] * lengths_[static_cast<std::size_t>(rod.row)], u, u);
     add(rod.i, 0.5, own);
     add(rod.j, 0.5, own);
   }

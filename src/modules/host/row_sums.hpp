@@ -48,7 +48,6 @@ class RowSums {
     Index point, block;
     double sign;
   };
-  Block3 rod_virial(const RodRow& rod, const double* lambda, double factor, const double* blocks) const;
   Block3 sum_rod_virials(std::span<const RodRow> rods, const double* lambda, double factor, const double* blocks) const;
   template <class Add>
   void split_row(std::size_t row, double lambda, const double* blocks, const double* r, const Add& add) const;
