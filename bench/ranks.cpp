@@ -60,21 +60,30 @@ System make_system(const std::string& kind, int size) {
   return system;
 }
 
-/// Times the work on the shared rows, which a rank's own elimination does not count.
+/// Work that a rank's own elimination does not count, and the bytes that it hands over.
+struct Shared {
+  double seconds = 0.0;
+  std::size_t bytes = 0;
+};
+
+/// Times the work on the shared rows. Where the ranks spread them, each sends its triangle.
 class TimedRows final : public SharedRows {
  public:
-  TimedRows(std::unique_ptr<SharedRows> rows, double* seconds) : rows_(std::move(rows)), seconds_(seconds) {}
+  TimedRows(std::unique_ptr<SharedRows> rows, bool are_spread, Shared* shared)
+      : rows_(std::move(rows)), are_spread_(are_spread), shared_(shared) {}
   double factorize(std::span<const double> triangle) override {
     const double begin = thread_seconds();
     const double found = rows_->factorize(triangle);
-    *seconds_ += thread_seconds() - begin;
+    shared_->seconds += thread_seconds() - begin;
+    if (are_spread_) shared_->bytes += 8 * triangle.size();
     return found;
   }
   void solve(std::span<double> x) override { rows_->solve(x); }
 
  private:
   std::unique_ptr<SharedRows> rows_;
-  double* seconds_;
+  bool are_spread_;
+  Shared* shared_;
 };
 
 class TimedRanks final : public Ranks {
@@ -82,16 +91,26 @@ class TimedRanks final : public Ranks {
   explicit TimedRanks(MpiRanks& ranks) : ranks_(ranks) {}
   int rank() const override { return ranks_.rank(); }
   int size() const override { return ranks_.size(); }
-  void sum(std::span<double> numbers) override { ranks_.sum(numbers); }
-  void find_largest(std::span<double> numbers) override { ranks_.find_largest(numbers); }
+  void sum(std::span<double> numbers) override {
+    shared.bytes += 8 * numbers.size();
+    ranks_.sum(numbers);
+  }
+  void find_largest(std::span<double> numbers) override {
+    shared.bytes += 8 * numbers.size();
+    ranks_.find_largest(numbers);
+  }
   void share(int from, std::string* text) override { ranks_.share(from, text); }
-  void exchange(std::span<const Message> messages) override { ranks_.exchange(messages); }
+  void exchange(std::span<const Message> messages) override {
+    for (const Message& message : messages) shared.bytes += 8 * message.sent.size();
+    ranks_.exchange(messages);
+  }
   std::unique_ptr<SharedRows> make_shared_rows(std::size_t num_rows, std::span<const std::size_t> own) override {
     std::unique_ptr<SharedRows> rows = ranks_.make_shared_rows(num_rows, own);
-    if (rows == nullptr) rows = make_replicated_rows(ranks_, num_rows, own, 1);
-    return std::make_unique<TimedRows>(std::move(rows), &shared_seconds);
+    const bool are_spread = rows != nullptr;
+    if (!are_spread) rows = make_replicated_rows(*this, num_rows, own, 1);
+    return std::make_unique<TimedRows>(std::move(rows), are_spread, &shared);
   }
-  double shared_seconds = 0.0;
+  Shared shared;
 
  private:
   MpiRanks& ranks_;
@@ -159,17 +178,17 @@ void measure(MpiRanks& ranks, const std::string& kind, int size, bool in_strips,
   std::size_t factor_bytes = 0, solve_bytes = 0;
   for (int k = 0; k < repetitions; ++k) {
     MPI_Barrier(ranks.communicator());
-    timed.shared_seconds = 0.0;
-    std::size_t before = ranks.traffic().bytes();
+    timed.shared.seconds = 0.0;
+    std::size_t before = timed.shared.bytes;
     double begin = thread_seconds();
     (void)solver.factorize(0.0, r.data());
-    factor.push_back(thread_seconds() - begin - timed.shared_seconds);
-    factor_bytes = ranks.traffic().bytes() - before;
-    before = ranks.traffic().bytes();
+    factor.push_back(thread_seconds() - begin - timed.shared.seconds);
+    factor_bytes = timed.shared.bytes - before;
+    before = timed.shared.bytes;
     begin = thread_seconds();
     solver.solve_negative(model.parallel, b.data(), x.data());
     solve.push_back(thread_seconds() - begin);
-    solve_bytes = ranks.traffic().bytes() - before;
+    solve_bytes = timed.shared.bytes - before;
   }
   double error = 0.0, largest = 0.0;
   for (std::size_t a = 0; a < x.size(); ++a) error = std::max(error, std::abs(x[a] - serial.x[equation(a)]));

@@ -74,7 +74,7 @@ def compare(name, scene, allowed):
         found = summary_of(out)
         expect(set(found) == set(wanted), f"{name}: keys differ: {set(found) ^ set(wanted)}")
         for key in ("points", "supports", "equations", "islands", "steps", "rejected", "events", "method", "form", "rank",
-                    "degrees_of_freedom", "t_reached"):
+                    "degrees_of_freedom", "t_reached", "units"):
             expect(found[key] == wanted[key], f"{name} on {ranks} ranks: {key} {found[key]}, not {wanted[key]}")
         for key in ("positions", "velocities", "multipliers", "reactions", "support_forces"):
             error = difference(found["final"][key], wanted["final"][key])
@@ -135,6 +135,9 @@ def check_options(path):
         done = run(2, [path, "--out", out, *words])
         expect(done.returncode == 2 and words[0] in complaint(done), f"{words}: {done.returncode} {complaint(done)}")
         expect(not out.exists(), f"{words}: wrote something")
+    done = run(2, [write_scene("watched", net() | {"events": [{"when": "t > 0.01", "do": "stop"}]}), "--out", out])
+    expect(done.returncode == 2 and "watched.json: /events" in complaint(done), f"events: {complaint(done)}")
+    expect(not out.exists(), "events: wrote something")
     done = run(2, [path, "--out", folder / "as_json", "--quiet", "--json"])
     expect(done.returncode == 0 and json.loads(done.stdout) == summary_of(folder / "as_json"), f"--json: {done.stdout}")
     done = run(2, ["--help"])
@@ -260,7 +263,7 @@ def check_end_of_parts(name, out, wanted):
     found = summary_of(out)
     expect(set(found) == set(wanted), f"{name}: keys differ: {set(found) ^ set(wanted)}")
     for key in ("points", "supports", "equations", "islands", "steps", "rejected", "events", "method", "rank",
-                "degrees_of_freedom", "t_end", "t_reached", "source"):
+                "degrees_of_freedom", "t_end", "t_reached", "source", "units"):
         expect(found[key] == wanted[key], f"{name}: {key} {found[key]}, not {wanted[key]}")
     expect(found["friction"]["contacts"] == wanted["friction"]["contacts"], f"{name}: {found['friction']}")
     expect(found["scene"] == name.split()[0], f"{name}: is called {found['scene']}")

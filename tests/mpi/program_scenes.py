@@ -8,7 +8,7 @@ def net(side=8):
     points = [[0.1 * i, 0.1 * j, 0.0] for i in range(side) for j in range(side)]
     pairs = [[i * side + j, (i + 1) * side + j] for i in range(side - 1) for j in range(side)]
     pairs += [[i * side + j, i * side + j + 1] for i in range(side) for j in range(side - 1)]
-    return {"name": "net", "points": {"positions": points, "masses": 0.1},
+    return {"name": "net", "units": "si", "points": {"positions": points, "masses": 0.1},
             "supports": [{"points": [0, side * side - 1]}],
             "constraints": [{"kind": "rod", "pairs": pairs}],
             "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}],
@@ -23,7 +23,7 @@ def clusters(count=30, start=0):
         points += [[1.0 * k + 0.1 * i, 0.03 * (i % 2), 0.0] for i in range(5)]
         pairs += [[first + i, first + i + 1] for i in range(4)]
         springs.append([first, first + 4])
-    return {"name": "clusters", "points": {"positions": points, "masses": 0.1},
+    return {"name": "clusters", "units": "real", "points": {"positions": points, "masses": 0.1},
             "constraints": [{"kind": "rod", "pairs": pairs}],
             "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]},
                        {"kind": "spring", "pairs": springs, "stiffness": 5.0, "rest_length": 0.3}],

@@ -1,13 +1,15 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstring>
+#include <fstream>
 #include <stdexcept>
 #include <system_error>
+#include <type_traits>
 
+#include "base/archive.hpp"
 #include "base/checksum.hpp"
 #include "mpi/tanor_mpi.hpp"
 #include "system/fingerprint.hpp"
@@ -19,48 +21,27 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The beginning of a checkpoint. The mark and the motion's progress follow, with zeros up to a multiple of 8 bytes.
-/// These are the head; then come positions and velocities of all points.
+/// The beginning of a checkpoint. The head follows, then positions and velocities of all points.
 struct Header {
   std::array<char, 8> magic{'t', 'a', 'n', 'o', 'r', 'm', 'p', 'i'};
-  std::uint64_t version = 2, num_points = 0, fingerprint = 0, mark_size = 0, progress_size = 0;
-  std::uint64_t sum_of_points = 0, sum_of_head = 0;  ///< the second is of the head without itself
-
-  std::size_t head_size() const { return (sizeof(Header) + mark_size + progress_size + 7) / 8 * 8; }
-  std::size_t positions() const { return head_size(); }
-  std::size_t velocities() const { return head_size() + 24 * num_points; }
-  std::size_t file_size() const { return head_size() + 48 * num_points; }
+  std::uint64_t version = 3, size_of_head = 0, sum_of_head = 0;
 };
 
-/// The header and all that follows up to the points.
 struct Head {
-  Header header;
-  std::vector<std::byte> bytes;
-
-  std::span<const std::byte> mark() const { return std::span(bytes).subspan(sizeof header, header.mark_size); }
-  std::span<const std::byte> progress() const {
-    return std::span(bytes).subspan(sizeof header + header.mark_size, header.progress_size);
-  }
-  /// Sets the sum and writes the header to its bytes.
-  void seal() {
-    header.sum_of_head = 0;
-    std::memcpy(bytes.data(), &header, sizeof header);
-    header.sum_of_head = sum();
-    std::memcpy(bytes.data(), &header, sizeof header);
-  }
-  bool is_sound() const {
-    Head copy = *this;
-    copy.seal();
-    return copy.header.sum_of_head == header.sum_of_head;
-  }
-
- private:
-  std::uint64_t sum() const {
-    Checksum sum;
-    sum.add(bytes);
-    return sum.value();
-  }
+  std::uint64_t num_points = 0, fingerprint = 0, sum_of_points = 0;
+  std::string mark{};
+  std::vector<std::byte> progress{};
 };
+template <class H, class Visit>
+void visit_parts(H& head, Visit& visit) requires std::is_same_v<std::remove_const_t<H>, Head> {
+  visit(head.num_points, head.fingerprint, head.sum_of_points, head.mark, head.progress);
+}
+
+std::uint64_t sum_of(std::span<const std::byte> bytes) {
+  Checksum sum;
+  sum.add(bytes);
+  return sum.value();
+}
 
 /// Returns the sum over the points of a checksum of each point's number and state, which is the same for any number of
 /// ranks.
@@ -78,17 +59,13 @@ std::uint64_t sum_points(const MpiRanks& ranks, std::span<const Index> points, s
   return all;
 }
 
-/// The system of a checkpoint.
-struct Identity {
-  std::uint64_t num_points, fingerprint;
-};
-
-Identity identity_of(const System& whole) {
+/// Returns a head with the system alone.
+Head head_of(const System& whole) {
   return {whole.num_points(), fingerprint_of(whole)};
 }
 
-/// Returns the identity of a system that no rank knows. It belongs to the parts as they are divided.
-Identity identity_of(const MpiRanks& ranks, const RankSystem& part) {
+/// Does the same with a system that no rank knows. It belongs to the parts as they are divided.
+Head head_of(const MpiRanks& ranks, const RankSystem& part) {
   Checksum sum;
   sum.add(std::span(part.points));
   const std::array<std::uint64_t, 1> fingerprint{fingerprint_of(part.system)};
@@ -99,19 +76,15 @@ Identity identity_of(const MpiRanks& ranks, const RankSystem& part) {
   return {all[0], all[1]};
 }
 
-/// Makes the head. The file has the head of the first rank; the progress of others may have other lengths.
-Head make_head(const MpiRanks& ranks, const Header& header, const std::string& mark,
-               std::span<const std::byte> progress) {
-  Head head{header, {}};
-  head.header.mark_size = mark.size();
-  head.header.progress_size = progress.size();
-  MPI_Bcast(&head.header, sizeof head.header, MPI_BYTE, 0, ranks.communicator());
-  if (ranks.rank() != 0) return head;
-  head.bytes.resize(head.header.head_size());
-  const auto after_mark = std::ranges::copy(std::as_bytes(std::span(mark)), head.bytes.begin() + sizeof(Header)).out;
-  std::ranges::copy(progress, after_mark);
-  head.seal();
-  return head;
+/// Returns the bytes in front of the points, a multiple of 8.
+std::vector<std::byte> pack(const Head& head) {
+  std::vector<std::byte> bytes(sizeof(Header));
+  ByteWriter([&](std::span<const std::byte> part) { bytes.insert(bytes.end(), part.begin(), part.end()); })(head);
+  bytes.resize((bytes.size() + 7) / 8 * 8);
+  const auto behind = std::span<const std::byte>(bytes).subspan(sizeof(Header));
+  const Header header{.size_of_head = behind.size(), .sum_of_head = sum_of(behind)};
+  std::memcpy(bytes.data(), &header, sizeof header);
+  return bytes;
 }
 
 /// Renames a file and returns the error, or 0. A disk has the new name when it has the folder.
@@ -130,43 +103,49 @@ int rename_and_wait(const fs::path& from, const fs::path& to) {
   throw InputError(name.string(), why);
 }
 
-/// Reads the head. Every rank reads the same bytes, and finds the same errors.
-Head read_head(SharedFile* file, const fs::path& name) {
+/// Reads the head, and returns in `start` where the points begin. Every rank reads the same bytes, and finds the same
+/// errors.
+Head read_head(const fs::path& name, std::size_t* start = nullptr) {
   constexpr const char* damaged = "is damaged: its checksum is another one";
-  Head head;
+  std::ifstream file(name, std::ios::binary);
+  if (!file) throw std::runtime_error("cannot read " + name.string());
+  Header header;
   const Header expected;
-  head.bytes = file->read(0, sizeof head.header);
-  if (head.bytes.size() < sizeof head.header) refuse(name, "is no checkpoint of tanor-mpi: it ends too early");
-  std::memcpy(&head.header, head.bytes.data(), sizeof head.header);
-  if (head.header.magic != expected.magic) refuse(name, "is no checkpoint of tanor-mpi");
-  if (head.header.version != expected.version) refuse(name, "is of another version of tanor-mpi");
-  const Header& header = head.header;
+  if (!file.read(reinterpret_cast<char*>(&header), sizeof header))
+    refuse(name, "is no checkpoint of tanor-mpi: it ends too early");
+  if (header.magic != expected.magic) refuse(name, "is no checkpoint of tanor-mpi");
+  if (header.version != expected.version) refuse(name, "is of another version of tanor-mpi");
   const std::uint64_t size = fs::file_size(name);
-  // No number of a damaged header may reach beyond the file.
-  if (header.mark_size > size || header.progress_size > size || header.num_points > size / 48) refuse(name, damaged);
-  if (size != header.file_size()) refuse(name, "is damaged: it ends too early, or too late");
-  head.bytes = file->read(0, header.head_size());
-  if (!head.is_sound()) refuse(name, damaged);
+  if (header.size_of_head > size) refuse(name, damaged);  // no number of a damaged header may reach beyond the file
+  std::vector<std::byte> bytes(header.size_of_head);
+  file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  if (!file || sum_of(bytes) != header.sum_of_head) refuse(name, damaged);
+  Head head;
+  ByteReader(std::span<const std::byte>(bytes), [](const auto&) {})(head);
+  const std::size_t end_of_head = sizeof header + bytes.size();
+  if (size != end_of_head + 48 * head.num_points) refuse(name, "is damaged: it ends too early, or too late");
+  if (start != nullptr) *start = end_of_head;
   return head;
 }
 
-void write(const MpiRanks& ranks, const fs::path& name, const RankSystem& part, const Identity& identity,
-           const Simulation& simulation, const std::string& mark) {
+void write(const MpiRanks& ranks, const fs::path& name, const RankSystem& part, Head head, const Simulation& simulation,
+           const std::string& mark) {
   const std::size_t count = count_to_write(ranks, part);
   const std::span<const Index> points(part.points.data(), count);
   const auto positions = simulation.positions().first(3 * count), velocities = simulation.velocities().first(3 * count);
-  Header header;
-  header.num_points = identity.num_points;
-  header.fingerprint = identity.fingerprint;
-  header.sum_of_points = sum_points(ranks, points, positions, velocities);
-  const Head head = make_head(ranks, header, mark, simulation.save_progress());
+  head.sum_of_points = sum_points(ranks, points, positions, velocities);
+  head.mark = mark;
+  head.progress = simulation.save_progress();
+  const std::vector<std::byte> bytes = pack(head);
+  std::uint64_t start = bytes.size();  // the file has the head of the first rank; that of others may be longer
+  MPI_Bcast(&start, 1, MPI_UINT64_T, 0, ranks.communicator());
   const fs::path unfinished = name.string() + ".part";
   {
     SharedFile file(ranks, unfinished, SharedFile::Mode::Write);
-    file.resize(head.header.file_size());  // an earlier file may have been longer
-    file.write(0, head.bytes);
-    file.write_points(head.header.positions(), 3, points, positions);
-    file.write_points(head.header.velocities(), 3, points, velocities);
+    file.resize(start + 48 * head.num_points);  // an earlier file may have been longer
+    file.write(0, bytes);
+    file.write_points(start, 3, points, positions);
+    file.write_points(start + 24 * head.num_points, 3, points, velocities);
     file.synchronize();
   }
   int error = ranks.rank() == 0 ? rename_and_wait(unfinished, name) : 0;
@@ -175,22 +154,22 @@ void write(const MpiRanks& ranks, const fs::path& name, const RankSystem& part, 
     throw std::runtime_error("cannot write " + name.string() + ": " + std::generic_category().message(error));
 }
 
-void read(const MpiRanks& ranks, const fs::path& name, const RankSystem& part, const Identity& identity,
+void read(const MpiRanks& ranks, const fs::path& name, const RankSystem& part, const Head& expected,
           Simulation* simulation) {
   SharedFile file(ranks, name, SharedFile::Mode::Read);
-  const Head head = read_head(&file, name);
-  const Header& header = head.header;
-  if (header.num_points != identity.num_points)
-    refuse(name, "belongs to another system: it holds " + std::to_string(header.num_points) +
-                     " points, the system has " + std::to_string(identity.num_points));
-  if (header.fingerprint != identity.fingerprint) refuse(name, "belongs to another system");
+  std::size_t start = 0;
+  const Head head = read_head(name, &start);
+  if (head.num_points != expected.num_points)
+    refuse(name, "belongs to another system: it holds " + std::to_string(head.num_points) + " points, the system has " +
+                     std::to_string(expected.num_points));
+  if (head.fingerprint != expected.fingerprint) refuse(name, "belongs to another system");
   std::vector<double> positions(3 * part.points.size()), velocities(positions.size());
-  file.read_points(header.positions(), 3, part.points, positions);
-  file.read_points(header.velocities(), 3, part.points, velocities);
+  file.read_points(start, 3, part.points, positions);
+  file.read_points(start + 24 * head.num_points, 3, part.points, velocities);
   const std::span<const Index> points(part.points.data(), count_to_write(ranks, part));
-  if (sum_points(ranks, points, positions, velocities) != header.sum_of_points)
+  if (sum_points(ranks, points, positions, velocities) != head.sum_of_points)
     refuse(name, "is damaged: the checksum of its points is another one");
-  simulation->restore_progress(head.progress(), positions, velocities);
+  simulation->restore_progress(head.progress, positions, velocities);
 }
 
 }  // namespace
@@ -201,27 +180,25 @@ std::size_t count_to_write(const MpiRanks& ranks, const RankSystem& part) {
 
 void write_checkpoint(const MpiRanks& ranks, const fs::path& name, const RankSystem& part, const System& whole,
                       const Simulation& simulation, const std::string& mark) {
-  write(ranks, name, part, identity_of(whole), simulation, mark);
+  write(ranks, name, part, head_of(whole), simulation, mark);
 }
 
 void write_checkpoint(const MpiRanks& ranks, const fs::path& name, const RankSystem& part, const Simulation& simulation,
                       const std::string& mark) {
-  write(ranks, name, part, identity_of(ranks, part), simulation, mark);
+  write(ranks, name, part, head_of(ranks, part), simulation, mark);
 }
 
 void read_checkpoint(const MpiRanks& ranks, const fs::path& name, const RankSystem& part, const System& whole,
                      Simulation* simulation) {
-  read(ranks, name, part, identity_of(whole), simulation);
+  read(ranks, name, part, head_of(whole), simulation);
 }
 
 void read_checkpoint(const MpiRanks& ranks, const fs::path& name, const RankSystem& part, Simulation* simulation) {
-  read(ranks, name, part, identity_of(ranks, part), simulation);
+  read(ranks, name, part, head_of(ranks, part), simulation);
 }
 
-std::string read_checkpoint_mark(const MpiRanks& ranks, const fs::path& name) {
-  SharedFile file(ranks, name, SharedFile::Mode::Read);
-  const Head head = read_head(&file, name);
-  return {reinterpret_cast<const char*>(head.mark().data()), head.mark().size()};
+std::string read_checkpoint_mark(const MpiRanks&, const fs::path& name) {
+  return read_head(name).mark;
 }
 
 }  // namespace tanor

@@ -1,5 +1,4 @@
 #include "mpi/pieces.hpp"
-#include "mpi/scalapack_rows.hpp"
 #include "mpi/tanor_mpi.hpp"
 
 namespace tanor {
@@ -10,24 +9,9 @@ MpiRanks::MpiRanks(MPI_Comm communicator, std::size_t most_replicated)
   MPI_Comm_size(communicator, &size_);
 }
 
-void MpiRanks::count(const Traffic& more) {
-  traffic_.reductions += more.reductions;
-  traffic_.reduced_bytes += more.reduced_bytes;
-  traffic_.messages += more.messages;
-  traffic_.message_bytes += more.message_bytes;
-}
-
-void MpiRanks::sum(std::span<double> numbers) {
-  count({.reductions = 1, .reduced_bytes = 8 * numbers.size()});
+void MpiRanks::reduce(std::span<double> numbers, MPI_Op operation) {
   in_pieces(numbers, [&](double* first, int size) {
-    MPI_Allreduce(MPI_IN_PLACE, first, size, MPI_DOUBLE, MPI_SUM, communicator_);
-  });
-}
-
-void MpiRanks::find_largest(std::span<double> numbers) {
-  count({.reductions = 1, .reduced_bytes = 8 * numbers.size()});
-  in_pieces(numbers, [&](double* first, int size) {
-    MPI_Allreduce(MPI_IN_PLACE, first, size, MPI_DOUBLE, MPI_MAX, communicator_);
+    MPI_Allreduce(MPI_IN_PLACE, first, size, MPI_DOUBLE, operation, communicator_);
   });
 }
 
@@ -48,14 +32,8 @@ void MpiRanks::exchange(std::span<const Message> messages) {
     in_pieces(message.sent, [&](const double* first, int size) {
       MPI_Isend(first, size, MPI_DOUBLE, message.rank, tag, communicator_, &requests_.emplace_back());
     });
-    count({.messages = 1, .message_bytes = 8 * message.sent.size()});
   }
   MPI_Waitall(static_cast<int>(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE);
-}
-
-std::unique_ptr<SharedRows> MpiRanks::make_shared_rows(std::size_t num_rows, std::span<const std::size_t> own) {
-  if (num_rows <= most_replicated_) return nullptr;
-  return make_scalapack_rows(*this, num_rows, own);
 }
 
 }  // namespace tanor

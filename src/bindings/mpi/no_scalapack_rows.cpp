@@ -1,8 +1,8 @@
-#include "mpi/scalapack_rows.hpp"
+#include "mpi/tanor_mpi.hpp"
 
 namespace tanor {
 
-std::unique_ptr<SharedRows> make_scalapack_rows(MpiRanks&, std::size_t, std::span<const std::size_t>) {
+std::unique_ptr<SharedRows> MpiRanks::make_shared_rows(std::size_t, std::span<const std::size_t>) {
   return nullptr;
 }
 

@@ -43,64 +43,22 @@ void for_each_link(const System& system, const Visit& visit) {
   for_each_tuple(system, [&](std::span<const Index> points) { visit(points, 0); });
 }
 
-/// True if ranks may share pairs of these points. What supports carry is counted by one rank, which has all of the
-/// group.
-bool may_be_shared(std::span<const Index> points, std::span<const char> is_support) {
-  return std::ranges::none_of(points, [&](Index point) { return is_support[static_cast<std::size_t>(point)] != 0; });
-}
-
-/// Calls visit(points) for the points of pair forces; `all` [n] are the points.
-template <class Visit>
-void for_each_pair_group(const System& system, std::span<const Index> all, const Visit& visit) {
-  for (const Force& force : system.forces)
-    if (const auto* const pairs = std::get_if<PairForces>(&force))
-      visit(pairs->points.empty() ? all : std::span<const Index>(pairs->points));
-}
-
-/// Calls visit(points) for what joins points that one rank must have; `all` [n] are the points.
-template <class Visit>
-void for_each_bundle(const System& system, std::span<const Index> all, Islands islands, const Visit& visit) {
-  const std::vector<char> is_support = find_supports(system);
-  for_each_pair_group(system, all, [&](std::span<const Index> points) {
-    if (islands == Islands::AreWhole || !may_be_shared(points, is_support)) visit(points);
-  });
-  const auto visit_group = [&]<class Group>(const Group& group) {
-    if constexpr (requires { KindOf<Group>::tied_points(group); }) {
-      const std::vector<Index> points = KindOf<Group>::tied_points(group);
-      visit(std::span<const Index>(points));
-    } else if constexpr (!has_single_points<Group>) {
-      for (const auto& points : list_of(group)) visit(std::span<const Index>(points));
-    }
-  };
-  for (const Coordinates& coordinates : system.coordinates) std::visit(visit_group, coordinates);
-}
-
 class Clusters {
  public:
   Clusters(const System& system, Islands islands) : system_(system), root_(system.num_points()) {
     std::iota(root_.begin(), root_.end(), 0);
     for (const Support& support : system.supports)
       for (const Index point : support.points) root_[static_cast<std::size_t>(point)] = nobody;
-    std::vector<Index> all(system.num_points());
-    std::iota(all.begin(), all.end(), 0);
-    for_each_link(system, [&](std::span<const Index> points, int) { join(points); });
-    for_each_bundle(system, all, islands, [&](std::span<const Index> points) { join(points); });
+    for_each_link(system, [&](std::span<const Index> points, int) { join_all(points, &root_); });
+    join_bundles(islands);
     number();
     for_each_link(system, [&](std::span<const Index> points, int rows) {
-      if (Cluster* const cluster = find_cluster(points)) cluster->rows += rows;
+      const auto moves = std::ranges::find_if(points, [&](Index point) { return of_point(point) != nobody; });
+      if (moves != points.end()) clusters_[static_cast<std::size_t>(of_point(*moves))].rows += rows;
     });
-    for_each_bundle(system, all, islands, [&](std::span<const Index> points) {
-      if (Cluster* const cluster = find_cluster(points); cluster != nullptr && points.size() > 1)
-        cluster->may_be_cut = false;
-    });
-    if (islands == Islands::AreWhole) {
+    for (const Index point : bundled_) clusters_[static_cast<std::size_t>(of_point(point))].may_be_cut = false;
+    if (islands == Islands::AreWhole)
       for (Cluster& cluster : clusters_) cluster.may_be_cut = false;
-      return;
-    }
-    const std::vector<char> is_support = find_supports(system);
-    for_each_pair_group(system, all, [&](std::span<const Index> points) {
-      has_shared_pairs_ = has_shared_pairs_ || may_be_shared(points, is_support);
-    });
   }
 
   const std::vector<Cluster>& all() const { return clusters_; }
@@ -148,8 +106,7 @@ class Clusters {
     std::vector<Index> together(root_.size());
     std::iota(together.begin(), together.end(), 0);
     for_each_tuple(system_, [&](std::span<const Index> points) {
-      const auto is_support = [&](Index point) { return root_[static_cast<std::size_t>(point)] == nobody; };
-      if (std::ranges::any_of(points, is_support)) join_all(points, &together);
+      if (std::ranges::any_of(points, [&](Index point) { return is_support(point); })) join_all(points, &together);
     });
     vertex_.assign(root_.size(), -1);
     std::vector<idx_t> weights;
@@ -164,25 +121,50 @@ class Clusters {
     }
     return weights;
   }
-  Index find(Index point) {
-    return root_[static_cast<std::size_t>(point)] == nobody ? nobody : find_root(root_.data(), point);
-  }
-  void join(std::span<const Index> points) { join_all(points, &root_); }
-  /// Joins those of the points that are no supports.
-  void join_all(std::span<const Index> points, std::vector<Index>* roots) const {
+  bool is_support(Index point) const { return root_[static_cast<std::size_t>(point)] == nobody; }
+  /// Joins those of the points that are no supports. Returns the first of them, or nobody.
+  Index join_all(std::span<const Index> points, std::vector<Index>* roots) const {
     Index first = nobody;
     for (const Index point : points) {
-      if (root_[static_cast<std::size_t>(point)] == nobody) continue;
+      if (is_support(point)) continue;
       if (first == nobody) first = point;
       join_sets(roots->data(), first, point);
     }
+    return first;
+  }
+  /// Joins points that one rank must have: those that coordinates tie to one another, and those of pair forces which
+  /// ranks may not share. What a support carries is counted by one rank, which has all of the group.
+  void join_bundles(Islands islands) {
+    const auto bundle = [&](std::span<const Index> points) {
+      const Index first = join_all(points, &root_);
+      if (first != nobody && points.size() > 1) bundled_.push_back(first);
+    };
+    std::vector<Index> all(root_.size());
+    std::iota(all.begin(), all.end(), 0);
+    for (const Force& force : system_.forces) {
+      const auto* const pairs = std::get_if<PairForces>(&force);
+      if (pairs == nullptr) continue;
+      const std::span<const Index> points(pairs->points.empty() ? all : pairs->points);
+      const bool holds = std::ranges::any_of(points, [&](Index point) { return is_support(point); });
+      if (islands == Islands::AreWhole || holds)
+        bundle(points);
+      else
+        has_shared_pairs_ = true;
+    }
+    const auto bundle_group = [&]<class Group>(const Group& group) {
+      if constexpr (requires { KindOf<Group>::tied_points(group); }) {
+        bundle(KindOf<Group>::tied_points(group));
+      } else if constexpr (!has_single_points<Group>) {
+        for (const auto& points : list_of(group)) bundle(points);
+      }
+    };
+    for (const Coordinates& coordinates : system_.coordinates) std::visit(bundle_group, coordinates);
   }
   void number() {
     cluster_of_.assign(root_.size(), nobody);
     for (std::size_t i = 0; i < root_.size(); ++i) {
-      const Index root = find(static_cast<Index>(i));
-      if (root == nobody) continue;
-      int& of_root = cluster_of_[static_cast<std::size_t>(root)];
+      if (is_support(static_cast<Index>(i))) continue;
+      int& of_root = cluster_of_[static_cast<std::size_t>(find_root(root_.data(), static_cast<Index>(i)))];
       if (of_root == nobody) {
         of_root = static_cast<int>(clusters_.size());
         clusters_.emplace_back();
@@ -192,17 +174,11 @@ class Clusters {
     }
   }
   int of_point(Index point) const { return cluster_of_[static_cast<std::size_t>(point)]; }
-  /// Returns the cluster of the points, or null if all are supports.
-  Cluster* find_cluster(std::span<const Index> points) {
-    for (const Index point : points)
-      if (of_point(point) != nobody) return &clusters_[static_cast<std::size_t>(of_point(point))];
-    return nullptr;
-  }
-
   const System& system_;
   std::vector<Index> root_;  // -1 for a support
   std::vector<int> cluster_of_;
   std::vector<Cluster> clusters_;
+  std::vector<Index> bundled_;  // a point of each bundle
   bool has_shared_pairs_ = false;
   std::vector<idx_t> vertex_;  // [point] vertex in the cluster that is cut
 };

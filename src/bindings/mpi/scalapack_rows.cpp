@@ -1,13 +1,12 @@
-#include "mpi/scalapack_rows.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <stdexcept>
 #include <string>
 #include <vector>
+
+#include "mpi/tanor_mpi.hpp"
 
 extern "C" {
 int Csys2blacs_handle(MPI_Comm communicator);
@@ -60,6 +59,7 @@ struct Grid {
   int handle_;
 };
 
+/// Shared rows whose matrix is spread over the ranks in blocks (ScaLAPACK, pdpotrf).
 class ScalapackRows final : public SharedRows {
  public:
   ScalapackRows(MpiRanks& ranks, std::size_t num_rows, std::span<const std::size_t> own)
@@ -114,15 +114,6 @@ class ScalapackRows final : public SharedRows {
   }
 
  private:
-  /// Throws on all ranks if one has more numbers than MPI and ScaLAPACK count, whose integers have 32 bits.
-  void require_int(std::size_t count, const std::string& what) {
-    std::array<double, 1> largest{static_cast<double>(count)};
-    ranks_.find_largest(largest);
-    if (largest[0] > std::numeric_limits<int>::max())
-      throw std::runtime_error(std::to_string(n_) + " equations join points of several ranks: the " + what +
-                               " are more than ScaLAPACK and MPI count; take fewer ranks, or another division");
-  }
-
   void make_descriptors() {
     std::size_t size = 0;
     if (grid_.takes_part()) {
@@ -130,7 +121,12 @@ class ScalapackRows final : public SharedRows {
       const int num_columns = std::max(1, numroc_(&n_, &block, &grid_.column, &zero, &grid_.columns));
       size = static_cast<std::size_t>(num_local_rows_) * static_cast<std::size_t>(num_columns);
     }
-    require_int(size, "numbers of one rank's block");
+    std::array<double, 1> largest{static_cast<double>(size)};
+    ranks_.find_largest(largest);
+    if (largest[0] > std::numeric_limits<int>::max())  // on all ranks alike
+      throw std::runtime_error(std::to_string(n_) +
+                               " equations join points of several ranks: the numbers of one rank's block are more than "
+                               "ScaLAPACK counts; take fewer ranks, or another division");
     if (!grid_.takes_part()) return;
     int info = 0;
     descinit_(descriptor_.data(), &n_, &n_, &block, &block, &zero, &zero, &grid_.context, &num_local_rows_, &info);
@@ -142,54 +138,51 @@ class ScalapackRows final : public SharedRows {
 
   /// Agrees once on who sends which entries to whom; later only the numbers are sent.
   void agree_on_entries() {
-    const auto size = static_cast<std::size_t>(ranks_.size());
-    require_int(own_.size() * (own_.size() + 1) / 2, "numbers that one rank sends");
-    std::vector<std::vector<long>> to(size);
+    const auto size = static_cast<std::size_t>(ranks_.size()), rank = static_cast<std::size_t>(ranks_.rank());
+    for (auto* const lists : {&sent_, &received_, &places_}) lists->resize(size);
     sent_from_.resize(size);
+    std::vector<std::vector<double>> places(size);
     std::size_t entry = 0;
     for (std::size_t j = 0; j < own_.size(); ++j) {
       for (std::size_t i = j; i < own_.size(); ++i, ++entry) {
-        const int row = static_cast<int>(own_[i]), column = static_cast<int>(own_[j]);
-        const auto owner = static_cast<std::size_t>(grid_.owner(row, column));
-        to[owner].push_back(static_cast<long>(row) * n_ + column);
+        const auto owner = static_cast<std::size_t>(grid_.owner(static_cast<int>(own_[i]), static_cast<int>(own_[j])));
+        places[owner].push_back(static_cast<double>(own_[i]) * n_ + static_cast<double>(own_[j]));
         sent_from_[owner].push_back(entry);
       }
     }
-    std::vector<long> places;
+    std::vector<double> counts(size * size, 0.0);  // [sender][receiver]
+    for (std::size_t r = 0; r < size; ++r) counts[rank * size + r] = static_cast<double>(sent_from_[r].size());
+    ranks_.sum(counts);
+    std::vector<Ranks::Message> messages;
     for (std::size_t r = 0; r < size; ++r) {
-      sent_counts_.push_back(static_cast<int>(to[r].size()));
-      sent_starts_.push_back(static_cast<int>(places.size()));
-      places.insert(places.end(), to[r].begin(), to[r].end());
+      const auto count = static_cast<std::size_t>(counts[r * size + rank]);
+      sent_[r].resize(sent_from_[r].size());
+      received_[r].resize(count);
+      places_[r].resize(count);
+      messages.push_back({static_cast<int>(r), places[r], places_[r]});
+      entries_.push_back({static_cast<int>(r), sent_[r], received_[r]});
     }
-    received_counts_.resize(size);
-    MPI_Alltoall(sent_counts_.data(), 1, MPI_INT, received_counts_.data(), 1, MPI_INT, ranks_.communicator());
-    const auto total = std::accumulate(received_counts_.begin(), received_counts_.end(), std::size_t{0});
-    require_int(total, "numbers that one rank receives");
-    received_starts_.resize(size);
-    std::exclusive_scan(received_counts_.begin(), received_counts_.end(), received_starts_.begin(), 0);
-    received_places_.resize(total);
-    MPI_Alltoallv(places.data(), sent_counts_.data(), sent_starts_.data(), MPI_LONG, received_places_.data(),
-                  received_counts_.data(), received_starts_.data(), MPI_LONG, ranks_.communicator());
-    sent_.resize(places.size());
-    received_.resize(total);
+    ranks_.exchange(messages);
   }
 
   void spread(std::span<const double> triangle) {
-    std::size_t next = 0;
-    for (const std::vector<std::size_t>& entries : sent_from_)
-      for (const std::size_t entry : entries) sent_[next++] = triangle[entry];
-    MPI_Alltoallv(sent_.data(), sent_counts_.data(), sent_starts_.data(), MPI_DOUBLE, received_.data(),
-                  received_counts_.data(), received_starts_.data(), MPI_DOUBLE, ranks_.communicator());
-    for (std::size_t r = 0; r < sent_counts_.size(); ++r)
-      if (static_cast<int>(r) != ranks_.rank())
-        ranks_.count({.messages = 1, .message_bytes = 8 * static_cast<std::size_t>(sent_counts_[r])});
+    for (std::size_t r = 0; r < sent_.size(); ++r)
+      std::ranges::transform(sent_from_[r], sent_[r].begin(), [&](std::size_t entry) { return triangle[entry]; });
+    ranks_.exchange(entries_);
     std::ranges::fill(a_, 0.0);
-    for (std::size_t k = 0; k < received_.size(); ++k) {
-      const auto i = static_cast<int>(received_places_[k] / n_), j = static_cast<int>(received_places_[k] % n_);
-      a_[static_cast<std::size_t>(grid_.local_column(j)) * static_cast<std::size_t>(num_local_rows_) +
-         static_cast<std::size_t>(grid_.local_row(i))] +=
-          scale_[static_cast<std::size_t>(i)] * scale_[static_cast<std::size_t>(j)] * received_[k];
+    for (std::size_t r = 0; r < received_.size(); ++r) {
+      for (std::size_t k = 0; k < received_[r].size(); ++k) {
+        const auto place = static_cast<long>(places_[r][k]);
+        const auto i = static_cast<int>(place / n_), j = static_cast<int>(place % n_);
+        here(i, j) += scale_[static_cast<std::size_t>(i)] * scale_[static_cast<std::size_t>(j)] * received_[r][k];
+      }
     }
+  }
+
+  /// The entry of the matrix in this rank's block.
+  double& here(int i, int j) {
+    return a_[static_cast<std::size_t>(grid_.local_column(j)) * static_cast<std::size_t>(num_local_rows_) +
+              static_cast<std::size_t>(grid_.local_row(i))];
   }
 
   /// Estimates the condition from the pivots, as Cholesky does.
@@ -197,9 +190,7 @@ class ScalapackRows final : public SharedRows {
     std::array<double, 3> found{static_cast<double>(std::abs(info)), -std::numeric_limits<double>::max(), 0.0};
     for (int i = 0; i < n_ && info == 0; ++i) {
       if (grid_.owner(i, i) != ranks_.rank()) continue;
-      const double pivot =
-          a_[static_cast<std::size_t>(grid_.local_column(i)) * static_cast<std::size_t>(num_local_rows_) +
-             static_cast<std::size_t>(grid_.local_row(i))];
+      const double pivot = here(i, i);
       found[1] = std::max(found[1], -pivot);
       found[2] = std::max(found[2], pivot);
     }
@@ -213,21 +204,22 @@ class ScalapackRows final : public SharedRows {
   int n_, num_local_rows_ = 1;
   Descriptor descriptor_{}, right_side_descriptor_{};
   std::vector<std::size_t> own_;
-  std::vector<double> scale_, x_, a_, b_, sent_, received_;
+  std::vector<double> scale_, x_, a_, b_;
   std::vector<std::vector<std::size_t>> sent_from_;  // [rank] entries of the own triangle
-  std::vector<int> sent_counts_, sent_starts_, received_counts_, received_starts_;
-  std::vector<long> received_places_;
+  std::vector<std::vector<double>> sent_, received_,
+      places_;  // [rank] entries, and the places received: row n + column
+  std::vector<Ranks::Message> entries_;
 };
 
 }  // namespace
 
-std::unique_ptr<SharedRows> make_scalapack_rows(MpiRanks& ranks, std::size_t num_rows,
-                                                std::span<const std::size_t> own) {
+std::unique_ptr<SharedRows> MpiRanks::make_shared_rows(std::size_t num_rows, std::span<const std::size_t> own) {
+  if (num_rows <= most_replicated_) return nullptr;
   if (num_rows > std::numeric_limits<int>::max())
     throw std::runtime_error(std::to_string(num_rows) +
                              " equations join points of several ranks; ScaLAPACK counts to " +
                              std::to_string(std::numeric_limits<int>::max()));
-  return std::make_unique<ScalapackRows>(ranks, num_rows, own);
+  return std::make_unique<ScalapackRows>(*this, num_rows, own);
 }
 
 }  // namespace tanor

@@ -4,8 +4,8 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -28,26 +28,18 @@ class TANOR_API MpiRanks final : public Ranks {
   int rank() const override { return rank_; }
   int size() const override { return size_; }
 
-  void sum(std::span<double> numbers) override;
-  void find_largest(std::span<double> numbers) override;
+  void sum(std::span<double> numbers) override { reduce(numbers, MPI_SUM); }
+  void find_largest(std::span<double> numbers) override { reduce(numbers, MPI_MAX); }
   void share(int from, std::string* text) override;
   void exchange(std::span<const Message> messages) override;
   std::unique_ptr<SharedRows> make_shared_rows(std::size_t num_rows, std::span<const std::size_t> own) override;
 
-  /// The amount of data that this rank has handed to MPI so far.
-  struct Traffic {
-    std::size_t reductions = 0, reduced_bytes = 0;  ///< sums and maxima, a rank's own numbers once
-    std::size_t messages = 0, message_bytes = 0;    ///< to other ranks
-    std::size_t bytes() const { return reduced_bytes + message_bytes; }
-  };
-  Traffic traffic() const { return traffic_; }
-  void count(const Traffic& more);
-
  private:
+  void reduce(std::span<double> numbers, MPI_Op operation);
+
   MPI_Comm communicator_;
   int rank_ = 0, size_ = 1;
   std::size_t most_replicated_;
-  Traffic traffic_;
   std::vector<MPI_Request> requests_;
 };
 
@@ -78,7 +70,6 @@ class TANOR_API SharedFile {
   void synchronize();
   /// Writes bytes of the first rank at an offset.
   void write(std::size_t offset, std::span<const std::byte> bytes);
-  std::vector<std::byte> read(std::size_t offset, std::size_t size);
   /// Writes `width` numbers for each of these points, which stand in `numbers` point by point. Point p of all stands at
   /// offset + 8 width p bytes.
   void write_points(std::size_t offset, std::size_t width, std::span<const Index> points,
@@ -86,7 +77,9 @@ class TANOR_API SharedFile {
   void read_points(std::size_t offset, std::size_t width, std::span<const Index> points, std::span<double> numbers);
 
  private:
-  void set_view(std::size_t offset, std::size_t width, std::span<const Index> points);
+  /// Reads or writes points, in this order, in units of this type, and returns the error of MPI.
+  using Transfer = std::function<int(std::span<const std::size_t> order, MPI_Datatype point)>;
+  void transfer_points(std::size_t offset, std::size_t width, std::span<const Index> points, const Transfer& transfer);
 
   const MpiRanks& ranks_;
   std::string name_;

@@ -3,25 +3,98 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <numeric>
-#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
-#include "base/disjoint_sets.hpp"
+#include <tanor/enum_names.hpp>
+
+#include "cli/messages.hpp"
 #include "mpi/program/together.hpp"
 #include "report/checkpoint.hpp"
-#include "report/shared_parts.hpp"
 #include "report/words.hpp"
-#include "system/members.hpp"
 
 namespace tanor::mpi {
-using namespace detail;
+
+namespace fs = std::filesystem;
 
 namespace {
+
+constexpr std::string_view rank_word = "{rank}";  // in the name of scenes of which each rank has its own
+
+/// Returns the name of a rank's scene, "melt-3.json".
+fs::path name_part(const fs::path& name, int rank) {
+  std::string part = name.string();
+  const std::string number = std::to_string(rank);
+  for (std::size_t at = 0; (at = part.find(rank_word, at)) != std::string::npos; at += number.size())
+    part.replace(at, rank_word.size(), number);
+  return part;
+}
+
+/// Returns "melt" of "melt-{rank}.json", without the sign that set the rank apart.
+std::string name_run(const fs::path& name) {
+  constexpr std::string_view signs = "-_.";
+  std::string stem = name.stem().string();
+  for (std::size_t at = 0; (at = stem.find(rank_word)) != std::string::npos;) {
+    stem.erase(at, rank_word.size());
+    if (at > 0 && signs.find(stem[at - 1]) != signs.npos)
+      stem.erase(at - 1, 1);
+    else if (at == 0 && !stem.empty() && signs.find(stem[0]) != signs.npos)
+      stem.erase(0, 1);
+  }
+  return stem.empty() ? "parts" : stem;
+}
+
+/// Throws InputError, the same on every rank, if a rank asks for another motion than the first one.
+void require_same_motion(MpiRanks& ranks, const fs::path& name, const scene::Scene& own) {
+  const MotionOptions& motion = own.motion;
+  std::vector<std::string> places, values;
+  const auto add = [&](const char* place, const auto& value) {
+    places.emplace_back(place);
+    values.push_back(fmt::format("{}", value));
+  };
+  add("method", name_of(motion.method));
+  add("step", motion.step);
+  add("max_step", motion.max_step);
+  add("rtol", motion.rtol);
+  add("atol", motion.atol);
+  add("stabilisation", name_of(motion.stabilisation));
+  add("start", name_of(motion.start));
+  add("order", motion.order);
+  add("spectral_radius", motion.spectral_radius);
+  add("t_start", own.t_start);
+  add("t_end", own.t_end);
+  add("output_every", own.output_every);
+  const std::vector<std::vector<std::string>> all = gather(ranks, values);
+  for (std::size_t rank = 1; rank < all.size(); ++rank) {
+    const auto other = std::ranges::mismatch(all[0], all[rank]);
+    if (other.in1 == all[0].end()) continue;
+    const fs::path file = name_part(name, static_cast<int>(rank));
+    throw InputError(fmt::format("{}: /motion/{}", file.string(), places[other.in1 - all[0].begin()]),
+                     fmt::format("is {} on rank {}, but {} on rank 0 ({}); all scenes move in the same way", *other.in2,
+                                 rank, *other.in1, name_part(name, 0).string()));
+  }
+}
+
+/// Returns each line of any rank once, in the order of the ranks.
+std::vector<std::string> gather_different(MpiRanks& ranks, const std::vector<std::string>& own) {
+  std::vector<std::string> different;
+  for (const std::vector<std::string>& lines : gather(ranks, own)) {
+    for (const std::string& line : lines)
+      if (std::ranges::find(different, line) == different.end()) different.push_back(line);
+  }
+  return different;
+}
+
+/// Makes the scenes of all ranks one run, on this rank: checks that all ask for the same motion, gives the run a name,
+/// "melt", and tells the first rank what it does not know of the others' points. Throws InputError on all ranks.
+void merge_scenes(MpiRanks& ranks, const fs::path& name, scene::Scene* own) {
+  require_same_motion(ranks, name, *own);
+  own->name = name_run(name);
+  own->left_out = gather_different(ranks, own->left_out);
+  own->source = fmt::format("{}", fmt::join(gather_different(ranks, {own->source}), ", "));
+}
 
 /// The mark of several scenes has the fingerprint of each, with an empty line between them.
 constexpr std::string_view between_scenes = "\n\n";
@@ -40,65 +113,35 @@ std::string mark_of(const scene::Scene& scene) {
   return report::make_fingerprint(scene.files, scene.system, scene.motion);
 }
 
-std::size_t count_islands(const System& system) {
-  std::vector<Index> root(system.num_points());
-  std::iota(root.begin(), root.end(), 0);
-  const std::vector<char> is_support = find_supports(system);
-  std::vector<char> has_rows(root.size(), 0);
-  for_each_member(system, [&](std::span<const Index> points, int) {
-    Index first = -1;
-    for (const Index point : points) {
-      if (is_support[static_cast<std::size_t>(point)] != 0) continue;
-      has_rows[static_cast<std::size_t>(point)] = 1;
-      if (first < 0) first = point;
-      join_sets(root.data(), first, point);
-    }
-  });
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < root.size(); ++i) count += has_rows[i] != 0 && root[i] == static_cast<Index>(i) ? 1 : 0;
-  return count;
-}
-
-Counts count(const System& system) {
-  Counts counts{.points = system.num_points(),
-                .equations = num_equations(system),
-                .islands = count_islands(system),
-                .contacts = report::count_contacts(system)};
-  for (const Support& support : system.supports) counts.supports += support.points.size();
-  return counts;
-}
-
-Counts sum(MpiRanks& ranks, const Counts& own) {
-  std::array<double, 5> numbers{};
-  const std::array counts{own.points, own.supports, own.equations, own.islands, own.contacts};
-  std::ranges::copy(counts, numbers.begin());
-  ranks.sum(numbers);
-  const auto at = [&](std::size_t k) { return static_cast<std::size_t>(numbers[k]); };
-  return {.points = at(0), .supports = at(1), .equations = at(2), .islands = at(3), .contacts = at(4)};
-}
-
 }  // namespace
 
-Division Division::divide(MpiRanks& ranks, scene::Scene scene) {
-  Division division(ranks, std::move(scene));
-  const System& whole = division.scene_.system;
-  division.mark_ = mark_of(division.scene_);
-  division.counts_ = count(whole);
-  const Islands islands = wants_whole_islands(division.scene_.motion, whole) ? Islands::AreWhole : Islands::MayBeCut;
-  division.part_ = take_part(whole, assign_owners(whole, ranks.size(), islands), ranks);
-  return division;
+Division::Division(MpiRanks& ranks, const fs::path& name, const ReadScene& read) : ranks_(ranks) {
+  has_whole_ = name.string().find(rank_word) == std::string::npos;
+  if (has_whole_)
+    divide(name, read);
+  else
+    join(name, read);
 }
 
-Division Division::join(MpiRanks& ranks, scene::Scene own) {
-  Division division(ranks, std::move(own));
-  scene::Scene& scene = division.scene_;
+/// Divides the system of a scene that every rank reads.
+void Division::divide(const fs::path& name, const ReadScene& read) {
+  scene_ = read(name);
+  const System& whole = scene_.system;
+  mark_ = mark_of(scene_);
+  const Islands islands = wants_whole_islands(scene_.motion, whole) ? Islands::AreWhole : Islands::MayBeCut;
+  part_ = take_part(whole, assign_owners(whole, ranks_.size(), islands), ranks_);
+}
+
+/// Makes one system of scenes of which each rank reads its own; no rank holds that system.
+void Division::join(const fs::path& name, const ReadScene& read) {
   std::string own_mark;
-  do_together(ranks, [&] { own_mark = mark_of(scene); });
-  division.mark_ = fmt::format("{}", fmt::join(gather_texts(ranks, own_mark), "\n"));
-  division.counts_ = sum(ranks, count(scene.system));
-  division.part_ = join_parts(std::move(scene.system), ranks);
-  division.has_whole_ = false;
-  return division;
+  do_together(ranks_, [&] {
+    scene_ = read(name_part(name, ranks_.rank()));
+    own_mark = mark_of(scene_);
+  });
+  merge_scenes(ranks_, name, &scene_);
+  mark_ = fmt::format("{}", fmt::join(gather(ranks_, own_mark), "\n"));
+  part_ = cli::naming_file(name, [&] { return join_parts(std::move(scene_.system), ranks_); });
 }
 
 std::string Division::name_difference(std::string_view before) const {

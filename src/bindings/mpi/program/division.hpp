@@ -1,33 +1,26 @@
 #pragma once
 
-#include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <string_view>
-#include <utility>
 
 #include "mpi/tanor_mpi.hpp"
 #include "scene/scene.hpp"
 
 namespace tanor::mpi {
 
-/// Numbers of things in the system of all ranks.
-struct Counts {
-  std::size_t points = 0, supports = 0, equations = 0, islands = 0, contacts = 0;
-};
-
 /// The system of a run, divided over the ranks.
 class Division {
  public:
-  /// Divides the system of a scene that every rank has read.
-  static Division divide(MpiRanks& ranks, scene::Scene scene);
-  /// Makes one system of the scenes that the ranks have, each its own; no rank holds that system.
-  static Division join(MpiRanks& ranks, scene::Scene own);
+  using ReadScene = std::function<scene::Scene(const std::filesystem::path&)>;
+  /// Divides the system of a scene that every rank reads. If the name has "{rank}" in it, which stands for a number,
+  /// each rank reads a scene of its own, and no rank holds the system that they make. Collective.
+  Division(MpiRanks& ranks, const std::filesystem::path& name, const ReadScene& read);
 
   /// The scene that this rank has read, without its system if the ranks have scenes of their own.
   const scene::Scene& scene() const { return scene_; }
   const RankSystem& part() const { return part_; }
-  const Counts& counts() const { return counts_; }
   /// Returns the whole system, or null if no rank holds it.
   const System* whole() const { return has_whole_ ? &scene_.system : nullptr; }
 
@@ -39,12 +32,12 @@ class Division {
   void read_checkpoint(const std::filesystem::path& name, Simulation* simulation) const;
 
  private:
-  Division(MpiRanks& ranks, scene::Scene scene) : ranks_(ranks), scene_(std::move(scene)) {}
+  void divide(const std::filesystem::path& name, const ReadScene& read);
+  void join(const std::filesystem::path& name, const ReadScene& read);
 
   MpiRanks& ranks_;
   scene::Scene scene_;
   std::string mark_;
-  Counts counts_;
   RankSystem part_;
   bool has_whole_ = true;
 };

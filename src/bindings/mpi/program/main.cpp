@@ -15,6 +15,7 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "cli/command_line.hpp"
 #include "cli/folder_lock.hpp"
@@ -22,7 +23,6 @@
 #include "cli/output_folder.hpp"
 #include "cli/output_times.hpp"
 #include "mpi/program/division.hpp"
-#include "mpi/program/part_scenes.hpp"
 #include "mpi/program/together.hpp"
 #include "mpi/program/trajectory.hpp"
 #include "mpi/program/whole_run.hpp"
@@ -43,27 +43,22 @@ double seconds_since(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
-/// Sets one thread for each rank, since ranks run side by side, unless the environment asks for threads.
-void choose_threads(scene::Scene* scene) {
-  if (scene->solver.threads == 0) scene->solver.threads = std::getenv("OMP_NUM_THREADS") != nullptr ? 0 : 1;
-}
-
 /// One run, on this rank.
 class Run {
  public:
   Run(MpiRanks& ranks, const cli::Options& options)
       : ranks_(ranks),
         options_(options),
-        division_(read_and_divide()),
+        division_(ranks, options.scene, [&](const fs::path& name) { return read(name); }),
         scene_(division_.scene()),
         folder_(cli::choose_folder(options.out, scene_)),
+        checkpoint_(folder_ / cli::mpi_checkpoint_name),
         simulation_(cli::naming_file(options.scene, [&] {
           const RankSystem& part = division_.part();
           return Simulation(part.system, part.part, scene_.motion, scene_.solver, scene_.t_start);
         })) {
     take_folder();
-    trajectory_.emplace(ranks, folder_, division_.part(), division_.counts().points);
-    if (goes_on_) trajectory_->keep_until(simulation_.time());
+    if (goes_on_) resume();
     setup_ = seconds_since(begin_);
   }
 
@@ -71,8 +66,7 @@ class Run {
     Outcome outcome = simulation_.outcome();
     if (outcome.ok() && !goes_on_) write_frame();
     while (outcome.ok() && simulation_.time() < scene_.t_end) {
-      const double next = cli::next_output_time(simulation_.time(), scene_.output_every, scene_.t_end);
-      outcome = simulation_.advance_to(next);
+      outcome = simulation_.advance_to(cli::next_output_time(simulation_.time(), scene_.output_every, scene_.t_end));
       if (outcome.ok()) write_frame();
     }
     ExitCode code = finish(outcome);
@@ -81,18 +75,9 @@ class Run {
   }
 
  private:
-  /// Reads the scene on every rank, or on each its own.
-  Division read_and_divide() const {
-    const fs::path& name = options_.scene;
-    if (!names_parts(name)) return Division::divide(ranks_, prepare(name));
-    scene::Scene own;
-    do_together(ranks_, [&] { own = prepare(name_part(name, ranks_.rank())); });
-    merge_parts(ranks_, name, &own);
-    return cli::naming_file(name, [&] { return Division::join(ranks_, std::move(own)); });
-  }
-
-  /// Reads a scene, and refuses what only `tanor run` can do.
-  scene::Scene prepare(const fs::path& name) const {
+  /// Reads a scene, and refuses what only `tanor run` can do. Ranks run side by side, so that each has one thread
+  /// unless the environment asks for threads.
+  scene::Scene read(const fs::path& name) const {
     if (options_.report) throw InputError("--report", "tanor-mpi makes no page; `tanor run` makes it");
     if (options_.checkpoint_every)
       throw InputError("--checkpoint-every", "tanor-mpi writes a checkpoint at every frame, see /motion/output_every");
@@ -101,69 +86,63 @@ class Run {
     scene::Scene scene = cli::prepare(scene::load_moving_scene(name, options_.overrides));
     scene.t_end = cli::end_at_output(scene.t_end, scene.output_every);
     using When = scene::CertificatePolicy::When;
-    const When when = scene.certificate.when;
-    if (when == When::Always || when == When::Every)
+    if (scene.certificate.when == When::Always || scene.certificate.when == When::Every)
       throw InputError(scene.file.string() + ": /certificate",
                        "tanor-mpi makes one at the end alone; `tanor run` makes more");
+    if (!scene.events.empty())
+      throw InputError(scene.file.string() + ": /events", "tanor-mpi looks for none; `tanor run` does");
     const bool has_own_wishes = scene.trajectory.files != scene::TrajectoryFormats().files ||
                                 scene.trajectory.compression || !scene.output_points.empty();
     if (has_own_wishes && ranks_.rank() == 0)
       cli::print_message(scene.file.string() + ": warning: tanor-mpi writes all points, to trajectory.npy alone");
-    choose_threads(&scene);
+    if (scene.solver.threads == 0 && std::getenv("OMP_NUM_THREADS") == nullptr) scene.solver.threads = 1;
     return scene;
   }
 
-  /// Makes the folder and locks it. Goes on there, or removes what an earlier run has left.
+  /// Makes the folder and locks it. If no run goes on there, removes what an earlier one has left, but not an
+  /// interrupted one, so that a forgotten --resume does not cost a week. A run that ended, in whatever way, has a
+  /// summary; a checkpoint that cannot be read is nobody's.
   void take_folder() {
     do_on_first(ranks_, [&] {
       report::make_folder(folder_);
       lock_.emplace(folder_, "run");
     });
     do_together(ranks_, [&] { cli::require_results_not_read(folder_, scene_.files); });
-    goes_on_ = options_.resume && fs::exists(folder_ / cli::mpi_checkpoint_name);
-    if (goes_on_) return resume();
-    if (options_.resume && ranks_.rank() == 0)
-      cli::print_message("no checkpoint in " + folder_.string() + "; starts anew");
-    if (!options_.overwrite) require_no_interrupted();
-    do_on_first(ranks_, [&] { cli::remove_results(folder_); });
+    goes_on_ = options_.resume && fs::exists(checkpoint_);
+    if (goes_on_) return;
+    do_on_first(ranks_, [&] {
+      if (options_.resume) cli::print_message("no checkpoint in " + folder_.string() + "; starts anew");
+      const bool is_cut_off = fs::exists(checkpoint_) && !fs::exists(folder_ / report::summary_name);
+      if (!options_.overwrite && is_cut_off && read_mark() == division_.mark())
+        throw InputError(folder_.string(),
+                         "has this run, which was interrupted; --resume goes on with it, --overwrite begins anew");
+      cli::remove_results(folder_);
+    });
   }
 
-  /// Refuses to replace an interrupted run, so that a forgotten --resume does not cost a week. A run that ended, in
-  /// whatever way, has a summary.
-  void require_no_interrupted() {
-    const fs::path name = folder_ / cli::mpi_checkpoint_name;
-    bool is_cut_off = false;
-    do_on_first(ranks_, [&] { is_cut_off = fs::exists(name) && !fs::exists(folder_ / report::summary_name); });
-    MPI_Bcast(&is_cut_off, 1, MPI_CXX_BOOL, 0, ranks_.communicator());
-    if (is_cut_off && read_mark(name) == division_.mark())
-      throw InputError(folder_.string(),
-                       "has this run, which was interrupted; --resume goes on with it, --overwrite begins anew");
-  }
-
-  /// Returns the mark, or nothing if the file is damaged or none of tanor-mpi.
-  std::optional<std::string> read_mark(const fs::path& name) const {
+  std::optional<std::string> read_mark() const {
     try {
-      return read_checkpoint_mark(ranks_, name);
+      return read_checkpoint_mark(ranks_, checkpoint_);
     } catch (const InputError&) {
       return {};
     }
   }
 
   void resume() {
-    const fs::path name = folder_ / cli::mpi_checkpoint_name;
-    if (const std::string mark = read_checkpoint_mark(ranks_, name); mark != division_.mark())
-      throw InputError(name.string(), division_.name_difference(mark) + "; run without --resume");
-    division_.read_checkpoint(name, &simulation_);
+    if (const std::string mark = read_checkpoint_mark(ranks_, checkpoint_); mark != division_.mark())
+      throw InputError(checkpoint_.string(), division_.name_difference(mark) + "; run without --resume");
+    division_.read_checkpoint(checkpoint_, &simulation_);
     if (simulation_.time() > scene_.t_end)
       throw InputError(folder_.string(), fmt::format("the run already reached t = {} s, its end was to be {} s",
                                                      simulation_.time(), scene_.t_end));
     do_on_first(ranks_, [&] { report::remove_file(folder_ / report::summary_name); });  // a new one comes at the end
+    times_ = read_frame_times(folder_, simulation_.time());
   }
 
   void write_frame() {
     const auto begin = Clock::now();
-    trajectory_->write_frame(simulation_);
-    division_.write_checkpoint(folder_ / cli::mpi_checkpoint_name, simulation_);
+    mpi::write_frame(ranks_, folder_, division_.part(), simulation_, &times_);
+    division_.write_checkpoint(checkpoint_, simulation_);
     output_ += seconds_since(begin);
   }
 
@@ -171,53 +150,51 @@ class Run {
   ExitCode finish(const Outcome& outcome) {
     const WholeRun whole(ranks_, division_, simulation_);
     if (ranks_.rank() != 0) return ExitCode::Done;
+    const MotionReport& report = simulation_.report();
     report::RunFacts facts;
     facts.scene = scene_.name;
     facts.source = scene_.source;
     facts.left_out = scene_.left_out;
     facts.threads = scene_.solver.threads > 0 ? scene_.solver.threads : omp_get_max_threads();
     facts.t_end = scene_.t_end;
-    facts.has_started = outcome.ok() || simulation_.report().steps > 0;
+    facts.has_started = outcome.ok() || report.steps > 0;
     facts.stopped_by = outcome.what;
-    facts.wants_certificate = scene_.certificate.when != scene::CertificatePolicy::When::Off;
     const auto write_summary = [&] {
       facts.certificates = facts.certificate ? 1 : 0;
       facts.wall = {seconds_since(begin_), setup_, output_};
       report::write_summary(folder_, facts, whole.end());
     };
     write_summary();  // the certificate, for which one rank holds the whole system, may end the program
-    if (outcome.ok()) facts.certificate = prove(whole);
+    if (outcome.ok() && scene_.certificate.when != scene::CertificatePolicy::When::Off)
+      facts.certificate = prove(whole);
     if (facts.certificate) write_summary();
-    if (const std::string& warning = simulation_.report().accuracy_warning; !warning.empty())
-      cli::print_message(options_.scene.string() + ": warning: " + warning);
-    const std::string end = outcome.ok()
-                                ? fmt::format("t = {} s reached in {} steps of {} on {} ranks; results in {}",
-                                              simulation_.time(), simulation_.report().steps,
-                                              name_of(simulation_.report().method), ranks_.size(), folder_.string())
-                                : fmt::format("stopped at t = {} s of {} s: {}; what was found until then is in {}",
-                                              simulation_.time(), scene_.t_end, outcome.what, folder_.string());
+    if (!report.accuracy_warning.empty())
+      cli::print_message(options_.scene.string() + ": warning: " + report.accuracy_warning);
     if (options_.json) cli::print_json_file(folder_ / report::summary_name);
-    if (!outcome.ok() || !options_.quiet) cli::print_message(end);
+    if (!outcome.ok())
+      cli::print_message(fmt::format("stopped at t = {} s of {} s: {}; what was found until then is in {}",
+                                     simulation_.time(), scene_.t_end, outcome.what, folder_.string()));
+    else if (!options_.quiet)
+      cli::print_message(fmt::format("t = {} s reached in {} steps of {} on {} ranks; results in {}",
+                                     simulation_.time(), report.steps, name_of(report.method), ranks_.size(),
+                                     folder_.string()));
     const bool is_refuted = facts.certificate && !facts.certificate->passed();
     if (is_refuted) cli::print_message(facts.certificate->line());
     return outcome.ok() && !is_refuted ? ExitCode::Done : ExitCode::NoAnswer;
   }
 
-  /// Returns nothing if the scene wants no certificate, or if one rank cannot hold the whole system, which is printed.
+  /// Returns nothing if one rank cannot hold the whole system, which is printed.
   std::optional<Certificate> prove(const WholeRun& whole) const {
-    if (scene_.certificate.when == scene::CertificatePolicy::When::Off) return {};
-    const auto give_up = [&](const char* why) -> std::optional<Certificate> {
-      cli::print_message(options_.scene.string() + ": warning: no certificate, which one rank makes: " + why);
-      return {};
-    };
-    if (division_.whole() == nullptr) return give_up("none of them has the whole system");
+    std::string why = "none of them has the whole system";
     try {
-      return whole.prove();
+      if (division_.whole() != nullptr) return whole.prove();
     } catch (const std::bad_alloc&) {
-      return give_up("the whole system does not fit into its memory");
+      why = "the whole system does not fit into its memory";
     } catch (const std::length_error& error) {
-      return give_up(error.what());
+      why = error.what();
     }
+    cli::print_message(options_.scene.string() + ": warning: no certificate, which one rank makes: " + why);
+    return {};
   }
 
   MpiRanks& ranks_;
@@ -225,11 +202,11 @@ class Run {
   Clock::time_point begin_ = Clock::now();
   Division division_;
   const scene::Scene& scene_;
-  fs::path folder_;
+  fs::path folder_, checkpoint_;
   std::optional<cli::FolderLock> lock_;  ///< held by the first rank
   bool goes_on_ = false;
   Simulation simulation_;
-  std::optional<Trajectory> trajectory_;
+  std::vector<double> times_;  ///< of the frames, s
   double setup_ = 0.0, output_ = 0.0;
 };
 
@@ -281,8 +258,6 @@ ExitCode run_command(MpiRanks& ranks, int argc, const char* const* argv) {
     const cli::Request request = cli::parse_command_line(argc, argv);
     if (ranks.rank() != 0 && std::freopen("/dev/null", "w", stdout) == nullptr) return ExitCode::MachineFailure;
     return execute(ranks, request);
-  } catch (const SomeRankFailed& some) {
-    return tell(ranks, some.failure);
   } catch (...) {
     return tell(ranks, cli::describe_current_exception());
   }

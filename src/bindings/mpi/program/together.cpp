@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <sstream>
+#include <stdexcept>
+
+#include "cli/messages.hpp"
 
 namespace tanor::mpi {
 
@@ -20,31 +22,14 @@ void do_together(MpiRanks& ranks, const std::function<void()>& work) {
   MPI_Bcast(&failure.code, sizeof failure.code, MPI_BYTE, from, ranks.communicator());
   ranks.share(from, &failure.message);
   if (from > 0) failure.message = fmt::format("rank {}: {}", from, failure.message);
-  throw SomeRankFailed{failure};
+  if (failure.code == cli::ExitCode::BadInput) throw InputError("", failure.message);
+  throw std::runtime_error(failure.message);
 }
 
 void do_on_first(MpiRanks& ranks, const std::function<void()>& work) {
   do_together(ranks, [&] {
     if (ranks.rank() == 0) work();
   });
-}
-
-std::vector<std::string> gather_texts(MpiRanks& ranks, const std::string& own) {
-  std::vector<std::string> texts;
-  for (int rank = 0; rank < ranks.size(); ++rank) ranks.share(rank, &texts.emplace_back(own));
-  return texts;
-}
-
-std::vector<std::vector<std::string>> gather_lines(MpiRanks& ranks, const std::vector<std::string>& own) {
-  std::string text;
-  for (const std::string& line : own) text += line + "\n";
-  std::vector<std::vector<std::string>> lines;
-  for (const std::string& each : gather_texts(ranks, text)) {
-    std::istringstream stream(each);
-    lines.emplace_back();
-    for (std::string line; std::getline(stream, line);) lines.back().push_back(line);
-  }
-  return lines;
 }
 
 }  // namespace tanor::mpi

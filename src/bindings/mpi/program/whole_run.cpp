@@ -4,85 +4,62 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <string>
 
-#include "mpi/pieces.hpp"
+#include "base/disjoint_sets.hpp"
 #include "mpi/program/together.hpp"
+#include "report/shared_parts.hpp"
+#include "system/members.hpp"
 
 namespace tanor::mpi {
+using namespace detail;
 
 namespace {
 
 constexpr double least_scale = std::numeric_limits<double>::min();  // for accelerations that are all 0
 
-double sum_of(MpiRanks& ranks, double own) {
-  ranks.sum({&own, 1});
-  return own;
+/// Replaces each of these numbers by that of all ranks.
+template <class... Numbers>
+void combine(MpiRanks& ranks, void (MpiRanks::*how)(std::span<double>), Numbers&... numbers) {
+  std::array<double, sizeof...(numbers)> all{static_cast<double>(numbers)...};
+  (ranks.*how)(all);
+  std::size_t k = 0;
+  ((numbers = static_cast<Numbers>(all[k++])), ...);
 }
 
-std::size_t sum_of(MpiRanks& ranks, std::size_t own) {
-  return static_cast<std::size_t>(sum_of(ranks, static_cast<double>(own)));
-}
-
-/// Adds the numbers of all ranks at their places, on the first rank, which takes them rank by rank.
-void gather(const MpiRanks& ranks, std::span<const double> numbers, std::span<const std::size_t> places,
-            std::vector<double>* all) {
-  const auto add = [&](std::span<const double> own, std::span<const std::size_t> own_places) {
-    for (std::size_t k = 0; k < own.size(); ++k) (*all)[own_places[k]] += own[k];
-  };
-  if (ranks.rank() != 0) {
-    send_array(ranks.communicator(), 0, numbers);
-    send_array(ranks.communicator(), 0, places);
-    return;
-  }
-  add(numbers, places);
-  for (int rank = 1; rank < ranks.size(); ++rank) {
-    const auto received = receive_array<double>(ranks.communicator(), rank);
-    add(received, receive_array<std::size_t>(ranks.communicator(), rank));
-  }
-}
-
-/// Returns the friction of all ranks: counts add up, of the rest the weakest result counts. Ranks without friction say
-/// nothing.
-FrictionSummary merge_friction(MpiRanks& ranks, const FrictionSummary& own) {
-  constexpr double never = std::numeric_limits<double>::infinity();
-  const auto solves = static_cast<double>(own.solves);
-  std::array<double, 3> sums{solves, static_cast<double>(own.several), solves * own.iterations_mean};
-  ranks.sum(sums);
-  const bool is_proven = own.uniqueness == Uniqueness::NotAsked || !std::isnan(own.error_bound);
-  std::array<double, 8> largest{static_cast<double>(own.iterations_max),
-                                own.contraction_max,
-                                own.residual_max,
-                                static_cast<double>(own.method_used),
-                                static_cast<double>(own.uniqueness),
-                                is_proven ? 0.0 : 1.0,
-                                std::isnan(own.error_bound) ? 0.0 : own.error_bound,
-                                own.several > 0 ? -own.first_several : -never};
-  ranks.find_largest(largest);
-  FrictionSummary all;
-  all.solves = static_cast<std::size_t>(sums[0]);
-  all.several = static_cast<std::size_t>(sums[1]);
-  if (all.solves > 0) all.iterations_mean = sums[2] / sums[0];
-  all.iterations_max = static_cast<int>(largest[0]);
-  all.contraction_max = largest[1];
-  all.residual_max = largest[2];
-  all.method_used = static_cast<FrictionMethod>(largest[3]);
-  all.uniqueness = static_cast<Uniqueness>(largest[4]);
-  if (all.uniqueness != Uniqueness::NotAsked && largest[5] == 0.0) all.error_bound = largest[6];
-  if (all.several > 0) all.first_several = -largest[7];
-  for (const std::string& reason : gather_texts(ranks, own.uniqueness == all.uniqueness ? own.uniqueness_reason : "")) {
-    if (all.uniqueness_reason.empty()) all.uniqueness_reason = reason;
-  }
-  return all;
+std::size_t count_islands(const System& system) {
+  std::vector<Index> root(system.num_points());
+  std::iota(root.begin(), root.end(), 0);
+  const std::vector<char> is_support = find_supports(system);
+  std::vector<char> has_rows(root.size(), 0);
+  for_each_member(system, [&](std::span<const Index> points, int) {
+    Index first = -1;
+    for (const Index point : points) {
+      if (is_support[static_cast<std::size_t>(point)] != 0) continue;
+      has_rows[static_cast<std::size_t>(point)] = 1;
+      if (first < 0) first = point;
+      join_sets(root.data(), first, point);
+    }
+  });
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < root.size(); ++i) count += has_rows[i] != 0 && root[i] == static_cast<Index>(i) ? 1 : 0;
+  return count;
 }
 
 }  // namespace
 
 WholeRun::WholeRun(MpiRanks& ranks, const Division& division, Simulation& simulation)
-    : ranks_(ranks), division_(division), part_(division.part()), rank_(simulation.rank()) {
-  merge_plan(simulation.plan());
-  merge_report(simulation.report());
+    : ranks_(ranks),
+      division_(division),
+      part_(division.part()),
+      contacts_(report::count_contacts(part_.system)),
+      plan_(simulation.plan()),
+      report_(simulation.report()),
+      rank_(simulation.rank()) {
+  merge_plan();
+  merge_friction();
   if (division.whole() == nullptr) return;
   positions_ = gather_points(simulation.positions());
   velocities_ = gather_points(simulation.velocities());
@@ -92,58 +69,60 @@ WholeRun::WholeRun(MpiRanks& ranks, const Division& division, Simulation& simula
   support_forces_ = gather_points(simulation.support_forces(), OfSupports::AreSummed);
 }
 
+/// Counts points and equations on the ranks that write or count them, and everything else where it is.
+void WholeRun::merge_plan() {
+  const std::vector<char> is_support = find_supports(part_.system);
+  plan_.points = count_to_write(ranks_, part_);
+  plan_.supports = static_cast<std::size_t>(std::count(is_support.begin(), is_support.begin() + plan_.points, 1));
+  for (const Part::SharedRow& row : part_.part.shared_rows) plan_.equations -= row.is_counted ? 0 : 1;
+  combine(ranks_, &MpiRanks::sum, plan_.points, plan_.supports, plan_.equations, plan_.islands, plan_.coordinates,
+          plan_.factor_nonzeros, plan_.factor_flops, contacts_);
+  if (part_.part.is_cut()) plan_.islands = count_islands(*division_.whole());
+  const auto lists = gather(ranks_, plan_.left_out);
+  std::erase_if(plan_.left_out, [&](const std::string& each) {  // what one rank needs was not left out
+    return std::ranges::any_of(lists, [&](const auto& list) { return std::ranges::find(list, each) == list.end(); });
+  });
+}
+
+/// Counts add up, of the rest the weakest result counts. Ranks without friction say nothing.
+void WholeRun::merge_friction() {
+  constexpr double never = std::numeric_limits<double>::infinity();
+  FrictionSummary& all = report_.friction;
+  const Uniqueness own = all.uniqueness;
+  bool is_unproven = own != Uniqueness::NotAsked && std::isnan(all.error_bound);
+  if (std::isnan(all.error_bound)) all.error_bound = 0.0;
+  double iterations = static_cast<double>(all.solves) * all.iterations_mean,
+         first_several = all.several > 0 ? -all.first_several : -never;
+  combine(ranks_, &MpiRanks::sum, all.solves, all.several, iterations);
+  combine(ranks_, &MpiRanks::find_largest, all.iterations_max, all.contraction_max, all.residual_max, all.method_used,
+          all.uniqueness, is_unproven, all.error_bound, first_several);
+  all.iterations_mean = all.solves > 0 ? iterations / static_cast<double>(all.solves) : 0.0;
+  all.first_several = all.several > 0 ? -first_several : std::numeric_limits<double>::quiet_NaN();
+  if (all.uniqueness == Uniqueness::NotAsked || is_unproven) all.error_bound = std::numeric_limits<double>::quiet_NaN();
+  const auto reasons = gather(ranks_, own == all.uniqueness ? all.uniqueness_reason : std::string());
+  const auto known = std::ranges::find_if(reasons, [](const std::string& reason) { return !reason.empty(); });
+  all.uniqueness_reason = known != reasons.end() ? *known : std::string();
+}
+
 /// Gathers numbers of points from their owners. Those of supports are the first rank's, or the sum over all ranks.
 std::vector<double> WholeRun::gather_points(std::span<const double> own, OfSupports of_supports) const {
-  std::vector<double> numbers;
-  std::vector<std::size_t> places;
-  const bool adds_supports = of_supports == OfSupports::AreSummed || ranks_.rank() == 0;
-  const std::size_t end = adds_supports ? part_.points.size() - part_.part.guests.size() : part_.num_owned;
-  for (std::size_t i = 0; i < end; ++i) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      numbers.push_back(own[3 * i + c]);
-      places.push_back(3 * static_cast<std::size_t>(part_.points[i]) + c);
-    }
-  }
-  std::vector<double> all(ranks_.rank() == 0 ? 3 * plan_.points : 0);
-  gather(ranks_, numbers, places, &all);
-  return all;
+  const std::size_t end = of_supports == OfSupports::AreSummed ? part_.points.size() - part_.part.guests.size()
+                                                               : count_to_write(ranks_, part_);
+  std::vector<double> all(3 * plan_.points, 0.0);
+  for (std::size_t i = 0; i < end; ++i)
+    std::copy_n(&own[3 * i], 3, &all[3 * static_cast<std::size_t>(part_.points[i])]);
+  ranks_.sum(all);
+  return ranks_.rank() == 0 ? all : std::vector<double>();
 }
 
 /// Gathers numbers of rows. Shared equations come from the rank that counts them.
 std::vector<double> WholeRun::gather_rows(std::span<const double> own) const {
-  std::vector<char> is_elsewhere(part_.equations.size(), 0);
-  for (const Part::SharedRow& row : part_.part.shared_rows) is_elsewhere[row.equation] = row.is_counted ? 0 : 1;
-  std::vector<double> numbers;
-  std::vector<std::size_t> places;
-  for (std::size_t a = 0; a < part_.equations.size(); ++a) {
-    if (is_elsewhere[a] != 0) continue;
-    numbers.push_back(own[a]);
-    places.push_back(part_.equations[a]);
-  }
-  std::vector<double> all(ranks_.rank() == 0 ? plan_.equations : 0);
-  gather(ranks_, numbers, places, &all);
-  return all;
-}
-
-void WholeRun::merge_plan(const PlanSummary& own) {
-  plan_ = own;
-  plan_.points = division_.counts().points;
-  plan_.supports = division_.counts().supports;
-  plan_.equations = division_.counts().equations;
-  const std::size_t own_islands = sum_of(ranks_, own.islands);
-  plan_.islands = own.form == Form::Tangent ? own_islands : division_.counts().islands;
-  plan_.coordinates = sum_of(ranks_, own.coordinates);
-  const auto lists = gather_lines(ranks_, own.left_out);
-  std::erase_if(plan_.left_out, [&](const std::string& each) {  // what one rank needs was not left out
-    return std::ranges::any_of(lists, [&](const auto& list) { return std::ranges::find(list, each) == list.end(); });
-  });
-  plan_.factor_nonzeros = sum_of(ranks_, own.factor_nonzeros);
-  plan_.factor_flops = sum_of(ranks_, own.factor_flops);
-}
-
-void WholeRun::merge_report(const MotionReport& own) {
-  report_ = own;
-  report_.friction = merge_friction(ranks_, own.friction);
+  std::vector<double> all(plan_.equations, 0.0);
+  for (std::size_t a = 0; a < part_.equations.size(); ++a) all[part_.equations[a]] = own[a];
+  for (const Part::SharedRow& row : part_.part.shared_rows)
+    if (!row.is_counted) all[part_.equations[row.equation]] = 0.0;
+  ranks_.sum(all);
+  return ranks_.rank() == 0 ? all : std::vector<double>();
 }
 
 Certificate WholeRun::prove() const {
@@ -167,7 +146,7 @@ report::RunEnd WholeRun::end() const {
   std::optional<report::EndArrays> arrays;
   if (division_.whole() != nullptr)
     arrays = {positions_, velocities_, accelerations_, multipliers_, reactions_, support_forces_};
-  return {division_.counts().contacts, plan_, report_, rank_, report_.time, arrays};
+  return {contacts_, plan_, report_, rank_, report_.time, arrays, {}, {}, part_.system.units};
 }
 
 }  // namespace tanor::mpi

@@ -8,7 +8,7 @@
 
 namespace tanor::mpi {
 
-/// The end of a run of all ranks, gathered on the first one as if it had run on one rank. Arrays are in the order of
+/// The end of a run of all ranks, gathered as if it had run on one rank. The first rank has the arrays, in the order of
 /// the whole system; there are none if no rank holds it.
 class WholeRun {
  public:
@@ -23,16 +23,17 @@ class WholeRun {
   Certificate prove() const;
 
  private:
+  void merge_plan();
+  void merge_friction();
   enum class OfSupports { AreTheFirstRanks, AreSummed };
   std::vector<double> gather_points(std::span<const double> own,
                                     OfSupports of_supports = OfSupports::AreTheFirstRanks) const;
   std::vector<double> gather_rows(std::span<const double> own) const;
-  void merge_plan(const PlanSummary& own);
-  void merge_report(const MotionReport& own);
 
   MpiRanks& ranks_;
   const Division& division_;
   const RankSystem& part_;
+  std::size_t contacts_;
   PlanSummary plan_;
   MotionReport report_;
   RankReport rank_;
