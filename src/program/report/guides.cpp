@@ -19,82 +19,39 @@ namespace tanor::report {
 
 namespace {
 
-/// Classification of groups by fields whose names constraints and coordinates share.
+/// True for groups that hold each point by itself, on a surface or curve that their fields describe.
 template <class Group>
-constexpr bool is_plane = requires(const Group& g) {
-  g.normal, g.offset;
-};
-template <class Group>
-constexpr bool is_circle = requires(const Group& g) {
-  g.center, g.normal, g.radius;
-};
-template <class Group>
-constexpr bool is_sphere = requires(const Group& g) {
-  g.center, g.radius;
+constexpr bool is_drawn = has_single_points<Group> && !std::is_same_v<Group, ChainAngles> &&
+                          !std::is_same_v<decltype(KindOf<Group>::fields), const std::tuple<>>;
+
+/// Returns the number of a member at time t, or nothing if the start decides it.
+std::optional<double> number_of(const Parameter& parameter, std::size_t k, double t) {
+  const auto of = [k](const auto& list) { return list[list.size() == 1 ? 0 : k]; };
+  if (!parameter.constants.empty()) return of(parameter.constants);
+  if (!parameter.functions.empty()) return of(parameter.functions)(t).value();
+  return {};
 }
-&&!is_circle<Group>;
-template <class Group>
-constexpr bool is_line = requires(const Group& g) {
-  g.origin, g.direction;
-};
-template <class Group>
-constexpr bool is_ellipsoid = requires(const Group& g) {
-  g.center, g.radii;
-};
-template <class Group>
-constexpr bool is_helix = requires(const Group& g) {
-  g.origin, g.axis, g.pitch;
-};
-template <class Group>
-constexpr bool is_drawn =
-    is_plane<Group> || is_circle<Group> || is_sphere<Group> || is_line<Group> || is_ellipsoid<Group> || is_helix<Group>;
 
-/// Evaluates vectors and numbers at one time.
-struct Now {
-  double t;
-
-  Vector3 operator()(const VectorFunction& function) const {
-    const auto jets = function(t);
-    return {jets[0].value(), jets[1].value(), jets[2].value()};
-  }
-  Vector3 operator()(const Vector3& constant) const { return constant; }
-  /// Returns the number of a member, or nothing if the start decides it.
-  std::optional<double> number(const Parameter& parameter, std::size_t k) const {
-    const auto of = [k](const auto& list) { return list[list.size() == 1 ? 0 : k]; };
-    if (!parameter.constants.empty()) return of(parameter.constants);
-    if (!parameter.functions.empty()) return of(parameter.functions)(t).value();
-    return {};
-  }
-};
-
-/// Returns the numbers of the guide of a member at time t. What the system leaves to the start is measured there.
+/// Returns the fields of a member at time t, one after the other. What the system leaves to the start is measured
+/// there.
 template <class Group>
 std::vector<double> place(const System& system, const Group& group, double t_start, double t, std::size_t k) {
-  const Now now{t};
   std::vector<double> numbers;
-  const auto add = [&](const Vector3& v) { numbers.insert(numbers.end(), v.begin(), v.end()); };
-  if constexpr (is_plane<Group>) {
-    add(now(group.normal));
-  } else if constexpr (is_circle<Group>) {
-    add(now(group.center));
-    add(now(group.normal));
-  } else if constexpr (is_sphere<Group>) {
-    add(now(group.center));
-  } else if constexpr (is_line<Group>) {
-    add(now(group.origin));
-    add(now(group.direction));
-  } else if constexpr (is_ellipsoid<Group>) {
-    for (const Vector3& v : {now(group.center), group.radii, group.axes[0], group.axes[1]}) add(v);
-  } else {
-    add(now(group.origin));
-    add(group.axis);
-    numbers.push_back(group.radius);
-    numbers.push_back(group.pitch);
-  }
-  if constexpr (requires { KindOf<Group>::parameter; }) {
-    const std::optional<double> given = now.number(group.*KindOf<Group>::parameter, k);
-    numbers.push_back(given ? *given : measure_initial(system, group, t_start, k));
-  }
+  const auto add = [&]<class Value>(const Value& value) {
+    if constexpr (std::is_same_v<Value, VectorFunction>) {
+      for (const auto& jet : value(t)) numbers.push_back(jet.value());
+    } else if constexpr (std::is_same_v<Value, Parameter>) {
+      const std::optional<double> given = number_of(value, k, t);
+      numbers.push_back(given ? *given : measure_initial(system, group, t_start, k));
+    } else if constexpr (std::is_same_v<Value, std::array<Vector3, 2>>) {
+      for (const Vector3& v : value) numbers.insert(numbers.end(), v.begin(), v.end());
+    } else if constexpr (std::is_same_v<Value, Vector3>) {
+      numbers.insert(numbers.end(), value.begin(), value.end());
+    } else {
+      numbers.push_back(value);
+    }
+  };
+  for_each_field<Group>([&](const auto& field) { add(group.*field.value); });
   return numbers;
 }
 
@@ -107,11 +64,6 @@ bool are_close(const std::vector<double>& a, const std::vector<double>& b) {
 struct Placed {
   std::vector<Guide> guides;
   std::vector<std::vector<Index>> points;
-
-  void erase(std::size_t k) {
-    guides.erase(guides.begin() + static_cast<std::ptrdiff_t>(k));
-    points.erase(points.begin() + static_cast<std::ptrdiff_t>(k));
-  }
 };
 
 /// Returns the center, normal and radius of the circle in which a plane meets a sphere; the radius is 0 if it does not.
@@ -131,7 +83,8 @@ void merge_rings(Placed* placed) {
         continue;
       Guide& ring = placed->guides[s];
       ring = {"circle", ring.name, cut_sphere(ring.numbers, placed->guides[p].numbers)};
-      placed->erase(p);
+      placed->guides.erase(placed->guides.begin() + static_cast<std::ptrdiff_t>(p));
+      placed->points.erase(placed->points.begin() + static_cast<std::ptrdiff_t>(p));
       if (p < s) --s;
     }
   }
@@ -154,23 +107,22 @@ void add_guides(const System& system, const Group& group, double t_start, double
   }
 }
 
-/// Returns true if a formula defines a surface: it has one point, and its operations are known and few enough to draw.
-bool has_surface(const UserConstraints& group) {
-  constexpr std::size_t most_steps = 500;
-  const std::shared_ptr<const Expression>& expression = group.kernel.expression;
-  return group.kernel.num_points == 1 && expression != nullptr && expression->instructions.size() <= most_steps;
-}
+/// Returns true for a formula that defines a surface: it has one point, and its operations are known and few enough to
+/// draw.
 template <class Group>
-bool has_surface(const Group&) {
+bool has_surface([[maybe_unused]] const Group& group) {
+  if constexpr (std::is_same_v<Group, UserConstraints>) {
+    constexpr std::size_t most_steps = 500;
+    const std::shared_ptr<const Expression>& expression = group.kernel.expression;
+    return group.kernel.num_points == 1 && expression != nullptr && expression->instructions.size() <= most_steps;
+  }
   return false;
 }
 
-/// Returns true if a formula has several points, between which a line is drawn.
-bool is_tie(const UserConstraints& group) {
-  return group.kernel.num_points > 1;
-}
+/// Returns true for a formula of several points, between which a line is drawn.
 template <class Group>
-bool is_tie(const Group&) {
+bool is_tie([[maybe_unused]] const Group& group) {
+  if constexpr (std::is_same_v<Group, UserConstraints>) return group.kernel.num_points > 1;
   return false;
 }
 
