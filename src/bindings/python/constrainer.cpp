@@ -272,12 +272,7 @@ positions, velocities, forces  float64 [n, 3]
 The others as in solve.)doc")
       .def_property_readonly(
           "observed",
-          [](HostHandle& handle) {
-            return handle.run([](const Constrainer& c) {
-              const std::span<const Observed> all = c.observed();
-              return std::vector<Observed>(all.begin(), all.end());
-            });
-          },
+          [](HostHandle& handle) { return handle.run([](const Constrainer& c) { return list_of(c.observed()); }); },
           "(list[Observed]) the observables, with the values of the last observe; NaN before it");
 }
 

@@ -31,7 +31,7 @@ class Problem : public Handle<Library> {
  private:
   Library make() override {
     System description = read_system(system);
-    const SolverOptions solver = options.is_none() ? options_of_scene(system) : read_solver_options(options);
+    const auto solver = choose_options<SolverOptions>(options, system);
     return without_lock([&] { return Library(std::move(description), solver); });
   }
 };

@@ -13,11 +13,6 @@
 namespace tanor::python {
 namespace {
 
-std::span<const std::byte> bytes_of(const py::bytes& bytes) {
-  const std::string_view text = bytes;
-  return std::as_bytes(std::span(text));
-}
-
 Constraint read_constraint(const py::object& constraint) {
   py::list list;
   list.append(constraint);
@@ -186,8 +181,7 @@ void HostHandle::remove_observable(std::size_t number) {
 // ---- copies ----
 
 py::bytes HostHandle::save() {
-  const std::vector<std::byte> saved = run([](Constrainer& c) { return c.save(); });
-  return {reinterpret_cast<const char*>(saved.data()), saved.size()};
+  return to_bytes(ask<HostHandle, &Constrainer::save>(*this));
 }
 
 void HostHandle::restore(const py::bytes& saved) {
@@ -221,7 +215,7 @@ Constrainer HostHandle::make() {
   std::vector<double> masses;
   read({description_.masses, "/masses"}, &masses);
   std::vector<Constraint> constraints = read_constraints(description_.constraints);
-  const SolverOptions options = read_solver_options(description_.options);
+  const auto options = choose_options<SolverOptions>(description_.options, py::none());
   const ConstPointArray at =
       points_to_read(description_.positions, {"positions", static_cast<py::ssize_t>(masses.size())});
   const bool has_cell = !description_.cell.is_none();

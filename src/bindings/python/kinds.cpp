@@ -1,5 +1,6 @@
 #include "python/kinds.hpp"
 
+#include <functional>
 #include <string>
 #include <tuple>
 #include <variant>
@@ -9,6 +10,7 @@
 #include "python/functions.hpp"
 #include "python/header_docs.hpp"
 #include "python/scene_file.hpp"
+#include "scene/scene.hpp"
 
 namespace tanor::python {
 using namespace detail;
@@ -18,11 +20,15 @@ namespace {
 /// Members of a struct that the fields of its kind do not list, since scene files spell them in a way of their own.
 template <class Group>
 struct Extra {
-  static constexpr std::tuple<> fields{};
-};
-template <>
-struct Extra<UserConstraints> {
-  static constexpr std::tuple fields{FieldOf("kernel", &UserConstraints::kernel, {.is_required = true})};
+  static constexpr auto law_or_kernel() {
+    if constexpr (requires(Group group) { group.law; })
+      return std::tuple{FieldOf("law", &Group::law)};
+    else if constexpr (requires(Group group) { group.kernel; })
+      return std::tuple{FieldOf("kernel", &Group::kernel, {.is_required = true})};
+    else
+      return std::tuple<>{};
+  }
+  static constexpr auto fields = law_or_kernel();
 };
 template <>
 struct Extra<FormulaForce> {
@@ -36,22 +42,10 @@ struct Extra<Potential> {
                                      FieldOf("constants", &Potential::constants)};
 };
 template <>
-struct Extra<Bonds> {
-  static constexpr std::tuple fields{FieldOf("law", &Bonds::law)};
-};
-template <>
-struct Extra<Bendings> {
-  static constexpr std::tuple fields{FieldOf("law", &Bendings::law)};
-};
-template <>
 struct Extra<Torsions> {
   static constexpr std::tuple fields{FieldOf("law", &Torsions::law),
                                      FieldOf("coefficients", &Torsions::coefficients, {.unit = "J"}),
                                      FieldOf("multiplicity", &Torsions::multiplicity)};
-};
-template <>
-struct Extra<UserFriction> {
-  static constexpr std::tuple fields{FieldOf("kernel", &UserFriction::kernel, {.is_required = true})};
 };
 template <>
 struct Extra<UserCoordinates> {
@@ -108,18 +102,24 @@ constexpr std::tuple own_fields{FieldOf(member_key<members>.data(), members)...}
 
 template <>
 struct Description<SolverOptions> {
+  static constexpr const char* place = "/solver";
+  static constexpr auto of_scene = &scene::Scene::solver;
   using S = SolverOptions;
   static constexpr auto fields =
       own_fields<&S::form, &S::linear_solver, &S::ordering, &S::threads, &S::friction, &S::reuse, &S::exact>;
 };
 template <>
 struct Description<MotionOptions> {
+  static constexpr const char* place = "/motion";
+  static constexpr auto of_scene = &scene::Scene::motion;
   using M = MotionOptions;
   static constexpr auto fields = own_fields<&M::method, &M::step, &M::max_step, &M::rtol, &M::atol, &M::stabilisation,
                                             &M::start, &M::order, &M::spectral_radius>;
 };
 template <>
 struct Description<EquilibriumOptions> {
+  static constexpr const char* place = "/equilibrium";
+  static constexpr auto of_scene = &scene::equilibrium_options;
   using E = EquilibriumOptions;
   static constexpr auto fields =
       own_fields<&E::method, &E::force_tolerance, &E::max_iterations, &E::accept, &E::at, &E::load_steps, &E::prestress,
@@ -127,12 +127,16 @@ struct Description<EquilibriumOptions> {
 };
 template <>
 struct Description<ModesOptions> {
+  static constexpr const char* place = "/modes";
+  static constexpr auto of_scene = &scene::modes_options;
   using M = ModesOptions;
   static constexpr auto fields = own_fields<&M::count, &M::time, &M::prestress, &M::force_tolerance, &M::tolerance,
                                             &M::ignore_friction, &M::damped, &M::freeze_time>;
 };
 template <>
 struct Description<BucklingOptions> {
+  static constexpr const char* place = "/buckling";
+  static constexpr auto of_scene = &scene::buckling_options;
   using B = BucklingOptions;
   static constexpr auto fields =
       std::tuple_cat(std::tuple{FieldOf("loads", &B::loads, {.is_required = true})},
@@ -363,33 +367,17 @@ py::object give_solver_options(const SolverOptions& options) {
   return give_struct(options);
 }
 
-SolverOptions read_solver_options(const py::object& options) {
-  return options.is_none() ? SolverOptions{} : read_struct<SolverOptions>({options, "/solver"});
+template <class Options>
+Options choose_options(const py::object& options, const py::object& system) {
+  if (!options.is_none()) return read_struct<Options>({options, Description<Options>::place});
+  if (!py::isinstance<SceneFile>(system)) return {};
+  return std::invoke(Description<Options>::of_scene, system.cast<SceneFile&>().read());
 }
-
-MotionOptions read_motion_options(const py::object& options) {
-  return options.is_none() ? MotionOptions{} : read_struct<MotionOptions>({options, "/motion"});
-}
-
-EquilibriumOptions read_equilibrium_options(const py::object& options) {
-  return read_struct<EquilibriumOptions>({options, "/equilibrium"});
-}
-
-ModesOptions read_modes_options(const py::object& options) {
-  return read_struct<ModesOptions>({options, "/modes"});
-}
-
-BucklingOptions read_buckling_options(const py::object& options) {
-  return read_struct<BucklingOptions>({options, "/buckling"});
-}
-
-SolverOptions options_of_scene(const py::object& object) {
-  return py::isinstance<SceneFile>(object) ? object.cast<SceneFile&>().read().solver : SolverOptions{};
-}
-
-MotionOptions motion_of_scene(const py::object& object) {
-  return py::isinstance<SceneFile>(object) ? object.cast<SceneFile&>().read().motion : MotionOptions{};
-}
+template SolverOptions choose_options(const py::object&, const py::object&);
+template MotionOptions choose_options(const py::object&, const py::object&);
+template EquilibriumOptions choose_options(const py::object&, const py::object&);
+template ModesOptions choose_options(const py::object&, const py::object&);
+template BucklingOptions choose_options(const py::object&, const py::object&);
 
 double start_of_scene(const py::object& object) {
   return py::isinstance<SceneFile>(object) ? object.cast<SceneFile&>().read().t_start : 0.0;

@@ -12,16 +12,14 @@ namespace tanor::python {
 /// Read the parts of a System or a Constrainer from the attributes of a Python object. They throw InputError.
 System read_system(const py::object& system_or_scene);
 std::vector<Constraint> read_constraints(const py::object& constraints);
-SolverOptions read_solver_options(const py::object& options);
-MotionOptions read_motion_options(const py::object& options);
-EquilibriumOptions read_equilibrium_options(const py::object& options);
-ModesOptions read_modes_options(const py::object& options);
-BucklingOptions read_buckling_options(const py::object& options);
 
-/// Return what the file of a Scene says, or the defaults for a System.
-SolverOptions options_of_scene(const py::object& system_or_scene);
-MotionOptions motion_of_scene(const py::object& system_or_scene);
-double start_of_scene(const py::object& system_or_scene);  // s
+/// Returns the options that were given; for None those of the file of a Scene, or the defaults. `Options` are
+/// SolverOptions, MotionOptions, EquilibriumOptions, ModesOptions or BucklingOptions. Throws InputError.
+template <class Options>
+Options choose_options(const py::object& options, const py::object& system_or_scene);
+
+/// Returns the time at which the file of a Scene begins, or 0 for a System, s.
+double start_of_scene(const py::object& system_or_scene);
 /// Adds the observables and the events of a scene; of a system, the default observables.
 void add_requests_of_scene(const py::object& system_or_scene, Simulation* simulation);
 

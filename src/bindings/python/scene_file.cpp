@@ -16,17 +16,22 @@ std::optional<Value> optional_of(const py::object& object) {
   return object.is_none() ? std::nullopt : std::optional(object.cast<Value>());
 }
 
+/// Returns the values of (method, step, max_step, rtol, atol, t_end, threads).
+scene::Overrides overrides_of(const py::tuple& values) {
+  return {.method = optional_of<std::string>(values[0]),
+          .step = optional_of<double>(values[1]),
+          .max_step = optional_of<double>(values[2]),
+          .rtol = optional_of<double>(values[3]),
+          .atol = optional_of<double>(values[4]),
+          .t_end = optional_of<double>(values[5]),
+          .threads = optional_of<int>(values[6])};
+}
+
 std::unique_ptr<SceneFile> load(const py::object& file, const py::object& method, const py::object& step,
                                 const py::object& max_step, const py::object& rtol, const py::object& atol,
                                 const py::object& t_end, const py::object& threads) {
   const std::string path = py::module_::import("os").attr("fspath")(file).cast<std::string>();
-  scene::Overrides overrides{.method = optional_of<std::string>(method),
-                             .step = optional_of<double>(step),
-                             .max_step = optional_of<double>(max_step),
-                             .rtol = optional_of<double>(rtol),
-                             .atol = optional_of<double>(atol),
-                             .t_end = optional_of<double>(t_end),
-                             .threads = optional_of<int>(threads)};
+  scene::Overrides overrides = overrides_of(py::make_tuple(method, step, max_step, rtol, atol, t_end, threads));
   std::string text;
   try {
     text = scene::read_text(path);
@@ -45,13 +50,7 @@ py::tuple get_state(const SceneFile& self) {
 
 std::unique_ptr<SceneFile> set_state(const py::tuple& s) {
   return std::make_unique<SceneFile>(s[0].cast<std::string>(), s[1].cast<std::string>(),
-                                     scene::Overrides{.method = optional_of<std::string>(s[2]),
-                                                      .step = optional_of<double>(s[3]),
-                                                      .max_step = optional_of<double>(s[4]),
-                                                      .rtol = optional_of<double>(s[5]),
-                                                      .atol = optional_of<double>(s[6]),
-                                                      .t_end = optional_of<double>(s[7]),
-                                                      .threads = optional_of<int>(s[8])});
+                                     overrides_of(s[py::slice(2, 9, 1)]));
 }
 
 constexpr const char* scene_doc = R"doc(

@@ -53,38 +53,32 @@ class Watch {
   std::exception_ptr raised_;
 };
 
-py::bytes to_bytes(const std::vector<std::byte>& saved) {
-  return {reinterpret_cast<const char*>(saved.data()), saved.size()};
-}
-
 /// A Simulation with the description from which it was made.
-class Run {
+class Run : public Handle<Simulation> {
  public:
   Run(py::object the_system, py::object motion, py::object solver, std::optional<double> t_start)
-      : system(std::move(the_system)),
+      : Handle("Simulation"),
+        system(std::move(the_system)),
         motion_(std::move(motion)),
         solver_(std::move(solver)),
-        t_start_(t_start.value_or(start_of_scene(system))),
-        simulation_(make(system, motion_, solver_, t_start_)) {}
+        t_start_(t_start.value_or(start_of_scene(system))) {
+    run([](const Simulation&) {});  // reports errors now
+  }
 
   const py::object system;
 
-  /// Returns call(simulation), run without the interpreter's lock.
-  template <class Call>
-  auto run(const Call& call) {
-    const Turns::Turn turn(turns_, "Simulation");
-    return without_lock([&] { return call(simulation_); });
-  }
-  const Simulation& now() const { return simulation_; }
+  const Simulation& now() const { return made(); }
   /// Returns what pickle and deepcopy keep: the description and the bytes of `save`.
   py::tuple state() {
     return py::make_tuple(system, motion_, solver_, t_start_, to_bytes(ask<Run, &Simulation::save>(*this)));
   }
   static std::unique_ptr<Run> from_state(const py::tuple& state) {
     auto result = std::make_unique<Run>(state[0], state[1], state[2], state[3].cast<double>());
-    const auto saved = state[4].cast<std::string>();
-    result->run([&](Simulation& s) { s.restore(std::as_bytes(std::span(saved))); });
+    result->restore(state[4].cast<std::string>());
     return result;
+  }
+  void restore(const std::string& saved) {
+    run([&](Simulation& s) { s.restore(bytes_of(saved)); });
   }
 
   Outcome advance_to(double t_end, const py::object& progress) {
@@ -97,20 +91,17 @@ class Run {
   }
 
  private:
-  static Simulation make(const py::object& system, const py::object& motion, const py::object& solver, double t_start) {
+  Simulation make() override {
     System description = read_system(system);
-    const MotionOptions motion_options = motion.is_none() ? motion_of_scene(system) : read_motion_options(motion);
-    const SolverOptions solver_options = solver.is_none() ? options_of_scene(system) : read_solver_options(solver);
-    Simulation made =
-        without_lock([&] { return Simulation(std::move(description), motion_options, solver_options, t_start); });
+    const auto motion = choose_options<MotionOptions>(motion_, system);
+    const auto solver = choose_options<SolverOptions>(solver_, system);
+    Simulation made = without_lock([&] { return Simulation(std::move(description), motion, solver, t_start_); });
     add_requests_of_scene(system, &made);
     return made;
   }
 
   py::object motion_, solver_;
   double t_start_;
-  Simulation simulation_;
-  Turns turns_;
 };
 
 /// Returns name -> (first equation, members, equations a member) of each group of constraints.
@@ -142,10 +133,7 @@ std::size_t add_observable(Run& self, const std::string& what, const std::string
 }
 
 std::vector<Observed> observe(Run& self) {
-  return self.run([](Simulation& s) {
-    const std::span<const Observed> all = s.observe();
-    return std::vector<Observed>(all.begin(), all.end());
-  });
+  return self.run([](Simulation& s) { return list_of(s.observe()); });
 }
 
 std::size_t add_event(Run& self, const py::object& function, const py::object& direction, bool stops,
@@ -164,10 +152,6 @@ std::size_t add_event(Run& self, const py::object& function, const py::object& d
 
 py::bytes save(Run& self) {
   return to_bytes(ask<Run, &Simulation::save>(self));
-}
-
-void restore(Run& self, const std::string& saved) {
-  self.run([&](Simulation& s) { s.restore(std::as_bytes(std::span(saved))); });
 }
 
 constexpr const char* simulation_doc = R"doc(
@@ -252,11 +236,7 @@ of         what is taken out; "": the member of which the condition speaks)doc")
                              "(dict[str, tuple]) first equation, members and equations a member of each group of "
                              "constraints, by name")
       .def_property_readonly(
-          "passages",
-          [](Run& self) {
-            const auto all = self.now().passages();
-            return std::vector<Passage>(all.begin(), all.end());
-          },
+          "passages", [](Run& self) { return list_of(self.now().passages()); },
           "(list[Passage]) of events, in the order of time")
       .def("solution", &ask<Run, &Simulation::solution>,
            "The present state as a value, also inside a progress callback.")
@@ -268,7 +248,7 @@ of         what is taken out; "": the member of which the condition speaks)doc")
            "Proves the answer at the present state, also inside a progress callback.")
       .def("rank", &ask<Run, &Simulation::rank>, "The rank of K at the present state.")
       .def("save", &save, "The present state as bytes, for restore of a simulation of an equal system.")
-      .def("restore", &restore, arg("saved"),
+      .def("restore", &Run::restore, arg("saved"),
            "Goes on from saved bytes. Raises InputError for bytes that are damaged or of another system.")
       .def_readonly("system", &Run::system, "(System | Scene) as it was given")
       .def_property_readonly("plan", &present<&Simulation::plan>,

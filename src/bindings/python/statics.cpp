@@ -9,26 +9,16 @@
 #include "python/bindings.hpp"
 #include "python/kinds.hpp"
 #include "python/records.hpp"
-#include "python/scene_file.hpp"
-#include "scene/scene.hpp"
 
 /// \file
 /// Rest and small vibrations: find_equilibrium, modes, find_buckling.
 namespace tanor::python {
 namespace {
 
-/// Returns the options that were given. For None it returns those of the scene, or the defaults.
-template <class Options, class Read, class OfScene>
-Options choose_options(const py::object& system, const py::object& options, const py::object& solver, const Read& read,
-                       const OfScene& of_scene) {
-  const bool is_scene = py::isinstance<SceneFile>(system);
-  Options chosen{};
-  if (!options.is_none()) {
-    chosen = read(options);
-  } else if (is_scene) {
-    chosen = of_scene(system.cast<SceneFile&>().read());
-  }
-  chosen.solver = solver.is_none() ? options_of_scene(system) : read_solver_options(solver);
+template <class Options>
+Options read_options(const py::object& options, const py::object& solver, const py::object& system) {
+  auto chosen = choose_options<Options>(options, system);
+  chosen.solver = choose_options<SolverOptions>(solver, system);
   return chosen;
 }
 
@@ -41,8 +31,7 @@ std::vector<double> positions_of(const System& system, const py::object& positio
 
 EquilibriumResult rest(const py::object& object, const py::object& options, const py::object& solver) {
   const System system = read_system(object);
-  const auto chosen =
-      choose_options<EquilibriumOptions>(object, options, solver, read_equilibrium_options, scene::equilibrium_options);
+  const auto chosen = read_options<EquilibriumOptions>(options, solver, object);
   return without_lock([&] { return find_equilibrium(system, chosen); });
 }
 
@@ -58,7 +47,7 @@ Modes vibrate(const py::object& object, const py::object& positions, const py::o
   const System system = read_system(object);
   const std::vector<bool> open = flags_to_read(open_rows);
   const System held = without_open_constraints(system, open);
-  auto chosen = choose_options<ModesOptions>(object, options, solver, read_modes_options, scene::modes_options);
+  auto chosen = read_options<ModesOptions>(options, solver, object);
   const std::vector<double> at = positions_of(system, positions);
   const std::span<const double> given =
       numbers_to_read(multipliers, {"multipliers", static_cast<py::ssize_t>(num_equations(system)), 0});
@@ -72,8 +61,7 @@ Buckling buckle(const py::object& object, const py::object& options, const py::o
                 const py::object& open_rows, const py::object& solver) {
   const System system = read_system(object);
   const System held = without_open_constraints(system, flags_to_read(open_rows));
-  const auto chosen =
-      choose_options<BucklingOptions>(object, options, solver, read_buckling_options, scene::buckling_options);
+  const auto chosen = read_options<BucklingOptions>(options, solver, object);
   const std::vector<double> at = positions_of(system, positions);
   return without_lock([&] { return find_buckling(held, at, chosen); });
 }

@@ -15,19 +15,26 @@ bool is_number(const py::object& value) {
          (PyNumber_Check(value.ptr()) != 0 && !py::isinstance<py::str>(value) && PySequence_Check(value.ptr()) == 0);
 }
 
-/// Takes an array of whole numbers that Index can hold. An empty list is one.
+using WholeNumbers = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>;
+
+/// Returns an array of whole numbers. An empty list is one.
+WholeNumbers whole_numbers(const Given& given, py::ssize_t dimensions, const char* wanted) {
+  const auto array = py::array::ensure(given.value);
+  PyErr_Clear();
+  if (array && array.size() == 0) return {};
+  if (!array || (array.dtype().kind() != 'i' && array.dtype().kind() != 'u') || array.ndim() != dimensions)
+    given.fail(wanted);
+  return WholeNumbers::ensure(array);
+}
+
+/// Takes the rows of an array of whole numbers that Index can hold; 0 columns are any number of them.
 template <class Take>
 void take_indices(const Given& given, py::ssize_t dimensions, py::ssize_t columns, const char* wanted,
                   const Take& take) {
-  const auto array = py::array::ensure(given.value);
-  PyErr_Clear();
-  if (array && array.size() == 0) return;
-  if (!array || (array.dtype().kind() != 'i' && array.dtype().kind() != 'u') || array.ndim() != dimensions ||
-      (columns > 0 && array.shape(1) != columns)) {
-    given.fail(wanted);
-  }
-  const auto numbers = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>::ensure(array);
+  const WholeNumbers numbers = whole_numbers(given, dimensions, wanted);
+  if (numbers.size() == 0) return;
   const py::ssize_t width = dimensions == 1 ? 1 : numbers.shape(1);
+  if (columns > 0 && width != columns) given.fail(wanted);
   std::vector<Index> row(static_cast<std::size_t>(width));
   for (py::ssize_t k = 0; k < numbers.shape(0); ++k) {
     for (py::ssize_t p = 0; p < width; ++p) {
@@ -48,10 +55,22 @@ py::array_t<double> numbers_of(const py::object& value) {
   return py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(raw);
 }
 
-template <std::size_t N>
-void read_tuples(const Given& given, const char* wanted, std::vector<std::array<Index, N>>* tuples) {
-  take_indices(given, 2, N, wanted, [&](const std::vector<Index>& row) {
-    std::copy(row.begin(), row.end(), tuples->emplace_back().begin());
+/// Calls visit(name, value) for each entry of a dict.
+template <class Visit>
+void for_each_entry(const Given& given, const std::string& wanted, const Visit& visit) {
+  if (py::len(given.value) == 0) return;
+  if (!py::isinstance<py::dict>(given.value)) given.fail(wanted);
+  for (const auto& [name, value] : given.value.cast<py::dict>())
+    visit(name.template cast<std::string>(), py::reinterpret_borrow<py::object>(value));
+}
+
+/// Calls visit(name, numbers) for each entry of a dict. A number is a list of one.
+template <class Visit>
+void for_each_list(const Given& given, const char* wanted, const Visit& visit) {
+  for_each_entry(given, wanted, [&](std::string name, const py::object& numbers) {
+    const auto array = numbers_of(numbers);
+    if (array.ndim() > 1 || array.size() == 0) given.fail(wanted);
+    visit(std::move(name), std::vector<double>(array.data(), array.data() + array.size()));
   });
 }
 
@@ -195,13 +214,7 @@ void read(const Given& given, std::vector<Vector3>* vectors) {
 }
 
 void read(const Given& given, std::vector<std::int64_t>* numbers) {
-  const auto array = py::array::ensure(given.value);
-  PyErr_Clear();
-  numbers->clear();
-  if (array && array.size() == 0) return;
-  if (!array || (array.dtype().kind() != 'i' && array.dtype().kind() != 'u') || array.ndim() != 1)
-    given.fail("whole numbers [n]");
-  const auto whole = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>::ensure(array);
+  const WholeNumbers whole = whole_numbers(given, 1, "whole numbers [n]");
   numbers->assign(whole.data(), whole.data() + whole.size());
 }
 
@@ -211,36 +224,18 @@ void read(const Given& given, std::vector<Index>* points) {
                [&](const std::vector<Index>& row) { points->push_back(row[0]); });
 }
 
-void read(const Given& given, std::vector<std::array<Index, 2>>* pairs) {
-  pairs->clear();
-  read_tuples(given, "pairs of points, whole numbers [n, 2]", pairs);
+template <std::size_t N>
+void read(const Given& given, std::vector<std::array<Index, N>>* tuples) {
+  constexpr std::array wanted{"pairs of points, whole numbers [n, 2]", "triples of points, whole numbers [n, 3]",
+                              "quadruples of points, whole numbers [n, 4]"};
+  tuples->clear();
+  take_indices(given, 2, N, wanted[N - 2], [&](const std::vector<Index>& row) {
+    std::copy(row.begin(), row.end(), tuples->emplace_back().begin());
+  });
 }
-
-void read(const Given& given, std::vector<std::array<Index, 3>>* triples) {
-  triples->clear();
-  read_tuples(given, "triples of points, whole numbers [n, 3]", triples);
-}
-
-void read(const Given& given, std::vector<std::array<Index, 4>>* quadruples) {
-  quadruples->clear();
-  read_tuples(given, "quadruples of points, whole numbers [n, 4]", quadruples);
-}
-
-namespace {
-
-/// Calls visit(name, numbers) for each entry of a dict. A number is a list of one.
-template <class Visit>
-void for_each_list(const Given& given, const char* wanted, const Visit& visit) {
-  if (py::len(given.value) == 0) return;
-  if (!py::isinstance<py::dict>(given.value)) given.fail(wanted);
-  for (const auto& [name, numbers] : given.value.cast<py::dict>()) {
-    const auto array = numbers_of(py::reinterpret_borrow<py::object>(numbers));
-    if (array.ndim() > 1 || array.size() == 0) given.fail(wanted);
-    visit(name.template cast<std::string>(), std::vector<double>(array.data(), array.data() + array.size()));
-  }
-}
-
-}  // namespace
+template void read(const Given& given, std::vector<std::array<Index, 2>>* tuples);
+template void read(const Given& given, std::vector<std::array<Index, 3>>* tuples);
+template void read(const Given& given, std::vector<std::array<Index, 4>>* tuples);
 
 void read(const Given& given, std::vector<std::vector<double>>* constants) {
   constants->clear();
@@ -258,13 +253,11 @@ void read(const Given& given, std::vector<Prestress>* prestress) {
 
 void read(const Given& given, std::vector<OneSided>* sides) {
   sides->clear();
-  if (py::len(given.value) == 0) return;
-  if (!py::isinstance<py::dict>(given.value))
-    given.fail("a dict of names of constraints, each with one of " + words_of<OneSide>());
-  for (const auto& [name, side] : given.value.cast<py::dict>()) {
-    OneSided& each = sides->emplace_back(OneSided{name.cast<std::string>()});
-    read({py::reinterpret_borrow<py::object>(side), given.place + "/" + each.constraint}, &each.side);
-  }
+  for_each_entry(given, "a dict of names of constraints, each with one of " + words_of<OneSide>(),
+                 [&](std::string name, py::object side) {
+                   OneSided& each = sides->emplace_back(OneSided{std::move(name)});
+                   read({std::move(side), given.place + "/" + each.constraint}, &each.side);
+                 });
 }
 
 void read(const Given& given, std::vector<std::vector<Index>>* tuples) {

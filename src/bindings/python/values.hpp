@@ -51,9 +51,8 @@ void read(const Given& given, std::vector<double>* numbers);
 void read(const Given& given, std::vector<Vector3>* vectors);
 void read(const Given& given, std::vector<std::int64_t>* numbers);
 void read(const Given& given, std::vector<Index>* points);
-void read(const Given& given, std::vector<std::array<Index, 2>>* pairs);
-void read(const Given& given, std::vector<std::array<Index, 3>>* triples);
-void read(const Given& given, std::vector<std::array<Index, 4>>* quadruples);
+template <std::size_t N>
+void read(const Given& given, std::vector<std::array<Index, N>>* tuples);  // pairs, triples, quadruples
 void read(const Given& given, std::vector<std::vector<Index>>* tuples);
 void read(const Given& given, std::vector<std::vector<double>>* constants);  // a dict of names
 void read(const Given& given, std::vector<Prestress>* prestress);            // likewise a dict
