@@ -306,6 +306,27 @@ TEST(FrictionEnumeration, TenContactsAreCountedAndElevenAreNot) {
   EXPECT_GT(counts.size(), 35u);
 }
 
+TEST(FrictionEnumeration, SeventyBeadsThatAreTooManyToCountStayAtRest) {
+  System system = make_row(1, 70);
+  for (Constraint& constraint : system.constraints) {
+    if (auto* const line = std::get_if<Lines>(&constraint)) line->direction = Vector3{0.0, 1.0, 0.0};
+  }
+  for (std::size_t k = 0; k < 70; ++k) {
+    system.positions[3 * k + 1] = 0.0;
+    std::get<Lines>(system.constraints[k]).origin = Vector3{2.0 * static_cast<double>(k), 0.0, 0.0};
+    system.forces[k] = ConstantForce{"", {static_cast<Index>(k)}, Vector3{0.0, 0.09, 1.0}};  // mu is 0.1 at least
+  }
+  Dynamics dynamics(system);
+  std::vector<double> w(system.positions.size(), 1.0);
+
+  const SolveReport report = dynamics.solve(
+      {.time = 0.0, .positions = system.positions, .velocities = system.velocities}, {.accelerations = w});
+
+  ASSERT_TRUE(report.outcome.ok()) << report.outcome.what;
+  EXPECT_EQ(report.friction.sticking, 70u);
+  for (const double each : w) EXPECT_NEAR(each, 0.0, 1e-12);
+}
+
 // ---- contacts that all slide ----
 
 using detail::ContactProblem;
