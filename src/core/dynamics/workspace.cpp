@@ -13,7 +13,6 @@
 #include "base/pack.hpp"
 #include "base/stopwatch.hpp"
 #include "base/text.hpp"
-#include "evaluate/point_sums.hpp"
 #include "system/members.hpp"
 #include "system/neighbourhoods.hpp"
 
@@ -276,7 +275,8 @@ void Workspace::measure_local_speeds(const double* r, const double* v, const dou
 }
 
 Energy Workspace::energy(double t, const double* r, const double* v) {
-  return {0.5 * sum_squares(model_.parallel, model_.num_moving(), model_.mass.data(), v), potential(t, r)};
+  const auto twice_kinetic = [&](std::size_t i) { return model_.mass[i] * dot(load(v, i), load(v, i)); };
+  return {0.5 * model_.parallel.sum(model_.num_moving(), twice_kinetic), potential(t, r)};
 }
 
 double Workspace::potential(double t, const double* r) {

@@ -5,7 +5,6 @@
 #include <iterator>
 
 #include "evaluate/pair_stiffness.hpp"
-#include "evaluate/point_sums.hpp"
 #include "kinds/force_kernel.hpp"
 #include "system/pair_rules.hpp"
 
@@ -222,7 +221,8 @@ double Forces::find_unseen(const Parallel& parallel, PointPath* path) {
 double Forces::potential(const Parallel& parallel, double t, const double* r) {
   // The energy of points is -(m g + constant forces).r.
   double of_points = 0.0;
-  if (dot(gravity_, gravity_) > 0.0) of_points -= dot(gravity_, sum_moments(parallel, num_moving_, mass_.data(), r));
+  if (dot(gravity_, gravity_) > 0.0)
+    of_points -= parallel.sum(num_moving_, [&](std::size_t i) { return mass_[i] * dot(gravity_, load(r, i)); });
   if (!given_.empty()) {
     of_points -= parallel.sum(num_moving_, [&](std::size_t i) {
       Vec3 force{};
