@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <numeric>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace tanor::detail {
@@ -29,9 +30,17 @@ struct Groups {
     });
   }
 
+  /// Sorts pairs of a group and an entry.
+  Groups(std::size_t num_groups, const std::vector<std::pair<std::int32_t, Entry>>& pairs)
+      : Groups(num_groups, [&](const auto& add) {
+          for (const auto& [group, entry] : pairs) add(group, entry);
+        }) {}
+
   std::size_t size() const { return start.size() - 1; }
   bool empty() const { return entries.empty(); }
+  /// Returns the entries of a group; none if there are no groups.
   std::span<const Entry> operator[](std::size_t group) const {
+    if (empty()) return {};
     return std::span(entries).subspan(first(group), first(group + 1) - first(group));
   }
   std::span<Entry> operator[](std::size_t group) {

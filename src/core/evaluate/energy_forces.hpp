@@ -56,7 +56,7 @@ class EnergyForces {
   ForcesOnPoints on_points_;              // family by family, point by point of all its tuples
   std::vector<double> energies_, rates_;  // [tuple] U, and its explicit dU/dt at the last `evaluate`
   std::vector<Block3> stiffness_;         // [tuple][p][p]; made by the first call that needs it
-  ByPoint<Index> own_blocks_;             // in stiffness_
+  Groups<Index> own_blocks_;              // in stiffness_
   std::size_t num_blocks_ = 0, num_influences_ = 0;
   bool depends_on_time_ = false;
 };

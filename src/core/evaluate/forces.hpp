@@ -123,7 +123,7 @@ class Forces {
   std::vector<double> mass_;  // [moving point], kg
   Vec3 gravity_{};
   GivenForces given_;
-  ByPoint<DragNumbers> drags_;
+  Groups<DragNumbers> drags_;
   SpringForces springs_;
   FormulaForces formulas_;
   EnergyForces energies_;

@@ -4,8 +4,10 @@
 #include <utility>
 #include <vector>
 
+#include <tanor/system.hpp>
+
+#include "base/groups.hpp"
 #include "base/vec3.hpp"
-#include "evaluate/by_point.hpp"
 
 namespace tanor::detail {
 
@@ -39,7 +41,7 @@ class ForcesOnPoints {
   }
 
   std::vector<double> force_;  // [slot]
-  ByPoint<Index> slots_;
+  Groups<Index> slots_;
 };
 
 }  // namespace tanor::detail

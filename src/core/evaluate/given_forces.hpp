@@ -2,8 +2,8 @@
 
 #include <vector>
 
+#include "base/groups.hpp"
 #include "base/vec3.hpp"
-#include "evaluate/by_point.hpp"
 #include "kinds/tables.hpp"
 #include "system/numbering.hpp"
 
@@ -36,7 +36,7 @@ class GivenForces {
  private:
   VectorTable<AsGiven> table_;
   std::vector<char> is_constant_;  // [slot]
-  ByPoint<Index> slots_;           // in table_
+  Groups<Index> slots_;            // in table_
 };
 
 /// The numbers of the drag -c1 v - c2 |v| v of one entry on a point, N s/m and N s^2/m^2.
