@@ -57,68 +57,47 @@ void find_products(std::size_t size, const double* moves, double* v, const Phi& 
   }
 }
 
-template <class Append>
-void list_members(const LinearFamily&, const Append&) {}
-
-template <class Append>
-void list_members(const UserFamily& family, const Append& append) {
-  for (const UserGroup& group : family.kernel.groups) {
-    const std::size_t p = group.points_per_member();
-    for (std::size_t k = 0; k < group.size(); ++k) append(std::span(group.points).subspan(k * p, p));
-  }
-}
-
-template <class Kernel, class Append>
-void list_members(const Family<Kernel>& family, const Append& append) {
-  if constexpr (!is_rod_kernel<Kernel>) {
-    for (const auto& points : family.kernel.points) append(std::span<const Index>(points));
-  }
-}
-
-// These call body(member, phi) for all members of a family but rods and linear ones, whose Hessians are simpler.
-
 /// A member of a family, with its first row and its first block of K.
 struct CurvedMember {
   std::span<const Index> points;
   std::size_t row, block;
 };
 
-template <class Body>
-void visit_curved(const LinearFamily&, const double*, double*, const Body&) {}
+// These call visit(member, phi) for all members of a family but rods and linear ones, whose Hessians are simpler.
+// phi(r, room, v) returns phi of the member's rows at r [3n] and the velocities v of its points; `room` [3n] is
+// scratch.
 
-template <class Body>
-void visit_curved(const UserFamily& family, const double* r, double*, const Body& body) {
+template <class Visit>
+void visit_curved(const TupleFamily<LinearKernel>&, const Visit&) {}
+
+template <class Visit>
+void visit_curved(const TupleFamily<UserKernels>& family, const Visit& visit) {
   for (const UserGroup& group : family.kernel.groups) {
-    const std::size_t p = group.points_per_member();
-    std::vector<double> places(3 * p);
-    const auto phi = [&](const double* v) {
-      double xi = 0.0, rate = 0.0, second = 0.0;
-      group.kernel.evaluate(group.kernel.context.get(),
-                            {1, family.kernel.t, places.data(), v, &xi, &rate, &second, nullptr});
-      return std::array{second};
-    };
-    const auto first_block = static_cast<std::size_t>(family.first_block + group.first_block);
-    for (std::size_t k = 0; k < group.size(); ++k) {
-      const std::span<const Index> points = std::span(group.points).subspan(k * p, p);
-      for (std::size_t i = 0; i < p; ++i) store(places.data(), i, load(r, points[i]));
-      body(CurvedMember{points, static_cast<std::size_t>(group.rows[k]), first_block + k * p}, phi);
+    for (std::size_t k = group.first; k < group.last; ++k) {
+      const std::span<const Index> points = family.kernel.tuple(k);
+      const auto phi = [&](const double* r, double* room, const double* v) {
+        for (std::size_t i = 0; i < points.size(); ++i) store(room, i, load(r, points[i]));
+        double xi = 0.0, rate = 0.0, second = 0.0;
+        group.kernel.evaluate(group.kernel.context.get(), {1, family.kernel.t, room, v, &xi, &rate, &second, nullptr});
+        return std::array{second};
+      };
+      visit(CurvedMember{points, static_cast<std::size_t>(family.rows[k]), family.block(k)}, phi);
     }
   }
 }
 
-/// `velocities` [3n] is scratch.
-template <class Kernel, class Body>
-void visit_curved(const Family<Kernel>& family, const double* r, double* velocities, const Body& body) {
+template <class Kernel, class Visit>
+void visit_curved(const Family<Kernel>& family, const Visit& visit) {
   if constexpr (!is_rod_kernel<Kernel>) {
     for (std::size_t k = 0; k < family.size(); ++k) {
       const auto& points = family.kernel.points[k];
-      const auto phi = [&](const double* v) {
-        for (std::size_t i = 0; i < points.size(); ++i) store(velocities, points[i], load(v, i));
-        return std::to_array(family.kernel(k, r, velocities).phi);
+      const auto phi = [&](const double* r, double* room, const double* v) {
+        for (std::size_t i = 0; i < points.size(); ++i) store(room, points[i], load(v, i));
+        return std::to_array(family.kernel(k, r, room).phi);
       };
-      body(CurvedMember{points, static_cast<std::size_t>(family.rows[k]),
-                        static_cast<std::size_t>(family.first_block) + k * Kernel::num_blocks},
-           phi);
+      visit(CurvedMember{points, static_cast<std::size_t>(family.rows[k]),
+                         static_cast<std::size_t>(family.first_block) + k * Kernel::num_blocks},
+            phi);
     }
   }
 }
@@ -142,7 +121,7 @@ void add_rod_products(const F& family, const double* r, const double* moves, dou
 }
 
 template <class Phi>
-constexpr std::size_t num_rows_of = std::tuple_size_v<std::invoke_result_t<Phi, const double*>>;
+constexpr std::size_t num_rows_of = std::tuple_size_v<std::invoke_result_t<Phi, const double*, double*, const double*>>;
 
 /// Adds `value`, which is -lambda times the entry (i, j) of a Hessian, to the blocks [p][p] of a member.
 void add_entry(std::size_t p, std::size_t i, std::size_t j, double value, Block3* blocks) {
@@ -155,9 +134,9 @@ void add_entry(std::size_t p, std::size_t i, std::size_t j, double value, Block3
 std::vector<Influence> Constraints::list_curved() const {
   std::vector<Influence> result;
   for_each_family([&](const auto& family) {
-    list_members(family, [&](std::span<const Index> points) {
-      for (const Index on : points) {
-        for (const Index of : points) result.push_back({on, of});
+    visit_curved(family, [&](const CurvedMember& member, const auto&) {
+      for (const Index on : member.points) {
+        for (const Index of : member.points) result.push_back({on, of});
       }
     });
   });
@@ -165,7 +144,7 @@ std::vector<Influence> Constraints::list_curved() const {
 }
 
 void Constraints::evaluate_curvatures(const double* r, const double* lambda, Block3* to) const {
-  std::vector<double> velocities(3 * num_points_), own;
+  std::vector<double> room(3 * num_points_), own;
   const auto evaluate = [&]<class Phi>(const CurvedMember& member, const Phi& phi) {
     constexpr std::size_t num_rows = num_rows_of<Phi>;
     const std::size_t p = member.points.size();
@@ -173,27 +152,30 @@ void Constraints::evaluate_curvatures(const double* r, const double* lambda, Blo
     std::fill(to, to + p * p, Block3{});
     if (std::ranges::any_of(multipliers, [](double multiplier) { return multiplier != 0.0; })) {
       own.assign(3 * p, 0.0);
-      find_hessians<num_rows>(3 * p, own.data(), phi, [&](std::size_t i, std::size_t j, std::size_t m, double entry) {
-        add_entry(p, i, j, -multipliers[m] * entry, to);
-      });
+      find_hessians<num_rows>(
+          3 * p, own.data(), [&](const double* v) { return phi(r, room.data(), v); },
+          [&](std::size_t i, std::size_t j, std::size_t m, double entry) {
+            add_entry(p, i, j, -multipliers[m] * entry, to);
+          });
     }
     to += p * p;
   };
-  for_each_family([&](const auto& family) { visit_curved(family, r, velocities.data(), evaluate); });
+  for_each_family([&](const auto& family) { visit_curved(family, evaluate); });
 }
 
 void Constraints::add_hessian_products(const double* r, const double* moves, double* to) const {
-  std::vector<double> velocities(3 * num_points_), own;
+  std::vector<double> room(3 * num_points_), own;
   const auto add = [&]<class Phi>(const CurvedMember& member, const Phi& phi) {
     const std::size_t size = 3 * member.points.size();
     own.resize(size);
-    find_products<num_rows_of<Phi>>(size, moves + 3 * member.block, own.data(), phi,
-                                    [&](std::size_t i, double product) {
-                                      to[3 * static_cast<std::size_t>(member.points[i / 3]) + i % 3] += product;
-                                    });
+    find_products<num_rows_of<Phi>>(
+        size, moves + 3 * member.block, own.data(), [&](const double* v) { return phi(r, room.data(), v); },
+        [&](std::size_t i, double product) {
+          to[3 * static_cast<std::size_t>(member.points[i / 3]) + i % 3] += product;
+        });
   };
   for_each_family([&](const auto& family) {
-    visit_curved(family, r, velocities.data(), add);
+    visit_curved(family, add);
     add_rod_products(family, r, moves, to);
   });
 }

@@ -57,6 +57,8 @@ template <class Group, std::size_t... Kinds>
 constexpr std::size_t kind_index(std::index_sequence<Kinds...>) {
   return ((std::is_same_v<Group, std::variant_alternative_t<Kinds, Constraint>> ? Kinds : 0) + ...);
 }
+template <class Group>
+constexpr std::size_t kind_of = kind_index<Group>(std::make_index_sequence<std::variant_size_v<Constraint>>{});
 
 /// Fills the families of a Constraints, kind by kind.
 struct Builder {
@@ -105,8 +107,8 @@ struct Builder {
   /// Calls visit(group, member) for all members of one kind.
   template <class Group, class Visit>
   void for_each(const Visit& visit) const {
-    constexpr std::size_t kind = kind_index<Group>(std::make_index_sequence<std::variant_size_v<Constraint>>{});
-    for (const Member& member : members_of_kind[kind]) visit(std::get<Group>(system.constraints[member.group]), member);
+    for (const Member& member : members_of_kind[kind_of<Group>])
+      visit(std::get<Group>(system.constraints[member.group]), member);
   }
 
   /// Returns the number that an "initial" parameter takes from the start.
@@ -171,35 +173,36 @@ struct Builder {
     });
   }
 
-  void fill(LinearFamily* family) {
+  void fill(TupleFamily<LinearKernel>* family) {
     LinearKernel& kernel = family->kernel;
     ParameterReader numbers(&kernel.value);
     for_each<Linears>([&](const Linears& linears, const Member& member) {
-      const std::span<const Index> points = member_points(linears, static_cast<std::size_t>(member.index));
-      std::vector<Index> own;
-      for (const Index point : points) own.push_back(numbering.inner_point[point]);
-      kernel.add_member(linears, own);
-      kernel.size.push_back(length_around(points));
-      family->rows.push_back(member.row);
+      append_tuple(linears, member, family);
+      kernel.add_member(linears);
       append_number(linears, member, &kernel, &numbers);
     });
   }
 
-  void fill(UserFamily* family) {
+  /// Sorts the members by groups, each of which calls its kernel for many of them at once.
+  void fill(TupleFamily<UserKernels>* family) {
+    std::ranges::stable_sort(members_of_kind[kind_of<UserConstraints>], {}, &Member::group);
     auto& groups = family->kernel.groups;
-    GeometryReader geometry;
+    Index before = -1;
     for_each<UserConstraints>([&](const UserConstraints& constraints, const Member& member) {
-      const Index slot = geometry.slot(member.group, [&] { groups.push_back({constraints.kernel, {}, {}, {}}); });
-      UserGroup& group = groups[static_cast<std::size_t>(slot)];
-      for (const Index point : constraints.tuples[member.index]) group.points.push_back(numbering.inner_point[point]);
-      group.rows.push_back(member.row);
-      group.lengths.push_back(length_around(constraints.tuples[member.index]));
+      if (member.group != before) groups.push_back({constraints.kernel, family->size(), family->size()});
+      before = member.group;
+      append_tuple(constraints, member, family);
+      ++groups.back().last;
     });
-    Index num_blocks = 0;
-    for (UserGroup& group : groups) {
-      group.first_block = num_blocks;
-      num_blocks += static_cast<Index>(group.points.size());
-    }
+  }
+
+  template <class Group, class Family>
+  void append_tuple(const Group& group, const Member& member, Family* family) {
+    const std::span<const Index> points = member_points(group, static_cast<std::size_t>(member.index));
+    std::vector<Index> own;
+    for (const Index point : points) own.push_back(numbering.inner_point[point]);
+    family->kernel.append_tuple(own, length_around(points));
+    family->rows.push_back(member.row);
   }
 };
 
@@ -207,13 +210,9 @@ template <class Kernel>
 Index blocks_of(const Family<Kernel>& family) {
   return static_cast<Index>(family.size()) * Kernel::num_blocks;
 }
-Index blocks_of(const LinearFamily& family) {
+template <class Kernel>
+Index blocks_of(const TupleFamily<Kernel>& family) {
   return static_cast<Index>(family.kernel.points.size());
-}
-Index blocks_of(const UserFamily& family) {
-  Index result = 0;
-  for (const UserGroup& group : family.kernel.groups) result += static_cast<Index>(group.points.size());
-  return result;
 }
 
 }  // namespace
@@ -267,6 +266,10 @@ template <class Kernel>
 constexpr bool has_constant_norms = Kernel::unit_gradient || requires(const Kernel kernel) {
   kernel.squared_norm(0, 0);
 };
+template <>
+constexpr bool has_constant_norms<LinearKernel> = true;
+template <>
+constexpr bool has_constant_norms<UserKernels> = false;
 
 /// Writes |g|^2 of the blocks of a family if these are constant but not 1.
 template <class Kernel>
@@ -278,29 +281,20 @@ void write_squared_norms(const Family<Kernel>& family, std::vector<double>* norm
     }
   }
 }
-void write_squared_norms(const LinearFamily& linears, std::vector<double>* norms) {
-  const auto& coefficients = linears.kernel.coefficients;
-  for (std::size_t k = 0; k < coefficients.size(); ++k)
-    (*norms)[static_cast<std::size_t>(linears.first_block) + k] = dot(coefficients[k], coefficients[k]);
-}
-void write_squared_norms(const UserFamily&, std::vector<double>*) {}
-
 template <class Kernel>
-constexpr bool norms_are_constant(const Family<Kernel>&) {
-  return has_constant_norms<Kernel>;
-}
-constexpr bool norms_are_constant(const LinearFamily&) {
-  return true;
-}
-constexpr bool norms_are_constant(const UserFamily&) {
-  return false;
+void write_squared_norms(const TupleFamily<Kernel>& family, std::vector<double>* norms) {
+  if constexpr (std::is_same_v<Kernel, LinearKernel>) {
+    auto block = static_cast<std::size_t>(family.first_block);
+    for (const Vec3& c : family.kernel.coefficients) (*norms)[block++] = dot(c, c);
+  }
 }
 
 }  // namespace
 
 bool Constraints::gradient_norms_are_constant() const {
   bool result = true;
-  for_each_family([&](const auto& family) { result = result && norms_are_constant(family); });
+  for_each_family(
+      [&](const auto& family) { result = result && has_constant_norms<std::remove_cvref_t<decltype(family.kernel)>>; });
   return result;
 }
 

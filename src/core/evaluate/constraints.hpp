@@ -3,13 +3,13 @@
 #include <array>
 #include <span>
 #include <tuple>
+#include <type_traits>
 #include <vector>
 
 #include "base/block3.hpp"
 #include "evaluate/family.hpp"
-#include "evaluate/linear_family.hpp"
 #include "evaluate/tangents.hpp"
-#include "evaluate/user_family.hpp"
+#include "evaluate/tuple_family.hpp"
 #include "kinds/kernels.hpp"
 #include "system/neighbourhoods.hpp"
 #include "system/numbering.hpp"
@@ -18,17 +18,7 @@ namespace tanor::detail {
 
 /// The type of the loops over the members of a kernel.
 template <class Kernel>
-struct FamilyOf {
-  using Type = Family<Kernel>;
-};
-template <>
-struct FamilyOf<LinearKernel> {
-  using Type = LinearFamily;
-};
-template <>
-struct FamilyOf<UserKernels> {
-  using Type = UserFamily;
-};
+using FamilyOf = std::conditional_t<std::is_base_of_v<Tuples, Kernel>, TupleFamily<Kernel>, Family<Kernel>>;
 
 /// The families of all kinds, in the order of their list.
 template <class Kinds>
@@ -36,7 +26,7 @@ struct FamiliesOf;
 template <class... Groups>
 struct FamiliesOf<std::variant<Groups...>> {
   template <class... Kernels>
-  static std::tuple<typename FamilyOf<Kernels>::Type...> families_of(const std::tuple<Kernels...>&);
+  static std::tuple<FamilyOf<Kernels>...> families_of(const std::tuple<Kernels...>&);
   using Tuple = decltype(std::tuple_cat(families_of(std::declval<typename KernelsOf<Groups>::List>())...));
 };
 
@@ -155,14 +145,16 @@ class Constraints {
     if (family.size() > 0) visit(family);
   }
 
-  /// Calls visit(family, its members) for each family with members in `some`.
-  template <class Visit>
-  void for_each_family(const Selection& some, const Visit& visit) const {
+  /// Returns the largest measure(family, its members) of the families with members in `some`.
+  template <class Measure>
+  double largest(const Selection& some, const Measure& measure) const {
+    double result = 0.0;
     std::size_t number = 0;
-    const auto visit_one = [&](const auto& family, const IndexRanges& members) {
-      if (members.size() > 0) visit(family, members);
+    const auto visit = [&](const auto& family, const IndexRanges& members) {
+      if (members.size() > 0) result = larger(result, measure(family, members));
     };
-    std::apply([&](const auto&... family) { (visit_one(family, some[number++]), ...); }, families_);
+    std::apply([&](const auto&... family) { (visit(family, some[number++]), ...); }, families_);
+    return result;
   }
 
   Families families_;

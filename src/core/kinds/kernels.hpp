@@ -10,12 +10,11 @@
 #include "kinds/circle_kernel.hpp"
 #include "kinds/jet_kernel.hpp"
 #include "kinds/line_kernel.hpp"
-#include "kinds/linear_kernel.hpp"
 #include "kinds/plane_kernel.hpp"
 #include "kinds/pulley_kernel.hpp"
 #include "kinds/rod_kernel.hpp"
 #include "kinds/sphere_kernel.hpp"
-#include "kinds/user_kernels.hpp"
+#include "kinds/tuple_kernels.hpp"
 
 /// \file The kernels that evaluate the constraints of a kind.
 namespace tanor::detail {
