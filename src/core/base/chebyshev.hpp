@@ -51,33 +51,6 @@ class ChebyshevPolynomial {
     }
   }
 
-  /// Does the same for as many places as points, which are always the same for their number, by stored weights:
-  ///
-  ///   p(s) = sum_j w_j(s) f_j
-  void subtract_at_usual(const double* f, std::span<const double> s, double* values) {
-    const std::size_t count = points_.size();
-    if (weights_.size() <= count) weights_.resize(count + 1);
-    std::vector<double>& weights = weights_[count];
-    if (weights.empty()) {
-      // A unit value at one point leaves minus the weights of that point of a function that is 0.
-      std::vector<double> unit(count, 0.0), left(count);
-      weights.resize(count * count);
-      for (std::size_t j = 0; j < count; ++j) {
-        unit[j] = 1.0;
-        left.assign(count, 0.0);
-        subtract(unit.data(), s, left.data());
-        unit[j] = 0.0;
-        for (std::size_t i = 0; i < count; ++i) weights[i * count + j] = -left[i];
-      }
-    }
-    const double* weight = weights.data();
-    for (std::size_t i = 0; i < count; ++i) {
-      double p = 0.0;
-      for (std::size_t j = 0; j < count; ++j) p += *weight++ * f[j];
-      values[i] -= p;
-    }
-  }
-
  private:
   static constexpr std::size_t usual_size = 64;
 
@@ -96,7 +69,6 @@ class ChebyshevPolynomial {
   }
 
   std::vector<double> points_, cosines_, coefficients_;
-  std::vector<std::vector<double>> weights_;  // [number of points][place][point]
 };
 
 }  // namespace tanor::detail

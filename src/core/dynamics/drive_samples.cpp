@@ -54,12 +54,7 @@ void DriveSamples::find_times(const DrivenStep& step) {
 DriveSamples::Found DriveSamples::look(const DrivenStep& step, DriveLevel level, const double* values) {
   const double *const samples = values + num_nodes_, *const end = samples + num_samples_;
   missed_.assign(samples, end);
-  const std::span<const double> places = std::span(fractions_).subspan(num_nodes_);
-  // Samples in the middle of equal pieces lie at the same places for each number.
-  if (has_equal_pieces_ && num_samples_ == num_nodes_)
-    polynomial_.subtract_at_usual(values, places, missed_.data());
-  else
-    polynomial_.subtract(values, places, missed_.data());
+  polynomial_.subtract(values, std::span(fractions_).subspan(num_nodes_), missed_.data());
   const auto [least, most] = std::minmax_element(values, end);
   Found found{.range = *most - *least, .largest = std::max(std::abs(*most), std::abs(*least))};
   if (!found.varies()) return found;
