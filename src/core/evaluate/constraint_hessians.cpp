@@ -120,6 +120,9 @@ void add_rod_products(const F& family, const double* r, const double* moves, dou
   }
 }
 
+template <class F>
+constexpr bool is_rods = is_rod_kernel<std::remove_cvref_t<decltype(std::declval<F>().kernel)>>;
+
 template <class Phi>
 constexpr std::size_t num_rows_of = std::tuple_size_v<std::invoke_result_t<Phi, const double*, double*, const double*>>;
 
@@ -177,6 +180,36 @@ void Constraints::add_hessian_products(const double* r, const double* moves, dou
   for_each_family([&](const auto& family) {
     visit_curved(family, add);
     add_rod_products(family, r, moves, to);
+  });
+}
+
+std::vector<Coupling> Constraints::list_rods() const {
+  std::vector<Coupling> result;
+  for_each_family([&](const auto& family) {
+    if constexpr (is_rods<decltype(family)>) {
+      for (const auto& [i, j] : family.kernel.points) result.push_back({i, j});
+    }
+  });
+  return result;
+}
+
+void Constraints::evaluate_rod_derivatives(const Parallel& parallel, const double* r, const double* lambda,
+                                           Block3* to) const {
+  for_each_family([&](const auto& family) {
+    if constexpr (is_rods<decltype(family)>) {
+      parallel.for_ranges(family.size(), [&](std::size_t begin, std::size_t end) {
+        for (std::size_t k = begin; k < end; ++k) {
+          const auto local = family.kernel(k, r, r);
+          const double length = local.xi[0] + family.kernel.scale(k);
+          const double tension = -lambda[family.rows[k]];
+          Block3 block;
+          block.add_identity(-tension / length);
+          block.add_product(tension / length, local.gradient[0], local.gradient[0]);
+          to[k] = block;
+        }
+      });
+      to += family.size();
+    }
   });
 }
 
