@@ -206,15 +206,6 @@ struct Builder {
   }
 };
 
-template <class Kernel>
-Index blocks_of(const Family<Kernel>& family) {
-  return static_cast<Index>(family.size()) * Kernel::num_blocks;
-}
-template <class Kernel>
-Index blocks_of(const TupleFamily<Kernel>& family) {
-  return static_cast<Index>(family.kernel.points.size());
-}
-
 }  // namespace
 
 Constraints::Constraints(const System& system, const Numbering& numbering, double t)
@@ -223,7 +214,7 @@ Constraints::Constraints(const System& system, const Numbering& numbering, doubl
   std::apply([&](auto&... family) { (builder.fill(&family), ...); }, families_);
   for_each_family([&](auto& family) {
     family.first_block = static_cast<Index>(num_blocks_);
-    num_blocks_ += static_cast<std::size_t>(blocks_of(family));
+    num_blocks_ += family.num_blocks();
   });
   everything_ = select(std::vector<char>(num_rows_, 1));
   if (!system.friction.empty()) {
@@ -266,29 +257,6 @@ template <class Kernel>
 constexpr bool has_constant_norms = Kernel::unit_gradient || requires(const Kernel kernel) {
   kernel.squared_norm(0, 0);
 };
-template <>
-constexpr bool has_constant_norms<LinearKernel> = true;
-template <>
-constexpr bool has_constant_norms<UserKernels> = false;
-
-/// Writes |g|^2 of the blocks of a family if these are constant but not 1.
-template <class Kernel>
-void write_squared_norms(const Family<Kernel>& family, std::vector<double>* norms) {
-  if constexpr (!Kernel::unit_gradient && has_constant_norms<Kernel>) {
-    std::size_t block = static_cast<std::size_t>(family.first_block);
-    for (std::size_t k = 0; k < family.size(); ++k) {
-      for (std::size_t p = 0; p < Kernel::num_blocks; ++p) (*norms)[block++] = family.kernel.squared_norm(k, p);
-    }
-  }
-}
-template <class Kernel>
-void write_squared_norms(const TupleFamily<Kernel>& family, std::vector<double>* norms) {
-  if constexpr (std::is_same_v<Kernel, LinearKernel>) {
-    auto block = static_cast<std::size_t>(family.first_block);
-    for (const Vec3& c : family.kernel.coefficients) (*norms)[block++] = dot(c, c);
-  }
-}
-
 }  // namespace
 
 bool Constraints::gradient_norms_are_constant() const {
@@ -301,7 +269,15 @@ bool Constraints::gradient_norms_are_constant() const {
 std::vector<double> Constraints::squared_gradient_norms() const {
   if (!gradient_norms_are_constant()) return {};
   std::vector<double> result(num_blocks_, 1.0);
-  for_each_family([&](const auto& family) { write_squared_norms(family, &result); });
+  for_each_family([&](const auto& family) {
+    using Kernel = std::remove_cvref_t<decltype(family.kernel)>;
+    if constexpr (!Kernel::unit_gradient && has_constant_norms<Kernel>) {
+      auto block = static_cast<std::size_t>(family.first_block);
+      for (std::size_t k = 0; k < family.size(); ++k) {
+        for (std::size_t p = 0; p < family.num_blocks_of(k); ++p) result[block++] = family.kernel.squared_norm(k, p);
+      }
+    }
+  });
   return result;
 }
 

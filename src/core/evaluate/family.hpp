@@ -30,6 +30,8 @@ class Family {
   Index first_block = 0;
 
   std::size_t size() const { return rows.size(); }
+  std::size_t num_blocks() const { return size() * B; }
+  static std::size_t num_blocks_of(std::size_t) { return B; }
 
   /// Evaluates xi; returns the largest relative violation |xi|/|gradient|/length.
   double evaluate_values(const Parallel& parallel, const IndexRanges& members, const double* r, double* xi) const {

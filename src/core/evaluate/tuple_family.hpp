@@ -17,6 +17,8 @@ class TupleFamily {
   Index first_block = 0;
 
   std::size_t size() const { return rows.size(); }
+  std::size_t num_blocks() const { return kernel.points.size(); }
+  std::size_t num_blocks_of(std::size_t k) const { return kernel.tuple(k).size(); }
 
   double evaluate_values(const Parallel& parallel, const IndexRanges& members, const double* r, double* xi) const {
     return kernel.evaluate(parallel, members, r, nullptr, [&](std::size_t k, const auto& row) {
@@ -89,7 +91,7 @@ class TupleFamily {
 
  private:
   void store_gradient(std::size_t k, const double* gradient, double* blocks) const {
-    for (std::size_t i = 0; i < kernel.tuple(k).size(); ++i) store(blocks, block(k) + i, load(gradient, i));
+    for (std::size_t i = 0; i < num_blocks_of(k); ++i) store(blocks, block(k) + i, load(gradient, i));
   }
 };
 

@@ -21,6 +21,8 @@ namespace tanor::detail {
 
 /// The points of all members, one tuple after the other.
 struct Tuples {
+  static constexpr bool unit_gradient = false;
+
   std::vector<Index> start{0};  ///< [member + 1] first of its points
   std::vector<Index> points;
   std::vector<double> size;  ///< [member] m, of the neighbourhood
@@ -65,6 +67,10 @@ struct LinearKernel : Tuples {
   }
 
   double norm(std::size_t k, const double*) const { return norms[k]; }
+  double squared_norm(std::size_t k, std::size_t p) const {
+    const Vec3& c = coefficients[static_cast<std::size_t>(start[k]) + p];
+    return dot(c, c);
+  }
 
   struct Row {
     const LinearKernel& kernel;
