@@ -15,6 +15,16 @@ void resize_with_room(std::size_t size, std::vector<Number>* vector) {
   vector->resize(size);
 }
 
+/// Returns the largest square of the vectors of(i); NaN if one is not finite.
+template <class Of>
+double largest_square(const Parallel& parallel, std::size_t count, const Of& of) {
+  return parallel.max_over_ranges(count, [&](std::size_t begin, std::size_t end) {
+    double worst = 0.0;
+    for (std::size_t i = begin; i < end; ++i) worst = larger(worst, squared(of(i)));
+    return worst;
+  });
+}
+
 }  // namespace
 
 void PointRoom::add(Vec3 r) {
@@ -39,12 +49,8 @@ bool PointRoom::is_crowded(std::size_t num_points, double radius) const {
 
 bool NeighbourLists::follow(const Parallel& parallel, const std::vector<Vec3>& places) {
   const bool is_first = places_.size() != places.size();
-  const double move2 = parallel.max_over_ranges(places.size(), [&](std::size_t begin, std::size_t end) {
-    double worst = 0.0;
-    for (std::size_t i = begin; i < end; ++i)
-      worst = larger(worst, squared(is_first ? places[i] : places[i] - places_[i]));
-    return worst;
-  });
+  const double move2 = largest_square(parallel, places.size(),
+                                      [&](std::size_t i) { return is_first ? places[i] : places[i] - places_[i]; });
   if (!std::isfinite(move2)) return false;
   if (!is_first && move2 <= 0.2499 * skin_ * skin_) return true;  // slightly below a quarter, for rounding
   make(parallel, places, skin_);
@@ -53,11 +59,7 @@ bool NeighbourLists::follow(const Parallel& parallel, const std::vector<Vec3>& p
 
 bool NeighbourLists::cover(const Parallel& parallel, const std::vector<Vec3>& places, double reach) const {
   if (places_.size() != places.size()) return false;
-  const double move2 = parallel.max_over_ranges(places.size(), [&](std::size_t begin, std::size_t end) {
-    double worst = 0.0;
-    for (std::size_t i = begin; i < end; ++i) worst = larger(worst, squared(places[i] - places_[i]));
-    return worst;
-  });
+  const double move2 = largest_square(parallel, places.size(), [&](std::size_t i) { return places[i] - places_[i]; });
   return std::sqrt(move2) + reach < 0.4999 * skin_;
 }
 

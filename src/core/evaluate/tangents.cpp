@@ -4,19 +4,14 @@
 #include <cmath>
 #include <variant>
 
+#include "evaluate/charts.hpp"
+
 namespace tanor::detail {
 
 namespace {
 
 Vec3 unit(const Vec3& a) {
   return (1.0 / norm(a)) * a;
-}
-
-/// Returns a unit vector orthogonal to the unit vector n, by projecting the axis that n is farthest from.
-Vec3 projected_axis(const Vec3& n) {
-  const double x = std::abs(n.x), y = std::abs(n.y), z = std::abs(n.z);
-  const Vec3 axis = x <= y && x <= z ? Vec3{1.0, 0.0, 0.0} : y <= z ? Vec3{0.0, 1.0, 0.0} : Vec3{0.0, 0.0, 1.0};
-  return unit(axis - dot(axis, n) * n);
 }
 
 const VectorFunction& velocity_of(const Friction& friction) {
@@ -75,8 +70,9 @@ void Tangents::write_gradients(const Parallel& parallel, double* blocks) {
         s = {};
       } else {
         l = {};
-        t = projected_axis(unit(k));
-        s = cross(unit(k), t);
+        // t is the projection of the axis that the normal is farthest from.
+        s = any_orthogonal(unit(k));
+        t = cross(s, unit(k));
       }
       if (place.first_row < 0) continue;
       for (int m = 0; m < place.num_tangents(); ++m)
