@@ -30,11 +30,6 @@ Expression take_down(const G& group, int num_points, bool has_velocities, bool h
 
 }  // namespace
 
-void ForceSeries::append(const std::vector<Index>& points, Index block, bool is_pair) {
-  incidences_.push_back({points.back(), 0, block, 1.0});
-  if (is_pair) incidences_.push_back({points.front(), 0, block, -1.0});
-}
-
 /// Reads the forces of a system, entry by entry.
 class ForceSeries::Reader {
  public:
@@ -135,7 +130,9 @@ class ForceSeries::Reader {
     std::vector<Index> points;
     for (const Index point : users) points.push_back(numbering_.inner_point[static_cast<std::size_t>(point)]);
     group.family.append_member(points, slots);
-    series_.append(points, series_.num_blocks_++, points.size() == 2);
+    const Index block = series_.num_blocks_++;
+    series_.incidences_.push_back({points.back(), 0, block, 1.0});
+    if (points.size() == 2) series_.incidences_.push_back({points.front(), 0, block, -1.0});
   }
   /// Returns the number of member k as it is at the start.
   template <class G>

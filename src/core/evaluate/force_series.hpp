@@ -44,7 +44,6 @@ class ForceSeries {
   class Reader;
   template <class Lane>
   static void write_forces(const Group& group, const Lane* lanes, std::size_t chunk, int k, double* blocks);
-  void append(const std::vector<Index>& points, Index block, bool is_pair);
 
   Vec3 gravity_{};
   TimeSeriesTable table_;

@@ -48,23 +48,14 @@ double SpringForces::energy(const Parallel& parallel, const double* r) const {
   });
 }
 
-double SpringForces::power_of_damping(const Parallel& parallel, const double* r, const double* v) const {
+double SpringForces::power(const Parallel& parallel, const double* r, const double* v, Part part,
+                           bool on_moving_points) const {
   return parallel.sum(springs_.size(), [&](std::size_t k) {
     const Spring& spring = springs_[k];
-    const Vec3 force = force_of(spring, r, v, Part::Viscous);
-    return (moves(spring.j) ? dot(force, load(v, spring.j)) : 0.0) -
-           (moves(spring.i) ? dot(force, load(v, spring.i)) : 0.0);
-  });
-}
-
-double SpringForces::elastic_power_of_supports(const Parallel& parallel, const double* r, const double* v) const {
-  // The support does the work -(force on it).velocity on the elastic energy.
-  return parallel.sum(springs_.size(), [&](std::size_t k) {
-    const Spring& spring = springs_[k];
-    if (moves(spring.i) && moves(spring.j)) return 0.0;
-    const Vec3 force = force_of(spring, r, v, Part::Elastic);
-    return (moves(spring.j) ? 0.0 : -dot(force, load(v, spring.j))) +
-           (moves(spring.i) ? 0.0 : dot(force, load(v, spring.i)));
+    const bool has_j = moves(spring.j) == on_moving_points, has_i = moves(spring.i) == on_moving_points;
+    if (!has_i && !has_j) return 0.0;
+    const Vec3 force = force_of(spring, r, v, part);
+    return (has_j ? dot(force, load(v, spring.j)) : 0.0) - (has_i ? dot(force, load(v, spring.i)) : 0.0);
   });
 }
 

@@ -36,9 +36,13 @@ class SpringForces {
   /// Returns the sum of k (L - rest)^2/2, J.
   double energy(const Parallel& parallel, const double* r) const;
   /// Returns the power of damping on the moving points, W.
-  double power_of_damping(const Parallel& parallel, const double* r, const double* v) const;
-  /// Returns the power that moving supports put into the energy, W.
-  double elastic_power_of_supports(const Parallel& parallel, const double* r, const double* v) const;
+  double power_of_damping(const Parallel& parallel, const double* r, const double* v) const {
+    return power(parallel, r, v, Part::Viscous, true);
+  }
+  /// Returns the power that moving supports put into the energy, W, as the force on a support does the opposite work.
+  double elastic_power_of_supports(const Parallel& parallel, const double* r, const double* v) const {
+    return -power(parallel, r, v, Part::Elastic, false);
+  }
 
   // The following is for implicit methods. A spring with a rest length is compliant: it is a rod that gives way, with a
   // multiplier tau of its own, tau + k (L - rest) + c dL/dt = 0. So Newton's iteration converges as it does with rods,
@@ -62,6 +66,8 @@ class SpringForces {
   bool moves(Index point) const { return static_cast<std::size_t>(point) < num_moving_; }
   enum class Part { Elastic, Viscous, Both };
   static Vec3 force_of(const Spring& spring, const double* r, const double* v, Part part);
+  /// Returns the power of the forces on the points that move, or on the others, W.
+  double power(const Parallel& parallel, const double* r, const double* v, Part part, bool on_moving_points) const;
 
   std::size_t num_moving_ = 0;
   std::vector<Spring> springs_;
