@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "base/instruction_sets.hpp"
-#include "evaluate/equal_operations.hpp"
+#include "system/equal_operations.hpp"
 #include "system/operations.hpp"
 
 namespace tanor::detail {

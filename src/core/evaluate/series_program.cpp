@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "base/instruction_sets.hpp"
-#include "evaluate/equal_operations.hpp"
+#include "system/equal_operations.hpp"
 #include "system/operations.hpp"
 
 namespace tanor::detail {

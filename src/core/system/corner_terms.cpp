@@ -6,6 +6,7 @@
 
 #include <tanor/jet.hpp>
 
+#include "system/equal_operations.hpp"
 #include "system/operations.hpp"
 
 namespace tanor::detail {
@@ -14,24 +15,12 @@ namespace {
 
 using Instruction = Expression::Instruction;
 
-/// Returns true if both instructions compute the same.
-bool are_same_instructions(const std::vector<Instruction>& instructions, int one, int other) {
-  if (one == other) return true;
-  const Instruction &a = instructions[static_cast<std::size_t>(one)],
-                    &b = instructions[static_cast<std::size_t>(other)];
-  if (a.operation != b.operation || a.constant != b.constant) return false;
-  if (a.operation == Expression::Operation::Variable) return false;
-  const int count = num_operands(a.operation);
-  return (count < 1 || are_same_instructions(instructions, a.a, b.a)) &&
-         (count < 2 || are_same_instructions(instructions, a.b, b.b));
-}
-
 /// Returns a if the instruction is a square a a, or a positive multiple of one; otherwise -1.
 int find_root_of_square(const std::vector<Instruction>& instructions, int number) {
   const auto at = [&](int i) -> const Instruction& { return instructions[static_cast<std::size_t>(i)]; };
   while (at(number).operation == Expression::Operation::Scale && at(number).constant > 0.0) number = at(number).a;
   const bool is_product = at(number).operation == Expression::Operation::Multiply;
-  return is_product && are_same_instructions(instructions, at(number).a, at(number).b) ? at(number).a : -1;
+  return is_product && at(number).a == at(number).b ? at(number).a : -1;
 }
 
 /// Returns a if the instruction is p log(a), so that its exponential is a power; otherwise -1.
@@ -43,7 +32,7 @@ int find_base(const std::vector<Instruction>& instructions, int number) {
 
 }  // namespace
 
-CornerTerms::CornerTerms(const Expression& expression) : expression_(expression) {
+CornerTerms::CornerTerms(const Expression& expression) : expression_(join_equal_operations(expression)) {
   for (const auto& [operation, a, b, c, constant] : expression_.instructions) {
     if (operation == Expression::Operation::Abs) terms_.push_back({operation, a, -1});
     if (operation == Expression::Operation::Min) terms_.push_back({operation, b, a});
