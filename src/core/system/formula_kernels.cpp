@@ -56,41 +56,30 @@ struct Variables {
   }
 };
 
-/// Evaluates the formula along (x + e x_dot, t + e).
-Lanes<Jet<2>> evaluate_along(const Formula& formula, const Variables& variables, const double* x_dot) {
-  return formula.evaluate_loading<Lanes<Jet<2>>>([&](int variable, Lanes<Jet<2>>* a) {
-    const auto i = static_cast<std::size_t>(variable);
-    variables.load(i, a);
-    if (i < variables.n) {
-      gather(x_dot, variables.rows, variables.n, i, a->c[1]);
-    } else {
-      for (double& rate : a->c[1]) rate = 1.0;
-    }
-  });
-}
-
-/// Evaluates the formula with its partial derivatives in the variables first, first + 1, first + 2.
-Lanes<Forward<3>> evaluate_partials(const Formula& formula, const Variables& variables, std::size_t first) {
-  return formula.evaluate_loading<Lanes<Forward<3>>>([&](int variable, Lanes<Forward<3>>* a) {
-    const auto i = static_cast<std::size_t>(variable);
-    variables.load(i, a);
-    if (first <= i && i < std::min(first + 3, variables.n)) {
-      for (double& partial : a->c[1 + i - first]) partial = 1.0;
-    }
+/// Evaluates the formula. seed(i, a) sets the derivatives of variable i, which are 0 before.
+template <class T, class Seed>
+Lanes<T> evaluate(const Formula& formula, const Variables& variables, const Seed& seed) {
+  return formula.evaluate_loading<Lanes<T>>([&](int variable, Lanes<T>* a) {
+    variables.load(static_cast<std::size_t>(variable), a);
+    seed(static_cast<std::size_t>(variable), a);
   });
 }
 
 Lanes<double> evaluate_values(const Formula& formula, const Variables& variables) {
-  return formula.evaluate_loading<Lanes<double>>(
-      [&](int variable, Lanes<double>* a) { variables.load(static_cast<std::size_t>(variable), a); });
+  return evaluate<double>(formula, variables, [](std::size_t, Lanes<double>*) {});
 }
 
-/// Writes the value of a formula, and its first two derivatives along x_dot unless `first` is null, row by row, to
-/// column i of arrays with rows that are `stride` long.
+/// Writes the value of a formula, and its first two derivatives along (x + e x_dot, t + e) unless `first` is null, row
+/// by row, to column i of arrays with rows that are `stride` long.
 void scatter_along(const Formula& formula, const Variables& variables, const double* x_dot, std::size_t stride,
                    std::size_t i, double* value, double* first, double* second) {
   if (first == nullptr) return scatter(evaluate_values(formula, variables).c[0], variables.rows, stride, i, value);
-  Lanes<Jet<2>> jets = evaluate_along(formula, variables, x_dot);
+  Lanes<Jet<2>> jets = evaluate<Jet<2>>(formula, variables, [&](std::size_t k, Lanes<Jet<2>>* a) {
+    if (k < variables.n)
+      gather(x_dot, variables.rows, variables.n, k, a->c[1]);
+    else
+      std::ranges::fill(a->c[1], 1.0);
+  });
   for (double& each : jets.c[2]) each *= 2.0;
   for (const auto& [lanes, to] : {std::pair{jets.c[0], value}, {jets.c[1], first}, {jets.c[2], second}})
     scatter(lanes, variables.rows, stride, i, to);
@@ -106,7 +95,10 @@ void scatter_partials(const Formula& formula, const Variables& variables, std::s
     bool occur = false;
     for (std::size_t i = first; i < last; ++i) occur = occur || formula.depends_on(static_cast<int>(i));
     Lanes<Forward<3>> value(0.0);
-    if (occur) value = evaluate_partials(formula, variables, first);
+    if (occur)
+      value = evaluate<Forward<3>>(formula, variables, [&](std::size_t i, Lanes<Forward<3>>* a) {
+        if (first <= i && i < last) std::ranges::fill(a->c[1 + i - first], 1.0);
+      });
     for (std::size_t i = first; i < last; ++i)
       scatter(value.c[1 + i - first], variables.rows, stride, step * i, derivatives);
   }
