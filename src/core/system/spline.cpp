@@ -19,8 +19,6 @@ namespace {
 
 constexpr int max_degree = 5;
 
-using Local = std::array<double, max_degree + 1>;  ///< one number for each basis function alive on an interval
-
 void check_samples(const std::vector<double>& times, const std::vector<double>& values) {
   if (times.size() != values.size()) {
     throw InputError("", "table: " + text_of_count(times.size(), "time") + " but " +
@@ -65,49 +63,22 @@ struct Basis {
     return std::upper_bound(begin, end, t) - knots.begin() - 1;
   }
 
-  /// Returns the values at t of the functions m - degree … m.
-  Local evaluate(double t, std::size_t m) const {
-    Local values{1.0};
+  /// Returns the values at t of the functions m - degree … m, or their series if t is a jet.
+  template <class T>
+  std::array<T, max_degree + 1> evaluate(const T& t, std::size_t m) const {
+    std::array<T, max_degree + 1> values{T(1.0)};
     for (int p = 1; p <= degree; ++p) {
       // N_{i,p} = (t - k_i)/(k_{i+p} - k_i) N_{i,p-1} + (k_{i+p+1} - t)/(k_{i+p+1} - k_{i+1}) N_{i+1,p-1}
-      double carried = 0.0;
+      T carried(0.0);
       for (int j = 0; j < p; ++j) {
         const double left = knots[m + 1 + j - p], right = knots[m + 1 + j];
-        const double share = values[j] / (right - left);
+        const T share = values[j] / (right - left);
         values[j] = carried + (right - t) * share;
         carried = (t - left) * share;
       }
       values[p] = carried;
     }
     return values;
-  }
-
-  /// Returns the Taylor coefficients at knots[m] of the spline with the given coefficients of the functions m - degree
-  /// … m.
-  Local expand(Local spline, std::size_t m) const {
-    Local taylor{};
-    double factorial = 1.0;
-    for (int k = 0; k <= degree; ++k) {
-      const int p = degree - k;  // degree of the k-th derivative, whose coefficients `spline` holds
-      taylor[k] = evaluate_at_knot(spline, p, m) / factorial;
-      factorial *= k + 1;
-      // c'_i = p (c_{i+1} - c_i)/(k_{i+p+1} - k_{i+1})
-      for (int j = 0; j < p; ++j)
-        spline[j] = p * (spline[j + 1] - spline[j]) / (knots[m + 1 + j] - knots[m + 1 + j - p]);
-    }
-    return taylor;
-  }
-
-  /// Returns the value at knots[m] of a spline of degree p over these knots, by averaging neighbours.
-  double evaluate_at_knot(Local spline, int p, std::size_t m) const {
-    for (int r = 1; r <= p; ++r) {
-      for (int j = p; j >= r; --j) {
-        const double left = knots[m + j - p], right = knots[m + 1 + j - r];
-        const double share = (knots[m] - left) / (right - left);
-        spline[j] = (1.0 - share) * spline[j - 1] + share * spline[j];
-      }
-    }
-    return spline[p];
   }
 };
 
@@ -118,7 +89,7 @@ Eigen::VectorXd interpolate(const Basis& basis, std::span<const double> times, s
   entries.reserve(times.size() * (basis.degree + 1));
   for (Eigen::Index row = 0; row < size; ++row) {
     const std::size_t m = basis.find_interval(times[row]);
-    const Local functions = basis.evaluate(times[row], m);
+    const auto functions = basis.evaluate(times[row], m);
     for (int j = 0; j <= basis.degree; ++j) {
       entries.emplace_back(static_cast<int>(row), static_cast<int>(m) - basis.degree + j, functions[j]);
     }
@@ -148,9 +119,10 @@ Spline::Spline(std::vector<double> times, const std::vector<double>& values) {
   const Basis basis(times);
   const Eigen::VectorXd coefficients = interpolate(basis, times, values);
   for (std::size_t m = basis.first_interval(); m < basis.end_interval(); ++m) {
-    Local local{};
-    for (int j = 0; j <= basis.degree; ++j) local[j] = coefficients[m - basis.degree + j];
-    pieces_.push_back({basis.knots[m], basis.expand(local, m)});
+    const auto functions = basis.evaluate(Jet<max_degree>::variable(basis.knots[m]), m);
+    Jet<max_degree> piece;
+    for (int j = 0; j <= basis.degree; ++j) piece += coefficients[m - basis.degree + j] * functions[j];
+    pieces_.push_back({basis.knots[m], piece.c});
   }
 }
 
