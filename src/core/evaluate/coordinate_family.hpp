@@ -147,35 +147,33 @@ class CoordinatesOfMembers : public Base {
   std::size_t S() const { return static_cast<const Own*>(this)->coordinates_per_member(); }
 };
 
-/// Solves A'A x = A'b of one point in closed form. Returns the condition of A'A scaled to a unit diagonal, which is
-/// infinite if A'A is singular. `are_unit` says that three tangents are orthonormal.
-template <int S, bool are_unit>
+/// Solves A'A x = A'b of one point in closed form. Returns a bound of the condition of A'A scaled to a unit diagonal,
+/// (1 + sqrt(1 - D))^2/D with its determinant D, which is exact for two tangents (Merikoski et al., Linear Algebra
+/// Appl. 254, 1997). It is infinite if A'A is singular.
+template <int S>
 double solve_normal_equations(const Vec3 (&A)[S], Vec3 b, double* x) {
-  constexpr double infinity = std::numeric_limits<double>::infinity();
+  double determinant = 0.0;
   if constexpr (S == 1) {
     const double square = dot(A[0], A[0]);
     x[0] = dot(A[0], b) / square;
-    return square > 0.0 ? 1.0 : infinity;
+    determinant = square > 0.0 ? 1.0 : 0.0;
   } else if constexpr (S == 2) {
     const double aa = dot(A[0], A[0]), ab = dot(A[0], A[1]), bb = dot(A[1], A[1]), det = aa * bb - ab * ab;
     const double first = dot(A[0], b), second = dot(A[1], b);
     x[0] = (bb * first - ab * second) / det;
     x[1] = (aa * second - ab * first) / det;
-    const double cosine = std::abs(ab) / std::sqrt(aa * bb);
-    return det > 0.0 ? (1.0 + cosine) / (1.0 - cosine) : infinity;
-  } else if constexpr (are_unit) {
-    static_assert(S == 3);
-    for (int j = 0; j < S; ++j) x[j] = dot(A[j], b);
-    return 1.0;
+    determinant = det / (aa * bb);
   } else {
     static_assert(S == 3, "a point has at most three coordinates");
-    // A x = b is solved by cross products. Eigenvalues of A'A with a unit diagonal are at most 3, their product is
-    // volume^2.
+    // A x = b is solved by cross products.
     const Vec3 across[] = {cross(A[1], A[2]), cross(A[2], A[0]), cross(A[0], A[1])};
     const double det = dot(A[0], across[0]), volume = det / (norm(A[0]) * norm(A[1]) * norm(A[2]));
     for (int j = 0; j < S; ++j) x[j] = dot(across[j], b) / det;
-    return det != 0.0 ? 6.75 / (volume * volume) : infinity;
+    determinant = volume * volume;
   }
+  if (!(determinant > 0.0)) return std::numeric_limits<double>::infinity();
+  const double root = 1.0 + std::sqrt(std::max(0.0, 1.0 - determinant));
+  return root * root / determinant;
 }
 
 /// Coordinates of members of one point each. Kernel has add(group, t), which keeps what the members of a group share
@@ -235,7 +233,7 @@ class PointCoordinates final : public CoordinatesOfMembers<PointCoordinates<Kern
       for_each_place(begin, end, q, q_dot, [&](std::size_t k, const Place<S>& place) {
         double* const x = q_ddot + first_coordinate_of(k);
         const Vec3 missing = (uniform != nullptr ? *uniform : load(w0, points[k])) - place.psi;
-        worst = std::max(worst, solve_normal_equations<S, Kernel::are_unit>(place.tangent, missing, x));
+        worst = std::max(worst, solve_normal_equations(place.tangent, missing, x));
         Vec3 sum = place.psi;
         for (int j = 0; j < S; ++j) sum = sum + x[j] * place.tangent[j];
         store(w, points[k], sum);

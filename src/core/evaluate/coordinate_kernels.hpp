@@ -96,7 +96,6 @@ struct OneChart {
 struct FreeKernel : OneChart {
   using Group = FreeCoordinates;
   static constexpr int num_coordinates = 3;
-  static constexpr bool are_unit = true;
 
   Index add(const FreeCoordinates&, double) { return 0; }
   void add_member(const FreeCoordinates&, Index, std::size_t, Vec3, double) {}
@@ -112,7 +111,6 @@ struct FreeKernel : OneChart {
 struct LineChartKernel : OneChart {
   using Group = LineCoordinates;
   static constexpr int num_coordinates = 1;
-  static constexpr bool are_unit = false;
 
   std::vector<Index> entry;  ///< [member]
   VectorTable<AsGiven> origin;
@@ -173,7 +171,6 @@ struct TurningCharts {
 struct PlaneChartKernel : TurningCharts {
   using Group = PlaneCoordinates;
   static constexpr int num_coordinates = 2;
-  static constexpr bool are_unit = false;
 
   VectorTable<PlaneNormal> normal;
   ScalarTable offset;
@@ -228,7 +225,6 @@ struct PlaneChartKernel : TurningCharts {
 struct CircleChartKernel : TurningCharts {
   using Group = CircleCoordinates;
   static constexpr int num_coordinates = 1;
-  static constexpr bool are_unit = false;
 
   VectorTable<AsGiven> center;
   ScalarTable radius;
@@ -277,7 +273,6 @@ struct CircleChartKernel : TurningCharts {
 struct FixedCircleKernel : OneChart {
   using Group = CircleCoordinates;
   static constexpr int num_coordinates = 1;
-  static constexpr bool are_unit = false;
   static constexpr std::size_t run_size = circles::chunk_size;
 
   std::vector<double> ax, ay, az, bx, by, bz;  ///< [member] r = center + cos q a + sin q b
@@ -320,7 +315,6 @@ struct FixedCircleKernel : OneChart {
 struct SphereChartKernel {
   using Group = SphereCoordinates;
   static constexpr int num_coordinates = 2;
-  static constexpr bool are_unit = false;
 
   std::vector<Index> entry;  ///< [member]
   VectorTable<AsGiven> center;

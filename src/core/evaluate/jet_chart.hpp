@@ -20,7 +20,6 @@ class JetChart {
  public:
   using Group = G;
   static constexpr int num_coordinates = KindOf<Group>::coordinates;
-  static constexpr bool are_unit = false;
 
   Index add(const Group& group, double t) {
     groups_.add(group);
