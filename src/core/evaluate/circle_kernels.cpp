@@ -2,9 +2,9 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "base/instruction_sets.hpp"
-#include "base/pack.hpp"
 #include "base/sine_cosine.hpp"
 
 namespace tanor::detail::circles {
@@ -56,6 +56,7 @@ double accelerate(const Circles& given, std::size_t count, const double* __restr
     const Circles circles = given;
     Chunk sines, cosines, x, y, z;  // NOLINT: filled before use
     find_sines(q, count, sines.data(), cosines.data());
+    unsigned is_lost = 0;  // not 0 if some number is not finite
     for (std::size_t k = 0; k < count; ++k) {
       const auto [u, t] = turn(circles, k, sines[k], cosines[k]);
       const Vec3 psi = -q_dot[k] * q_dot[k] * u;
@@ -64,21 +65,10 @@ double accelerate(const Circles& given, std::size_t count, const double* __restr
       x[k] = psi.x + along * t.x;
       y[k] = psi.y + along * t.y;
       z[k] = psi.z + along * t.z;
+      is_lost |= std::abs(x[k] + y[k] + z[k]) <= std::numeric_limits<double>::max() ? 0U : 1U;
     }
-    std::size_t k = 0;
-    Pack<> lost_lanes{};
-    for (; k + num_lanes <= count; k += num_lanes) {
-      const Pack<> wx = pack_at(x.data() + k), wy = pack_at(y.data() + k), wz = pack_at(z.data() + k);
-      store_points(wx, wy, wz, &w[k].x);
-      lost_lanes += 0.0 * (wx + wy + wz);
-    }
-    double lost = 0.0;
-    for (std::size_t lane = 0; lane < num_lanes; ++lane) lost += lost_lanes[lane];
-    for (; k < count; ++k) {
-      w[k] = {x[k], y[k], z[k]};
-      lost += 0.0 * (x[k] + y[k] + z[k]);
-    }
-    return lost;
+    for (std::size_t k = 0; k < count; ++k) w[k] = {x[k], y[k], z[k]};
+    return is_lost != 0 ? std::numeric_limits<double>::quiet_NaN() : 0.0;
   });
 }
 
