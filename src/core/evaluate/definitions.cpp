@@ -103,27 +103,16 @@ struct Along {
   }
 };
 
-/// Points on the line r + e u, to first order.
+/// Points on the line r + e u, to first order, with u = move(point).
+template <class Move>
 struct Straight {
-  const double *r, *u;
-
-  TripleOf<Dual<double>> operator()(Index i) const {
-    const auto [x, y, z] = load(r, i);
-    const auto [ux, uy, uz] = load(u, i);
-    return {{x, ux}, {y, uy}, {z, uz}};
-  }
-};
-
-/// Points of which `active` moves along an axis while the others stand.
-struct Varying {
   const double* r;
-  Index active;
-  int axis;
+  Move move;
 
   TripleOf<Dual<double>> operator()(Index i) const {
     const auto [x, y, z] = load(r, i);
-    const auto along = [&](int k) { return i == active && axis == k ? 1.0 : 0.0; };
-    return {{x, along(0)}, {y, along(1)}, {z, along(2)}};
+    const auto [ux, uy, uz] = move(i);
+    return {{x, ux}, {y, uy}, {z, uz}};
   }
 };
 
@@ -277,7 +266,7 @@ void Definitions::taylor(const Parallel& parallel, double t, std::span<const dou
 void Definitions::transposed(const Parallel& parallel, double t, std::span<const double> r, std::span<const double> u,
                              std::span<double> y) const {
   for_each_row<Dual<double>>(
-      parallel, t, r.data(), nullptr, Straight{r.data(), u.data()},
+      parallel, t, r.data(), nullptr, Straight{r.data(), [&](Index i) { return load(u.data(), i); }},
       [&](std::size_t row, const Dual<double>& xi) { y[row] = xi.d; },
       [&](std::size_t first_row, const UserConstraints& group, const TupleValues& values) {
         for (std::size_t k = 0; k < values.count; ++k) {
@@ -309,9 +298,10 @@ void Definitions::for_each_gradient(double t, std::span<const double> r, const U
             const Rows<Group, Number> rows(group, ClockOf<Number>{t}, start.values);
             for (std::size_t k = 0; k < num_members(group); ++k) {
               for (const Index point : member_points(group, k)) {
-                const std::array<Number, num_rows> x = rows.xi(k, Varying{r.data(), point, 0}),
-                                                   y = rows.xi(k, Varying{r.data(), point, 1}),
-                                                   z = rows.xi(k, Varying{r.data(), point, 2});
+                const auto along = [&](const Vec3& axis) -> std::array<Number, num_rows> {
+                  return rows.xi(k, Straight{r.data(), [&](Index i) { return i == point ? axis : Vec3{}; }});
+                };
+                const std::array x = along({1.0, 0.0, 0.0}), y = along({0.0, 1.0, 0.0}), z = along({0.0, 0.0, 1.0});
                 for (std::size_t m = 0; m < num_rows; ++m)
                   use(start.first_row + k * num_rows + m, point, Vec3{x[m].d, y[m].d, z[m].d});
               }

@@ -15,7 +15,7 @@ namespace tanor::detail {
 /// The first crossing of the cutoff by one pair.
 class PairField::Crossing {
  public:
-  Crossing(const PairField& field, const PointPath& path, const Approach& pair) : field_(field), pair_(pair) {
+  Crossing(const PairField& field, const PointPath& path, const Approach& pair) : field_(&field), pair_(pair) {
     is_outside_ = norm(field.relative(path, pair, 0.0).r) >= field.potential_.cutoff();
     constexpr int most_halvings = 24;
     for (std::size_t k = 0; k < path.num_pieces() && !exists(); ++k)
@@ -28,7 +28,7 @@ class PairField::Crossing {
   const Approach& pair() const { return pair_; }
   /// Returns how far the pair is on the side of the cutoff where the step begins, m.
   double side(const PointPath& path, double s) const {
-    const double beyond = norm(field_.relative(path, pair_, s).r) - field_.potential_.cutoff();
+    const double beyond = norm(field_->relative(path, pair_, s).r) - field_->potential_.cutoff();
     return is_outside_ ? beyond : -beyond;
   }
   bool operator<(const Crossing& other) const {
@@ -39,9 +39,9 @@ class PairField::Crossing {
   /// Searches [a, b]. It is halved while the distance may reach the cutoff and may turn round, or the path bends.
   void search(const PointPath& path, double a, double b, int depth) {
     constexpr double straight = 0.02;  // |sagitta| over the chord
-    const PointPath::Place from = field_.relative(path, pair_, a), to = field_.relative(path, pair_, b);
+    const PointPath::Place from = field_->relative(path, pair_, a), to = field_->relative(path, pair_, b);
     const Vec3 e = to.r - from.r;
-    const double bend = sagitta(from, to, (b - a) * path.h), cutoff = field_.potential_.cutoff();
+    const double bend = sagitta(from, to, (b - a) * path.h), cutoff = field_->potential_.cutoff();
     const double u = std::clamp(-dot(from.r, e) / std::max(squared(e), std::numeric_limits<double>::min()), 0.0, 1.0);
     const bool stays =
         is_outside_ ? norm(from.r + u * e) - bend > cutoff : std::max(norm(from.r), norm(to.r)) + bend < cutoff;
@@ -57,7 +57,7 @@ class PairField::Crossing {
     }
   }
 
-  const PairField& field_;
+  const PairField* field_;
   Approach pair_;
   bool is_outside_;
   double low_ = 0.0, high_ = std::numeric_limits<double>::infinity();  // fractions of the step, around it
@@ -91,12 +91,10 @@ void PairField::note_jumps(const Parallel& parallel, PointPath* path, std::span<
       for_each_image(i, other, cutoff + 2.0 * reach.move, std::cref(note));
     }
   });
-  std::vector<const Crossing*> in_turn;
-  for (const Crossing& crossing : found) in_turn.push_back(&crossing);
-  std::sort(in_turn.begin(), in_turn.end(), [](const Crossing* a, const Crossing* b) { return *a < *b; });
-  for (const Crossing* const crossing : in_turn) {
-    if (crossing->low() > path->jump.after) break;
-    note_jump(path, *crossing, masses);
+  std::sort(found.begin(), found.end());
+  for (const Crossing& crossing : found) {
+    if (crossing.low() > path->jump.after) break;
+    note_jump(path, crossing, masses);
   }
 }
 
