@@ -18,6 +18,20 @@ const VectorFunction& velocity_of(const Friction& friction) {
   return std::visit([](const auto& entry) -> const VectorFunction& { return entry.velocity; }, friction);
 }
 
+/// Writes value(contact, k) of each direction of the contacts that have rows; returns the largest.
+template <class Value>
+double write_rows(const Tangents& tangents, double* rows, const Value& value) {
+  double worst = 0.0;
+  for (std::size_t c = 0; c < tangents.size(); ++c) {
+    for (int k = 0; tangents[c].first_row >= 0 && k < tangents[c].num_tangents(); ++k) {
+      double& row = rows[tangents[c].first_row + k];
+      row = value(c, static_cast<std::size_t>(k));
+      worst = larger(worst, std::abs(row));
+    }
+  }
+  return worst;
+}
+
 }  // namespace
 
 Tangents::Tangents(const System& system, const Numbering& numbering, std::span<const Incidence> incidences,
@@ -103,41 +117,24 @@ Vec3 Tangents::sliding_velocity(std::size_t contact, const double* v) const {
 }
 
 void Tangents::write_values(const double* r, double* xi) const {
-  for (std::size_t c = 0; c < size(); ++c) {
-    const Place& place = places_[c];
+  (void)write_rows(*this, xi, [&](std::size_t c, std::size_t k) {
     const bool is_held = places_held_[c].first && sticks(c);
-    const Vec3 moved = is_held ? load(r, place.point) - places_held_[c].second : Vec3{};
-    for (int k = 0; place.first_row >= 0 && k < place.num_tangents(); ++k)
-      xi[place.first_row + k] = dot(directions_[c][static_cast<std::size_t>(k)], moved);
-  }
+    return is_held ? dot(directions_[c][k], load(r, places_[c].point) - places_held_[c].second) : 0.0;
+  });
 }
 
 double Tangents::evaluate_rates(const double* v, double* rate) const {
-  double worst = 0.0;
-  for (std::size_t c = 0; c < size(); ++c) {
-    const Place& place = places_[c];
-    for (int k = 0; place.first_row >= 0 && k < place.num_tangents(); ++k) {
-      const Vec3 relative = load(v, place.point) - velocities_[place.velocity].value;
-      const double value = sticks(c) ? dot(directions_[c][static_cast<std::size_t>(k)], relative) : 0.0;
-      rate[place.first_row + k] = value;
-      worst = larger(worst, std::abs(value));
-    }
-  }
-  return worst;
+  return write_rows(*this, rate, [&](std::size_t c, std::size_t k) {
+    return sticks(c) ? dot(directions_[c][k], load(v, places_[c].point) - own_velocity(c).value) : 0.0;
+  });
 }
 
 double Tangents::apply_transposed(const double* blocks, const double* x, const double* shift, double* y) const {
-  double worst = 0.0;
-  for (std::size_t c = 0; c < size(); ++c) {
-    const Place& place = places_[c];
-    for (int k = 0; place.first_row >= 0 && k < place.num_tangents(); ++k) {
-      double value = dot(load(blocks, place.first_block + k), load(x, place.point));
-      if (shift != nullptr) value += shift[place.first_row + k];
-      y[place.first_row + k] = value;
-      worst = larger(worst, std::abs(value));
-    }
-  }
-  return worst;
+  return write_rows(*this, y, [&](std::size_t c, std::size_t k) {
+    const auto own = static_cast<Index>(k);
+    return dot(load(blocks, places_[c].first_block + own), load(x, places_[c].point)) +
+           (shift != nullptr ? shift[places_[c].first_row + own] : 0.0);
+  });
 }
 
 // ---- the acceleration level ----
@@ -172,24 +169,17 @@ void Tangents::shift_velocities(int k, double s, const double* v, double* shifte
 
 double Tangents::evaluate_right_side(const double* v, const double* w0, const std::array<const double*, 2>& turn,
                                      Which which, double* phi) const {
-  double worst = 0.0;
-  for (std::size_t c = 0; c < size(); ++c) {
+  return write_rows(*this, phi, [&](std::size_t c, std::size_t m) {
+    if (!sticks(c) && which != Which::All) return 0.0;
+    // The value is T'w0 - T'u_dot - T'K_g_dot c.
     const Place& place = places_[c];
-    const bool counts = sticks(c) || which == Which::All;
-    const std::array<double, 2> coefficients = counts ? across(c, v) : std::array{0.0, 0.0};
-    for (std::size_t m = 0; place.first_row >= 0 && m < static_cast<std::size_t>(place.num_tangents()); ++m) {
-      double value = 0.0;
-      if (counts) {
-        // The value is T'w0 - T'u_dot - T'K_g_dot c.
-        value = dot(directions_[c][m], load(w0, place.point) - velocities_[place.velocity].first);
-        for (std::size_t g = 0; turn[m] != nullptr && g < static_cast<std::size_t>(place.num_guides); ++g)
-          value -= turn[m][place.guide_row[g]] * coefficients[g];
-      }
-      phi[place.first_row + static_cast<Index>(m)] = value;
-      worst = larger(worst, std::abs(value));
-    }
-  }
-  return worst;
+    double value = dot(directions_[c][m], load(w0, place.point) - own_velocity(c).first);
+    if (turn[m] == nullptr) return value;
+    const std::array<double, 2> coefficients = across(c, v);
+    for (std::size_t g = 0; g < static_cast<std::size_t>(place.num_guides); ++g)
+      value -= turn[m][place.guide_row[g]] * coefficients[g];
+    return value;
+  });
 }
 
 }  // namespace tanor::detail
