@@ -87,6 +87,25 @@ TEST(Topology, ManyChainsAreThoseOfANewHandle) {
   edit_beside_fresh_handles(&host, tests_are_long() ? 6000 : 2000, 20);
 }
 
+/// A chain that is cut gives a piece to the part of the chains whose numbers lie beside those of the piece.
+TEST(Topology, APieceOfALongChainJoinsThePartOfItsNumbers) {
+  std::vector<double> r;
+  std::vector<std::array<Index, 2>> pairs = make_chains(1, 1400, &r);
+  const auto short_ones = make_chains(60, 12, &r);
+  pairs.insert(pairs.end(), short_ones.begin(), short_ones.end());
+  Edited host(std::vector<double>(r.size() / 3, 1.0), r, pairs, 14);
+  host.constrainer.expect_edits();
+  (void)host.constrainer.update_plan();
+  host.remove(1099);
+  Constrainer fresh = host.make_fresh();
+  fresh.expect_edits();
+  (void)host.step(&host.constrainer, h);  // makes the parts of both handles
+  fresh.restore(host.constrainer.save());
+  const Edited::Result own = host.step(&host.constrainer, h);
+  EXPECT_EQ(own.positions, Status::Ok);
+  EXPECT_TRUE(own == host.step(&fresh, h));
+}
+
 TEST(Topology, NetsAreThoseOfANewHandle) {
   std::vector<double> r;
   const auto pairs = make_nets(4, 16, &r);

@@ -15,6 +15,17 @@ namespace {
 
 constexpr double light = 1e-16;  // beside the heaviest point of each of its rows
 
+/// Returns false if no point is light beside any other, as in nearly all systems.
+bool may_have_light_points(const Model& model) {
+  double least = std::numeric_limits<double>::infinity(), largest = 0.0;
+  for (const Incidence& incidence : model.incidences) {
+    const double inverse_mass = model.inverse_mass[static_cast<std::size_t>(incidence.point)];
+    least = std::min(least, inverse_mass);
+    largest = std::max(largest, inverse_mass);
+  }
+  return least < light * largest;
+}
+
 /// The rows of each point, as places in the incidences, for light points alone.
 Groups<std::size_t> list_light_points(const Model& model) {
   std::vector<double> least_inverse(model.num_rows(), std::numeric_limits<double>::infinity());
@@ -53,6 +64,7 @@ Vec3 solve_point(const Eigen::Matrix3d& normal, const Eigen::Vector3d& right) {
 
 bool settle_light_points(const Model& model, const double* blocks, double* rows, double* dw) {
   constexpr int most_sweeps = 50;
+  if (!may_have_light_points(model)) return false;
   const Groups<std::size_t> by_point = list_light_points(model);
   if (by_point.entries.empty()) return false;
   for (int sweep = 0; sweep < most_sweeps; ++sweep) {

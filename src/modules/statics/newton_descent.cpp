@@ -178,11 +178,14 @@ bool NewtonDescent::is_linear_near(const StaticState& state) {
   return is_linear;
 }
 
-/// Returns true if Newton's next step is short. Small springs prevent long steps from rounding along motions that cost
-/// nothing. If the energy falls in some direction, the stability check reports it.
+/// Returns true if loads cancel but for rounding, or Newton's next step is short. Small springs prevent long steps from
+/// rounding along motions that cost nothing. If the energy falls in some direction, the stability check reports it.
 bool NewtonDescent::rests(const StaticState& state) {
   const double most = short_step * model_.scene_size;
-  return residual_.force == 0.0 || last_move_ <= most || find_next_step(state) <= most;
+  bool are_cancelled = true;
+  for (std::size_t i = 0; i < model_.num_moving(); ++i)
+    are_cancelled = are_cancelled && norm(load(g_.data(), i)) <= equations_.rounding_of_loads(i);
+  return are_cancelled || last_move_ <= most || find_next_step(state) <= most;
 }
 
 /// Returns the length of Newton's next step, m, with each coordinate held by a small spring; 0 if there is none.
