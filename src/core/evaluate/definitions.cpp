@@ -115,6 +115,8 @@ struct Straight {
     return {{x, ux}, {y, uy}, {z, uz}};
   }
 };
+template <class Move>
+Straight(const double*, Move) -> Straight<Move>;
 
 /// Returns the tuples of a user's group, one after the other.
 std::vector<Index> flatten(const UserConstraints& user) {

@@ -280,15 +280,16 @@ Dissection dissect_graph(const RowsInSpace& rows) {
   const Groups<int> by_part(std::size_t{1} << depth, [&](const auto& add) {
     for (std::size_t point = 0; point < part.size(); ++point) add(part[point], static_cast<int>(point));
   });
-  // A node is known by the part at its end and by its height, which put children before parents.
+  // Nodes are numbered children first: before the end of a node lie 2 end - popcount(end) nodes, its parents among
+  // them.
   std::vector<int> node_of_row(rows.num_rows());
   for (std::size_t row = 0; row < node_of_row.size(); ++row) {
     const std::span<const int> points = rows.points_of_row[row];
     const int height = height_of(points, part);
-    const int end = ((part[static_cast<std::size_t>(points[0])] >> height) + 1) << height;
-    node_of_row[row] = end * (depth + 1) + height;
+    const unsigned end = ((static_cast<unsigned>(part[static_cast<std::size_t>(points[0])]) >> height) + 1) << height;
+    node_of_row[row] = static_cast<int>(2 * end) - std::popcount(end) - 1 - (std::countr_zero(end) - height);
   }
-  const int num_nodes = (1 << depth) * (depth + 1) + depth + 1;
+  const int num_nodes = (2 << depth) - 1;
   return {order_by_nodes(rows, by_part.entries, node_of_row, num_nodes), first_cut(rows, part, depth)};
 }
 

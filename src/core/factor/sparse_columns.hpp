@@ -64,7 +64,7 @@ struct PointEntry {
 };
 /// Returns columns whose rows come in triples, one for each of some points. `list(add)` calls add(column, entry) for
 /// each part of a column; it is called twice and must list the same parts both times. Parts of a column at one point
-/// are added, for a tuple may name a point twice.
+/// are added.
 template <class List>
 SparseColumns collect_columns(std::size_t num_columns, const List& list) {
   Groups<PointEntry> by_column(num_columns, list);

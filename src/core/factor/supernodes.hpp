@@ -32,8 +32,7 @@ struct Supernodes {
 /// (J. R. Gilbert, E. G. Ng, B. W. Peyton, SIAM J. Matrix Anal. Appl. 15, 1994), in a time that hardly depends on L. L
 /// may have more than 2^31 entries; S may not. Throws std::bad_alloc. A supernode is merged with the one that follows
 /// it if that is its parent and L gets few zeros to store (C. Ashcraft and R. Grimes, ACM TOMS 15, 1989), because a few
-/// zeros cost less than another front does. The last
-/// `num_kept` rows are one supernode without rows below.
+/// zeros cost less than another front does. The last `num_kept` rows are one supernode without rows below.
 Supernodes find_supernodes(const TrianglePattern& lower, std::size_t num_kept = 0);
 
 }  // namespace tanor::detail

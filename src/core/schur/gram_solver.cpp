@@ -129,13 +129,13 @@ void GramSolver::Part::for_slots(const Visit& visit) const {
 
 void GramSolver::set_active(std::span<const char> active) {
   for (Part& part : parts_) {
-    part.unit_slots.clear();
+    part.fixed_slots.clear();
     part.inactive_places.clear();
     if (active.empty()) continue;
     part.for_slots([&](std::size_t row, std::size_t column, std::size_t slot) {
       const auto is_inactive = [&](std::size_t place) { return active[part.row_at(place)] == 0; };
       if (!is_inactive(column) && !is_inactive(row)) return;
-      part.unit_slots.push_back({slot, row == column ? 1.0 : 0.0});
+      part.fixed_slots.push_back({slot, row == column ? 1.0 : 0.0});
       if (row == column) part.inactive_places.push_back(column);
     });
   }
@@ -168,7 +168,7 @@ void GramSolver::assemble(const Parallel& parallel, const double* blocks) {
       const double weight = compliance_weights_.empty() ? 1.0 : compliance_weights_[row];
       values[slot] = values[slot] == 0.0 ? 1.0 : values[slot] + weight * compliance_;
     }
-    for (const auto& [slot, value] : part.unit_slots) values[slot] = value;
+    for (const auto& [slot, value] : part.fixed_slots) values[slot] = value;
   });
 }
 

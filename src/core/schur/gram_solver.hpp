@@ -91,9 +91,9 @@ class GramSolver {
     std::vector<double> x;  // right-hand side in the order of elimination
     double products;        // as in Summary
     Quality quality{};
-    std::vector<std::pair<std::size_t, double>> unit_slots{};        // what they hold of rows that take no part
-    std::vector<std::size_t> inactive_places{};                      // of these rows
-    std::vector<std::pair<std::size_t, std::size_t>> may_be_zero{};  // diagonal slots, with rows from the first such on
+    std::vector<std::pair<std::size_t, double>> fixed_slots{};  // slots of rows that take no part, with their values
+    std::vector<std::size_t> inactive_places{};                 // of these rows
+    std::vector<std::pair<std::size_t, std::size_t>> may_be_zero{};  // diagonal slots of rows that may be 0, numbered
 
     /// Returns the row at a place in the order of elimination.
     std::size_t row_at(std::size_t place) const {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <ranges>
 #include <span>
 #include <vector>
 
@@ -121,10 +120,10 @@ void visit_groves(const Parallel& parallel, LaneGroups* all, const Work& work) {
     if (const GroveVisit visit(all, grove, parallel, 0); is_shared(visit)) work(visit);
   }
   const auto first_grove = [&](std::size_t share) {
-    const auto starts = std::views::iota(std::size_t{0}, plan.num_groves());
-    return *std::ranges::lower_bound(starts, total * share / shares, {}, [&](std::size_t grove) {
-      return plan.groups[plan.levels(grove).front()].first_rod;
-    });
+    std::size_t grove = 0;
+    while (grove < plan.num_groves() && plan.groups[plan.levels(grove).front()].first_rod < total * share / shares)
+      ++grove;
+    return grove;
   };
   const Parallel alone(1);
   parallel.for_tasks(shares, [&](std::size_t share) {

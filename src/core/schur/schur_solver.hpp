@@ -54,7 +54,7 @@ constexpr double cannot_tell = std::numeric_limits<double>::infinity();
 
 /// Returns the residual of one island over its largest |b|.
 inline double own_residual(double residual, double right_side) {
-  return residual > 0.0 ? residual / right_side : 0.0;
+  return residual == 0.0 ? 0.0 : residual / right_side;
 }
 
 /// The end of an iteration onto xi = 0 or K'v + xi_t = 0.

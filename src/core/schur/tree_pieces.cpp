@@ -130,6 +130,7 @@ class Cut {
     for (const std::size_t rod : hanging) {
       Open& branch = below(rod);
       if (!own.rods.empty() && own.rods.size() + branch.rods.size() + 1 > most_rods_) close(point);
+      if (own.rods.empty()) own.rods.swap(branch.rods);
       own.rods.insert(own.rods.end(), branch.rods.begin(), branch.rods.end());
       own.rods.push_back(rod);
       own.level = std::max(own.level, branch.level);
