@@ -237,6 +237,22 @@ def check_failure_of_one_rank():
     expect(complaint(done) == "tanor: rank 1: out of memory", complaint(done))
 
 
+def check_resume_of_one_rank():
+    """One rank does not see the checkpoint, or sees a damaged one: none of them waits for the others."""
+    path, seen, other = write_scene("half", net(6)), folder / "half.seen", folder / "half.other"
+    begun = run(2, [path, "--out", seen, "--quiet", "--t-end", "0.02"])
+    expect(begun.returncode == 0, f"a run of which one rank sees no checkpoint: {begun.stderr}")
+    for damage, code, words in ((None, 4, "cannot read"), (b"torn", 2, "ends too early")):
+        if damage is not None:
+            other.mkdir(exist_ok=True)
+            (other / "checkpoint.mpi").write_bytes(damage)
+        options = [[path, "--out", out, "--quiet", "--resume"] for out in (seen, other)]
+        done = run_differently([], *options)
+        expect(done.returncode == code, f"a checkpoint that {words}: {done.returncode} {done.stderr}")
+        expect(complaint(done).startswith("tanor: rank 1: ") and words in complaint(done), complaint(done))
+        expect("MPI_ABORT" not in done.stderr, f"a checkpoint that {words}: a rank waited, {done.stderr}")
+
+
 def check_too_few_islands():
     """Whole islands that are fewer than ranks are refused, not cut."""
     for scene in (stiff_chains("radau5", (20, 5, 5)), stiff_chains("auto", (20, 5, 5))):
@@ -381,6 +397,7 @@ def main():
     check_too_few_islands()
     check_failures()
     check_failure_of_one_rank()
+    check_resume_of_one_rank()
     check_options(path)
     check_folder(path)
     check_interrupted(path)

@@ -162,7 +162,7 @@ class Saved {
 
   void check_whole() {
     checks_.expect(complaint(system_).empty(), "a whole checkpoint: " + complaint(system_));
-    checks_.expect(read_checkpoint_mark(checks_.ranks, name_) == "a mark", "the mark of a checkpoint");
+    checks_.expect(read_checkpoint_mark(name_) == "a mark", "the mark of a checkpoint");
     Simulation fresh(part_.system, part_.part, options_of(Method::Rattle, 1e-3), {.threads = 1});
     read_checkpoint(checks_.ranks, name_, part_, system_, &fresh);
     checks_.expect(std::ranges::equal(fresh.positions(), simulation_.positions()) &&

@@ -197,7 +197,7 @@ void read_checkpoint(const MpiRanks& ranks, const fs::path& name, const RankSyst
   read(ranks, name, part, head_of(ranks, part), simulation);
 }
 
-std::string read_checkpoint_mark(const MpiRanks&, const fs::path& name) {
+std::string read_checkpoint_mark(const fs::path& name) {
   return read_head(name).mark;
 }
 

@@ -105,7 +105,8 @@ TANOR_API void read_checkpoint(const MpiRanks& ranks, const std::filesystem::pat
                                const System& whole, Simulation* simulation);
 TANOR_API void read_checkpoint(const MpiRanks& ranks, const std::filesystem::path& name, const RankSystem& part,
                                Simulation* simulation);
-/// Returns the mark of a file. Throws InputError if the file is no checkpoint, or its mark is damaged.
-TANOR_API std::string read_checkpoint_mark(const MpiRanks& ranks, const std::filesystem::path& name);
+/// Returns the mark of a file. Throws InputError if the file is no checkpoint, or its mark is damaged. Any rank reads
+/// it without the others.
+TANOR_API std::string read_checkpoint_mark(const std::filesystem::path& name);
 
 }  // namespace tanor

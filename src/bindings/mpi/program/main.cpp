@@ -108,7 +108,8 @@ class Run {
       lock_.emplace(folder_, "run");
     });
     do_together(ranks_, [&] { cli::require_results_not_read(folder_, scene_.files); });
-    goes_on_ = options_.resume && fs::exists(checkpoint_);
+    do_on_first(ranks_, [&] { goes_on_ = options_.resume && fs::exists(checkpoint_); });
+    MPI_Bcast(&goes_on_, sizeof goes_on_, MPI_BYTE, 0, ranks_.communicator());
     if (goes_on_) return;
     do_on_first(ranks_, [&] {
       if (options_.resume) cli::print_message("no checkpoint in " + folder_.string() + "; starts anew");
@@ -122,21 +123,23 @@ class Run {
 
   std::optional<std::string> read_mark() const {
     try {
-      return read_checkpoint_mark(ranks_, checkpoint_);
+      return read_checkpoint_mark(checkpoint_);
     } catch (const InputError&) {
       return {};
     }
   }
 
   void resume() {
-    if (const std::string mark = read_checkpoint_mark(ranks_, checkpoint_); mark != division_.mark())
-      throw InputError(checkpoint_.string(), division_.name_difference(mark) + "; run without --resume");
+    do_together(ranks_, [&] {
+      if (const std::string mark = read_checkpoint_mark(checkpoint_); mark != division_.mark())
+        throw InputError(checkpoint_.string(), division_.name_difference(mark) + "; run without --resume");
+    });
     division_.read_checkpoint(checkpoint_, &simulation_);
     if (simulation_.time() > scene_.t_end)
       throw InputError(folder_.string(), fmt::format("the run already reached t = {} s, its end was to be {} s",
                                                      simulation_.time(), scene_.t_end));
     do_on_first(ranks_, [&] { report::remove_file(folder_ / report::summary_name); });  // a new one comes at the end
-    times_ = read_frame_times(folder_, simulation_.time());
+    do_together(ranks_, [&] { times_ = read_frame_times(folder_, simulation_.time()); });
   }
 
   void write_frame() {
