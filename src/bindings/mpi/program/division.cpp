@@ -121,6 +121,9 @@ Division::Division(MpiRanks& ranks, const fs::path& name, const ReadScene& read)
     divide(name, read);
   else
     join(name, read);
+  auto count = static_cast<double>(count_to_write(ranks_, part_));
+  ranks_.sum({&count, 1});
+  num_points_ = static_cast<std::size_t>(count);
 }
 
 /// Divides the system of a scene that every rank reads.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -21,6 +22,8 @@ class Division {
   /// The scene that this rank has read, without its system if the ranks have scenes of their own.
   const scene::Scene& scene() const { return scene_; }
   const RankSystem& part() const { return part_; }
+  /// Returns the number of points of all ranks.
+  std::size_t num_points() const { return num_points_; }
   /// Returns the whole system, or null if no rank holds it.
   const System* whole() const { return has_whole_ ? &scene_.system : nullptr; }
 
@@ -39,6 +42,7 @@ class Division {
   scene::Scene scene_;
   std::string mark_;
   RankSystem part_;
+  std::size_t num_points_ = 0;
   bool has_whole_ = true;
 };
 

@@ -144,7 +144,7 @@ class Run {
 
   void write_frame() {
     const auto begin = Clock::now();
-    mpi::write_frame(ranks_, folder_, division_.part(), simulation_, &times_);
+    mpi::write_frame(ranks_, folder_, division_.part(), division_.num_points(), simulation_, &times_);
     division_.write_checkpoint(checkpoint_, simulation_);
     output_ += seconds_since(begin);
   }

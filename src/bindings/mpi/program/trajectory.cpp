@@ -22,13 +22,10 @@ std::vector<double> read_frame_times(const std::filesystem::path& folder, double
 }
 
 /// Writes the numbers first, then the header that counts them.
-void write_frame(MpiRanks& ranks, const std::filesystem::path& folder, const RankSystem& part,
+void write_frame(MpiRanks& ranks, const std::filesystem::path& folder, const RankSystem& part, std::size_t num_points,
                  const Simulation& simulation, std::vector<double>* times) {
   constexpr std::size_t header_size = 128;  // room for any shape in front of the numbers
   const std::size_t own = count_to_write(ranks, part);
-  auto all = static_cast<double>(own);
-  ranks.sum({&all, 1});
-  const auto num_points = static_cast<std::size_t>(all);
   SharedFile frames(ranks, folder / cli::mpi_trajectory_name, SharedFile::Mode::Write);
   frames.write_points(header_size + 24 * num_points * times->size(), 3, std::span(part.points).first(own),
                       simulation.positions().first(3 * own));

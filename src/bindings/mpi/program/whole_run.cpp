@@ -108,21 +108,45 @@ void WholeRun::merge_friction() {
 std::vector<double> WholeRun::gather_points(std::span<const double> own, OfSupports of_supports) const {
   const std::size_t end = of_supports == OfSupports::AreSummed ? part_.points.size() - part_.part.guests.size()
                                                                : count_to_write(ranks_, part_);
-  std::vector<double> all(3 * plan_.points, 0.0);
+  std::vector<double> packed;
   for (std::size_t i = 0; i < end; ++i)
-    std::copy_n(&own[3 * i], 3, &all[3 * static_cast<std::size_t>(part_.points[i])]);
-  ranks_.sum(all);
-  return ranks_.rank() == 0 ? all : std::vector<double>();
+    packed.insert(packed.end(), {3.0 * part_.points[i], own[3 * i], own[3 * i + 1], own[3 * i + 2]});
+  return add_on_first(packed, 3, 3 * plan_.points);
 }
 
 /// Gathers numbers of rows. Shared equations come from the rank that counts them.
 std::vector<double> WholeRun::gather_rows(std::span<const double> own) const {
-  std::vector<double> all(plan_.equations, 0.0);
-  for (std::size_t a = 0; a < part_.equations.size(); ++a) all[part_.equations[a]] = own[a];
-  for (const Part::SharedRow& row : part_.part.shared_rows)
-    if (!row.is_counted) all[part_.equations[row.equation]] = 0.0;
-  ranks_.sum(all);
-  return ranks_.rank() == 0 ? all : std::vector<double>();
+  std::vector<char> is_counted(part_.equations.size(), 1);
+  for (const Part::SharedRow& row : part_.part.shared_rows) is_counted[row.equation] = row.is_counted ? 1 : 0;
+  std::vector<double> packed;
+  for (std::size_t a = 0; a < is_counted.size(); ++a)
+    if (is_counted[a] != 0) packed.insert(packed.end(), {static_cast<double>(part_.equations[a]), own[a]});
+  return add_on_first(packed, 1, plan_.equations);
+}
+
+/// Adds up on the first rank what all ranks have packed: a place in an array of so many numbers, and the `width`
+/// numbers from there on. No other rank holds the array.
+std::vector<double> WholeRun::add_on_first(const std::vector<double>& packed, std::size_t width,
+                                           std::size_t size) const {
+  auto count = static_cast<double>(packed.size());
+  if (ranks_.rank() != 0) {
+    ranks_.exchange(std::array{Ranks::Message{0, {&count, 1}, {}}, Ranks::Message{0, packed, {}}});
+    return {};
+  }
+  std::vector<double> all(size, 0.0), received = packed;
+  for (int rank = 0; rank < ranks_.size(); ++rank) {
+    const auto receive = [&](std::span<double> numbers) {
+      ranks_.exchange(std::array{Ranks::Message{rank, {}, numbers}});
+    };
+    if (rank > 0) {
+      receive({&count, 1});
+      received.resize(static_cast<std::size_t>(count));
+      receive(received);
+    }
+    for (std::size_t at = 0; at < received.size(); at += width + 1)
+      for (std::size_t k = 0; k < width; ++k) all[static_cast<std::size_t>(received[at]) + k] += received[at + 1 + k];
+  }
+  return all;
 }
 
 Certificate WholeRun::prove() const {

@@ -29,6 +29,7 @@ class WholeRun {
   std::vector<double> gather_points(std::span<const double> own,
                                     OfSupports of_supports = OfSupports::AreTheFirstRanks) const;
   std::vector<double> gather_rows(std::span<const double> own) const;
+  std::vector<double> add_on_first(const std::vector<double>& packed, std::size_t width, std::size_t size) const;
 
   MpiRanks& ranks_;
   const Division& division_;
