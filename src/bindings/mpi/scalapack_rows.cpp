@@ -138,31 +138,40 @@ class ScalapackRows final : public SharedRows {
 
   /// Agrees once on who sends which entries to whom; later only the numbers are sent.
   void agree_on_entries() {
-    const auto size = static_cast<std::size_t>(ranks_.size()), rank = static_cast<std::size_t>(ranks_.rank());
-    for (auto* const lists : {&sent_, &received_, &places_}) lists->resize(size);
+    const auto size = static_cast<std::size_t>(ranks_.size());
+    std::vector<std::vector<double>> sent_places(size), places(size);  // row n + column
+    for (auto* const lists : {&sent_, &received_}) lists->resize(size);
     sent_from_.resize(size);
-    std::vector<std::vector<double>> places(size);
+    places_.resize(size);
     std::size_t entry = 0;
     for (std::size_t j = 0; j < own_.size(); ++j) {
       for (std::size_t i = j; i < own_.size(); ++i, ++entry) {
         const auto owner = static_cast<std::size_t>(grid_.owner(static_cast<int>(own_[i]), static_cast<int>(own_[j])));
-        places[owner].push_back(static_cast<double>(own_[i]) * n_ + static_cast<double>(own_[j]));
+        sent_places[owner].push_back(static_cast<double>(own_[i]) * n_ + static_cast<double>(own_[j]));
         sent_from_[owner].push_back(entry);
       }
     }
-    std::vector<double> counts(size * size, 0.0);  // [sender][receiver]
-    for (std::size_t r = 0; r < size; ++r) counts[rank * size + r] = static_cast<double>(sent_from_[r].size());
-    ranks_.sum(counts);
+    std::vector<double> sent_counts(size), counts(size);
     std::vector<Ranks::Message> messages;
     for (std::size_t r = 0; r < size; ++r) {
-      const auto count = static_cast<std::size_t>(counts[r * size + rank]);
+      sent_counts[r] = static_cast<double>(sent_from_[r].size());
+      messages.push_back({static_cast<int>(r), {&sent_counts[r], 1}, {&counts[r], 1}});
+    }
+    ranks_.exchange(messages);
+    for (std::size_t r = 0; r < size; ++r) {
       sent_[r].resize(sent_from_[r].size());
-      received_[r].resize(count);
-      places_[r].resize(count);
-      messages.push_back({static_cast<int>(r), places[r], places_[r]});
+      for (auto* const lists : {&received_, &places}) (*lists)[r].resize(static_cast<std::size_t>(counts[r]));
+      messages[r] = {static_cast<int>(r), sent_places[r], places[r]};
       entries_.push_back({static_cast<int>(r), sent_[r], received_[r]});
     }
     ranks_.exchange(messages);
+    for (std::size_t r = 0; r < size; ++r) {
+      for (const double place : places[r]) {
+        const auto i = static_cast<unsigned>(static_cast<long>(place) / n_),
+                   j = static_cast<unsigned>(static_cast<long>(place) % n_);
+        places_[r].push_back({i, j, static_cast<unsigned>(index_of(static_cast<int>(i), static_cast<int>(j)))});
+      }
+    }
   }
 
   void spread(std::span<const double> triangle) {
@@ -172,17 +181,16 @@ class ScalapackRows final : public SharedRows {
     std::ranges::fill(a_, 0.0);
     for (std::size_t r = 0; r < received_.size(); ++r) {
       for (std::size_t k = 0; k < received_[r].size(); ++k) {
-        const auto place = static_cast<long>(places_[r][k]);
-        const auto i = static_cast<int>(place / n_), j = static_cast<int>(place % n_);
-        here(i, j) += scale_[static_cast<std::size_t>(i)] * scale_[static_cast<std::size_t>(j)] * received_[r][k];
+        const auto [i, j, index] = places_[r][k];
+        a_[index] += scale_[i] * scale_[j] * received_[r][k];
       }
     }
   }
 
-  /// The entry of the matrix in this rank's block.
-  double& here(int i, int j) {
-    return a_[static_cast<std::size_t>(grid_.local_column(j)) * static_cast<std::size_t>(num_local_rows_) +
-              static_cast<std::size_t>(grid_.local_row(i))];
+  /// Returns the place of an entry of the matrix in this rank's block.
+  std::size_t index_of(int i, int j) const {
+    return static_cast<std::size_t>(grid_.local_column(j)) * static_cast<std::size_t>(num_local_rows_) +
+           static_cast<std::size_t>(grid_.local_row(i));
   }
 
   /// Estimates the condition from the pivots, as Cholesky does.
@@ -190,7 +198,7 @@ class ScalapackRows final : public SharedRows {
     std::array<double, 3> found{static_cast<double>(std::abs(info)), -std::numeric_limits<double>::max(), 0.0};
     for (int i = 0; i < n_ && info == 0; ++i) {
       if (grid_.owner(i, i) != ranks_.rank()) continue;
-      const double pivot = here(i, i);
+      const double pivot = a_[index_of(i, i)];
       found[1] = std::max(found[1], -pivot);
       found[2] = std::max(found[2], pivot);
     }
@@ -205,9 +213,9 @@ class ScalapackRows final : public SharedRows {
   Descriptor descriptor_{}, right_side_descriptor_{};
   std::vector<std::size_t> own_;
   std::vector<double> scale_, x_, a_, b_;
-  std::vector<std::vector<std::size_t>> sent_from_;  // [rank] entries of the own triangle
-  std::vector<std::vector<double>> sent_, received_,
-      places_;  // [rank] entries, and the places received: row n + column
+  std::vector<std::vector<std::size_t>> sent_from_;           // [rank] entries of the own triangle
+  std::vector<std::vector<double>> sent_, received_;          // [rank] entries
+  std::vector<std::vector<std::array<unsigned, 3>>> places_;  // [rank] their rows, columns and places in a_
   std::vector<Ranks::Message> entries_;
 };
 
