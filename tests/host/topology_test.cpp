@@ -404,6 +404,9 @@ TEST(TopologyErrors, BytesOfAnotherHandleAreRefused) {
   Constrainer constrainer(masses, {Rods{"rods", pairs, {}, {}}}, r), other(masses, {Rods{{}, pairs, {}, {}}}, r);
   std::vector<std::byte> bytes = constrainer.save();
   other.restore(bytes);
+  std::vector<std::byte> earlier = bytes;
+  earlier[8] = std::byte{1};
+  EXPECT_EQ(error_of([&] { other.restore(earlier); }), "/state: its format is 1, this version of tanor reads 2");
   const ConstraintId id = 3;
   other.remove({&id, 1});
   EXPECT_EQ(error_of([&] { other.restore(bytes); }), "/state: it belongs to other points or constraints");

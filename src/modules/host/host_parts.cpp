@@ -210,7 +210,7 @@ SavedHeader HostParts::header() const {
     add(inventory_.kind(id));
     for (const Index point : inventory_.points(id)) add(points_.host_point[static_cast<std::size_t>(point)]);
   }
-  return {.magic = {'t', 'a', 'n', 'o', 'r', ' ', 'c', 'o'}, .version = 1, .fingerprint = sum.value()};
+  return {.magic = {'t', 'a', 'n', 'o', 'r', ' ', 'c', 'o'}, .version = 2, .fingerprint = sum.value()};
 }
 
 std::vector<std::byte> HostParts::save() {
