@@ -14,7 +14,7 @@ namespace tanor::detail {
 
 std::string find_standing_corner(const System& system, double t, std::span<const double> positions, double part) {
   double size = 0.0;
-  for (const double each : system.positions) size = std::max(size, std::abs(each));
+  for (const double each : positions) size = std::max(size, std::abs(each));
   const double distance = part * (size > 0.0 ? size : 1.0);
   for (std::size_t k = 0; k < system.constraints.size(); ++k) {
     const auto* const group = std::get_if<UserConstraints>(&system.constraints[k]);
