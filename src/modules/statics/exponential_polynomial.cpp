@@ -10,7 +10,7 @@ namespace {
 constexpr double cancelled_terms = 1e-9, cancelled_constants = 1e-13;
 /// Frequencies nearer to each other than this part of the fastest one are equal.
 constexpr double equal_frequencies = 1e-9;
-/// A sum of more terms is given up.
+/// A sum of more terms, beside the constant, is given up.
 constexpr std::size_t most_terms_of_a_sum = 1000;
 
 }  // namespace
@@ -38,9 +38,13 @@ void ExponentialPolynomial::add(Term term) {
   known->amplitude += term.amplitude;
   known->size += term.size;
   const bool is_constant = known == terms_.begin();
-  if (std::abs(known->amplitude) <= (is_constant ? cancelled_constants : cancelled_terms) * known->size)
-    is_constant ? void(known->amplitude = 0.0) : void(terms_.erase(known));
-  is_known_ = is_known_ && terms_.size() <= most_terms_of_a_sum;
+  if (std::abs(known->amplitude) <= (is_constant ? cancelled_constants : cancelled_terms) * known->size) {
+    if (is_constant)
+      known->amplitude = 0.0;
+    else
+      terms_.erase(known);
+  }
+  is_known_ = is_known_ && terms_.size() - 1 <= most_terms_of_a_sum;
 }
 
 ExponentialPolynomial operator+(const ExponentialPolynomial& a, const ExponentialPolynomial& b) {

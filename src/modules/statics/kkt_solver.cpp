@@ -67,11 +67,13 @@ std::optional<std::size_t> KktSolver::count_below(std::vector<double> omega2, do
 void KktSolver::apply_inverse(MatrixXd* x) {
   const std::size_t n = matrix_->num_points(), columns = static_cast<std::size_t>(x->cols());
   const std::size_t width = columns == 1 ? 1 : num_lanes, size = 3 * n * width;
+  const std::size_t groups = (columns + width - 1) / width;
+  lanes_.assign(groups * size, 0.0);
   const auto solve_groups = [&](std::size_t begin, std::size_t end) {
-    std::vector<double> lanes((end - begin) * size);
+    double* const lanes = lanes_.data() + begin * size;
     const auto for_numbers = [&](const auto& visit) {
       for (std::size_t j = begin * width; j < std::min(end * width, columns); ++j) {
-        double* const own = lanes.data() + (j / width - begin) * size + j % width;
+        double* const own = lanes_.data() + j / width * size + j % width;
         double* const column = x->col(static_cast<Eigen::Index>(j)).data();
         for (std::size_t i = 0; i < n; ++i) {
           double* const at = own + 3 * width * matrix_->place(i);
@@ -80,11 +82,13 @@ void KktSolver::apply_inverse(MatrixXd* x) {
       }
     };
     for_numbers([](double& given, double& own) { own = given; });
-    width == 1 ? factor_->solve(lanes.data(), model_.parallel.threads())
-               : factor_->solve_packs(lanes.data(), end - begin);
+    if (width == 1)
+      factor_->solve(lanes, model_.parallel.threads());
+    else
+      factor_->solve_packs(lanes, end - begin);
     for_numbers([](double& found, double& own) { found = own; });
   };
-  model_.parallel.for_ranges((columns + width - 1) / width, solve_groups, 1);
+  model_.parallel.for_ranges(groups, solve_groups, 1);
 }
 
 /// Compute y += K lambda, and rows = K'x, column by column.

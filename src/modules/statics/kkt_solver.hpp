@@ -71,6 +71,7 @@ class KktSolver {
   std::optional<Multifrontal> factor_;
   std::vector<double> penalties_;  // C [row] of the factor, N/m over squared gradients
   std::vector<double> shifts_;     // s [moving point], 1/s^2
+  std::vector<double> lanes_;      // scratch: columns in the order of the factor, in packs
   double row_residual_ = 0.0;
   // [size() or rows, columns]
   Eigen::MatrixXd rows_residual_, scaled_, image_, move_, direction_, direction_image_, direction_move_;
