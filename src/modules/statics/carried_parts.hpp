@@ -20,7 +20,7 @@ namespace tanor::detail {
 
 /// Lists the fields of a part with a function of time that fails a test.
 template <class Group, class Test>
-std::vector<std::string> list_fields(const Group& group, const Test& passes) {
+std::vector<std::string> list_failing_fields(const Group& group, const Test& passes) {
   std::vector<std::string> names;
   for_each_field<Group>([&]<class Value>(const FieldOf<Group, Value>& field) {
     const Value& value = group.*field.value;
@@ -32,7 +32,7 @@ std::vector<std::string> list_fields(const Group& group, const Test& passes) {
   return names;
 }
 template <class Test>
-std::vector<std::string> list_fields(const Support& support, const Test& passes) {
+std::vector<std::string> list_failing_fields(const Support& support, const Test& passes) {
   if (std::ranges::all_of(support.displacement.components, passes)) return {};
   return {"motion"};
 }
@@ -40,7 +40,7 @@ std::vector<std::string> list_fields(const Support& support, const Test& passes)
 /// Returns "normal, offset", the fields of a part that depend on time, or "formula".
 template <class Part>
 std::string name_moving_fields(const Part& part) {
-  std::vector<std::string> names = list_fields(part, &ScalarFunction::is_constant);
+  std::vector<std::string> names = list_failing_fields(part, &ScalarFunction::is_constant);
   if constexpr (requires { part.kernel.depends_on_time; }) {
     if (part.kernel.depends_on_time) names.emplace_back("formula");
   }

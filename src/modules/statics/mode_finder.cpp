@@ -56,27 +56,6 @@ MatrixXd random_matrix(Rows rows, Rows columns, unsigned seed) {
   return MatrixXd::NullaryExpr(rows, columns, [&] { return normal(generator); });
 }
 
-/// Returns a start for Spectra's Lanczos method, and the unit in which it takes the operator. Spectra makes its second
-/// vector orthogonal to the first one, the image of the start, without a check. So the start has as little of the
-/// largest eigenvalue as the image needs to have as much of it as of the others. Should all be equal, the second vector
-/// is rounding, which Spectra takes for 0 below that of 1.
-template <class Operation>
-VectorXd find_start(const Operation& operation, const VectorXd& any, double* unit) {
-  constexpr double rounding = 1e-12, well_below_one = 64.0;
-  const auto multiply = [&](const VectorXd& x) {
-    VectorXd y(x.size());
-    operation.perform_op(x.data(), y.data());
-    return y;
-  };
-  const VectorXd a = multiply(any).normalized(), b = multiply(a);
-  const double largest = a.dot(b);
-  const VectorXd others = b - largest * a;
-  const bool has_others = others.norm() > rounding * largest;
-  const VectorXd start = has_others ? VectorXd(others + multiply(others).norm() / largest * a) : a;
-  *unit = well_below_one * largest;
-  return start;
-}
-
 }  // namespace
 
 ModeFinder::ModeFinder(const EquilibriumEquations& equations, KktSolver& kkt, std::size_t freedoms,

@@ -39,8 +39,8 @@ class ModeFinder {
   std::optional<Eigen::MatrixXd> find_basis();
   /// Finds all modes from a dense basis Z of the possible moves; suited to few freedoms.
   ModeSet find_all();
-  /// Finds the lowest `count` modes, at most half of the freedoms, by Lanczos' method with implicit restarts (Spectra)
-  /// on
+  /// Finds the lowest `count` modes, at most half of the freedoms, by Lanczos' method with implicit restarts (Spectra),
+  /// of the matrix
   ///
   ///   M^1/2 Z (Z'(W + s M)Z)^-1 Z' M^1/2,   whose eigenvalues are 1/(omega^2 + s),
   ///

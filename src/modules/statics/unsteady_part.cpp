@@ -123,7 +123,7 @@ class SteadinessTest {
 std::optional<UnsteadyPart> find_unknown_function(const System& system) {
   std::optional<UnsteadyPart> result;
   for_each_part(system, [&](const std::string& where, const std::string& name, const auto& part) {
-    const std::vector<std::string> unknown = list_fields(part, is_known);
+    const std::vector<std::string> unknown = list_failing_fields(part, is_known);
     if (result || unknown.empty()) return;
     result = UnsteadyPart{where, name + " (" + unknown[0] +
                                      ") is not known to move steadily: neither a polynomial of t nor sines and "
