@@ -291,9 +291,9 @@ class PartTaker {
   template <class Group>
   void add_tuples(const Group& group, const std::string& name, const std::vector<std::size_t>& chosen) {
     if (chosen.empty()) return;
-    Group own = group;
+    Group own;
     if constexpr (requires { own.tuples; })
-      select(chosen, group.tuples.size(), &own.tuples);
+      select(chosen, group.tuples.size(), &(own = group).tuples);
     else
       own = with_members(group, chosen);
     own.name = name;
