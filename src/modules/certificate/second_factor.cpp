@@ -101,7 +101,7 @@ SparseColumns SecondFactor::scaled_columns(const Model& model, const double* blo
   SparseColumns C = collect_columns(d, [&](const auto& add) {
     for (const Incidence& i : model.incidences) {
       const double weight = weights[static_cast<std::size_t>(i.point)];
-      if (weight > 0.0) add(i.row, PointEntry{i.point, (i.sign * std::sqrt(weight)) * load(blocks, i.block)});
+      if (weight != 0.0) add(i.row, PointEntry{i.point, (i.sign * std::sqrt(weight)) * load(blocks, i.block)});
     }
   });
   C.num_rows = 3 * static_cast<int>(model.num_moving());

@@ -23,6 +23,8 @@ class ObservedText {
  public:
   /// Throws InputError with the text, the column and what would be right.
   ObservedText(const Things& things, const std::string& text, const Constants& parameters = {});
+  ObservedText(ObservedText&&) = default;  // copies would share the scratch of quantities
+  ObservedText& operator=(ObservedText&&) = default;
 
   Needs needs() const { return needs_; }
   /// Returns the names and the unit, without numbers.

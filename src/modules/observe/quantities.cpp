@@ -157,10 +157,11 @@ std::vector<std::string> xyz() {
   return {"x", "y", "z"};
 }
 
-using Array = std::span<const double> ObservedInstant::*;
+using ArrayMember = std::span<const double> ObservedInstant::*;
 
 /// Returns vectors of some points: positions, velocities, loads, …
-Quantity vectors_of(const Things& things, std::vector<Index> points, Dimension dimension, Array array, Needs needs) {
+Quantity vectors_of(const Things& things, std::vector<Index> points, Dimension dimension, ArrayMember array,
+                    Needs needs) {
   std::vector<std::string> names;
   for (const Index point : points) names.push_back(things.name_point(point));
   Quantity result{dimension, needs, {}, xyz(), points.size()};
@@ -172,7 +173,7 @@ Quantity vectors_of(const Things& things, std::vector<Index> points, Dimension d
   return result;
 }
 
-template <Dimension dimension, Array array, bool needs_forces>
+template <Dimension dimension, ArrayMember array, bool needs_forces>
 Quantity make_of_points(const Things& things, const Arguments& arguments) {
   arguments.require(1, 1, "points");
   return vectors_of(things, things.points(arguments[0]), dimension, array, {.places = true, .forces = needs_forces});
