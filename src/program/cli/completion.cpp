@@ -24,6 +24,7 @@ std::string list_commands(const std::vector<Command>& commands) {
 
 /// The ways of a shell for the kinds of Word, in their order; {} stands for the words that it offers.
 using Shell = std::array<const char*, 8>;
+static_assert(std::tuple_size_v<Shell> == static_cast<std::size_t>(Word::Command) + 1);
 constexpr const char* offer_in_bash = "COMPREPLY=($(compgen -W '{}' -- \"$cur\"))";
 constexpr Shell bash{
     ":", ":", "_tanor_files", "_tanor_files /", "_tanor_files json", offer_in_bash, "_tanor_list '{}'", offer_in_bash};

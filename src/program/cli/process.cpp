@@ -141,6 +141,10 @@ int count_threads() {
 
 namespace {
 
+constexpr Interrupt interrupts[] = {{SIGINT, "SIGINT", ExitCode::Interrupted},
+                                    {SIGTERM, "SIGTERM", ExitCode::Terminated},
+                                    {SIGHUP, "SIGHUP", ExitCode::HungUp}};
+
 volatile std::sig_atomic_t caught_signal = 0;
 
 extern "C" void note_signal(int signal) {
@@ -153,17 +157,16 @@ void catch_interrupts() {
   struct sigaction action = {};
   action.sa_handler = note_signal;
   action.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);  // a second signal finds the default; writes go on
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+  for (const Interrupt& each : interrupts) {
     struct sigaction before = {};
-    sigaction(signal, nullptr, &before);
-    if (before.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);
+    sigaction(each.signal, nullptr, &before);
+    if (before.sa_handler != SIG_IGN) sigaction(each.signal, &action, nullptr);
   }
 }
 
 std::optional<Interrupt> caught_interrupt() {
-  for (const Interrupt& each : {Interrupt{"SIGINT", ExitCode::Interrupted}, Interrupt{"SIGTERM", ExitCode::Terminated},
-                                Interrupt{"SIGHUP", ExitCode::HungUp}})
-    if (128 + caught_signal == static_cast<int>(each.code)) return each;
+  for (const Interrupt& each : interrupts)
+    if (each.signal == caught_signal) return each;
   return std::nullopt;
 }
 

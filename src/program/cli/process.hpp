@@ -33,6 +33,7 @@ void catch_interrupts();
 
 /// A signal that came.
 struct Interrupt {
+  int signal;
   const char* name;
   ExitCode code;
 };

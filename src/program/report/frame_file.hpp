@@ -67,11 +67,10 @@ struct FrameFileRequest {
   std::uint64_t mark = 0;  ///< 0 for a new file, else the mark after which an existing file continues
 };
 
-/// Trajectories that need a library of their own (HDF5, libzip) are modules, `tanor_h5md` and `tanor_npz`, in
-/// src/program/formats. Only a run that writes them loads them: HDF5 alone brings thirty libraries, and their loading
-/// took as long as everything else that a short run does.
-///
-/// Opens the file. Throws WriteError, or InputError if an existing file has fewer frames.
+/// Opens a file of a format that needs a library of its own (HDF5, libzip). Throws WriteError, or InputError if an
+/// existing file has fewer frames. These formats are modules, `tanor_h5md` and `tanor_npz`, in src/program/formats.
+/// Only a run that writes them loads them: HDF5 alone brings thirty libraries, and their loading took as long as
+/// everything else that a short run does.
 using OpenFrameFile = void(const FrameFileRequest&, std::unique_ptr<FrameFile>* opened);
 /// The name of that function in each module.
 inline constexpr const char* open_symbol = "tanor_open_frame_file";

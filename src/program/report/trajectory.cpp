@@ -115,7 +115,8 @@ void require_formats(const TrajectoryOptions& options, std::size_t num_points, d
 std::vector<fs::path> list_trajectory(const fs::path& directory) {
   std::vector<fs::path> files = list_frames(directory / VtpTrajectory::frame_folder);
   for (const NamedFile& each : named_files)
-    for (const bool is_compressed : {false, true}) files.push_back(directory / each.name_if(is_compressed));
+    for (const bool is_compressed : {false, true})
+      if (each.is_packed || !is_compressed) files.push_back(directory / each.name_if(is_compressed));
   files.push_back(directory / observables_name);
   return files;
 }
