@@ -59,7 +59,7 @@ class IslandPartition {
   const Inventory& inventory_;
   bool is_cut_ = false;
   std::vector<std::unique_ptr<HostPart>> parts_;  // ascending by key
-  std::map<Index, HostPart*> part_of_slot_;       // the same
+  std::map<Index, HostPart*> part_of_slot_;       // by the slot of their islands
   // [point]
   std::vector<Index> key_of_point_;  // key of the point's island; -1 for supports
   std::vector<HostPart*> part_of_key_;

@@ -52,7 +52,7 @@ class PeriodicImages {
   /// Sets the offsets of rods in this cell.
   void set_offsets(System* system) const;
 
-  /// Sets the inner order that arrays have from here on. `system` is the one that was prepared.
+  /// Sets the inner order that arrays have from here on. `system` is the one whose positions were set.
   void use(const System& system, const Numbering& numbering);
   /// Returns the offsets of the rods that close ways, in the cell of `lattice`, or by how much they are larger than in
   /// that of `before`. They stand until the next such call.

@@ -105,7 +105,7 @@ Problem cut_lattice(int n) {
       make_lattice(n), [=](int a, int b) { return side(a) != side(b); }, nowhere);
 }
 
-RC_GTEST_PROP(PartialCholesky, ComplementIsThatOfADenseElimination, ()) {
+RC_GTEST_PROP(KeptRows, ComplementIsThatOfADenseElimination, ()) {
   const Rods rods = *rc::gen::element(make_net(7, 5), make_lattice(4), make_protein(12, 4),
                                       Rods{9, {{0, 1}, {1, 2}, {2, 3}, {5, 6}}});
   const auto every = *rc::gen::inRange(1, 7).as("one row of so many is kept");
@@ -130,7 +130,7 @@ RC_GTEST_PROP(PartialCholesky, ComplementIsThatOfADenseElimination, ()) {
 }
 
 /// The last front is in tiles, and the fronts below it are in tasks.
-TEST(PartialCholesky, EveryNumberOfThreadsGivesTheSameBits) {
+TEST(KeptRows, EveryNumberOfThreadsGivesTheSameBits) {
   for (const Problem& problem : {cut_net(60, 400), cut_lattice(19)}) {
     std::vector<double> triangle[2], x[2];
     for (const int threads : {1, 3}) {
@@ -151,7 +151,7 @@ TEST(PartialCholesky, EveryNumberOfThreadsGivesTheSameBits) {
 
 /// A part of a lattice between two cuts has more rods than freedoms. With the cut rods, whose other ends belong to
 /// another part, S is singular. The sum of the parts' complements is not.
-TEST(PartialCholesky, PartThatIsSingularWithItsCutRodsIsEliminated) {
+TEST(KeptRows, PartThatIsSingularWithItsCutRodsIsEliminated) {
   constexpr int n = 8, layers = 2;
   const auto part_of = [](int point) { return point / (n * n) / layers; };
   const auto is_cut = [&](int a, int b) { return part_of(a) != part_of(b); };
@@ -187,7 +187,7 @@ TEST(PartialCholesky, PartThatIsSingularWithItsCutRodsIsEliminated) {
   EXPECT_EQ(sum.llt().info(), Eigen::Success);
 }
 
-TEST(PartialCholesky, ColumnThatFailsIsNamed) {
+TEST(KeptRows, ColumnThatFailsIsNamed) {
   Problem problem = cut_net(20, 20);
   problem.values[static_cast<std::size_t>(problem.lower.start[11])] = -1.0;
   Factor factor(problem);
