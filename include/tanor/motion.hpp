@@ -203,17 +203,21 @@ struct Passage {
   std::size_t event = 0;  ///< number that `add_event` returned
   double time = 0.0;      ///< s
   bool rises = false;
-  std::string name{};        ///< of the event
-  std::string member{};      ///< of which the condition speaks, or what was taken out
-  double energy_lost = 0.0;  ///< J, held by what was taken out: energy before less energy after
-  std::string rest{};        ///< what is left without any constraint; empty if nothing is
+  std::string name{};                        ///< of the event
+  std::string member{};                      ///< of which the condition speaks, or what was taken out
+  double energy_lost = 0.0;                  ///< J, held by what was taken out: energy before less energy after
+  std::string rest{};                        ///< what is left without any constraint; empty if nothing is
+  EventAction action = EventAction::Report;  ///< what was done
 };
 
 template <>
 struct FieldsOf<Passage> {
-  static constexpr std::tuple fields{
-      ReportField("event", &Passage::name), ReportField("t", &Passage::time), ReportField("member", &Passage::member),
-      ReportField("energy_lost", &Passage::energy_lost), ReportField("rest", &Passage::rest)};
+  static constexpr std::tuple fields{ReportField("event", &Passage::name),
+                                     ReportField("t", &Passage::time),
+                                     ReportField("do", &Passage::action),
+                                     ReportField("member", &Passage::member),
+                                     ReportField("energy_lost", &Passage::energy_lost),
+                                     ReportField("rest", &Passage::rest)};
 };
 
 /// Throws InputError if a condition, or what it takes out, cannot be read for a system.

@@ -36,6 +36,33 @@ TEST(RunTest, CertificateIsMadeAsOftenAsItIsWanted) {
   }
 }
 
+TEST(RunTest, TellsWhatAnEventDid) {
+  const Folder folder;
+  write_text(folder / "s.json",
+             R"({"tanor_scene": 1, "units": "si", "points": {"positions": [[0, 0, 0], [1, 0, 0]]},
+                 "supports": [{"name": "hook", "points": [0]}],
+                 "constraints": [{"name": "rod", "kind": "rod", "pairs": [[0, 1]]}],
+                 "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}],
+                 "events": [{"name": "high", "when": "t > 0.1", "do": "report"},
+                            {"name": "tears", "when": "tension(rod) > 20", "do": "break"},
+                            {"name": "end", "when": "t > 0.7", "do": "stop"}],
+                 "motion": {"t_end": 1}})");
+
+  const Ended ended = run_program(folder, {"run", "s.json", "--report"});
+
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  const std::string rest = "tears: rod[0] breaks; point 1 is without constraints";
+  EXPECT_TRUE(contains(ended.out, "high\n")) << ended.out;
+  EXPECT_TRUE(contains(ended.out, rest)) << ended.out;
+  EXPECT_TRUE(contains(ended.out, "end: the run stops\n")) << ended.out;
+  const json passages = read_json(folder / "s.out/summary.json").at("passages");
+  EXPECT_EQ(passages[1].at("do"), "break");
+  const std::string page = folder / "s.out/report.html";
+  if (!std::filesystem::exists(page)) GTEST_SKIP() << "this program makes no page";
+  EXPECT_TRUE(contains(read_text(page), rest));
+  EXPECT_TRUE(contains(read_text(page), R"("support_names":["hook"])"));
+}
+
 TEST(RunTest, WritesItsFolder) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(R"("t_end": 0.35, "output_every": 0.1)"));

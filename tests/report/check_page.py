@@ -227,7 +227,7 @@ def try_pages(program: str, folder: pathlib.Path, node: str, chromium: str) -> b
                  hostile_scene(folder): "points,rods,normal", fixed_scene(folder): "=nothing moves",
                  resting_scene(folder): "=certified", crane_scene(folder): "points,rods,guides,normal", box_scene(folder): "points,rods,cell",
                  hanging_scene(folder, "equilibrium"): f"~{2 * 9.81}", hanging_scene(folder, "modes"): f"~{2 * 9.81}",
-                 stressed_scene(folder): "~unknown", part_scene(folder): "+tension of links[2] (2–1),load of support 3"}
+                 stressed_scene(folder): "~unknown", part_scene(folder): "+tension of links[2] (2–1),load of support0 (point 3)"}
     switches |= {contradictory_scene(folder, name, length): "=not made" for name, length in STOPPED.items()}
     with concurrent.futures.ThreadPoolExecutor(2) as pool:
         list(pool.map(lambda scene: simulate(program, scene, folder / scene.stem), switches))

@@ -339,9 +339,9 @@ async function compareForces(browser, motion, multipliers, loads) {
       curves: await browser.ask(`Array.from(document.querySelectorAll("#chosen .u-series"), (each) => [each.querySelector(".u-label").textContent, parseFloat(each.querySelector(".u-value").textContent)]).slice(1)`) };
   };
   const largest = loads.concat(multipliers).reduce((most, x) => Math.max(most, Math.abs(x)), 0);
-  for (const point of motion.supports.slice(0, 3)) {
+  for (const [k, point] of motion.supports.slice(0, 3).entries()) {
     const { title, shown, curves } = await tell("point", point), [x, y, z] = loads.slice(3 * point, 3 * point + 3), wanted = [Math.hypot(x, y, z), x, y, z];
-    browser.expect(title === `load of support ${point}` && shown.endsWith(" N"), `support ${point} has ${title}, ${shown}`);
+    browser.expect(title === `load of ${motion.support_names[k]} (point ${point})` && shown.endsWith(" N"), `support ${point} has ${title}, ${shown}`);
     browser.expect(curves.length === 4 && curves.every(([, number], k) => Math.abs(number - wanted[k]) < 2e-3 * largest), `support ${point} carries ${wanted}, not ${curves}`);
   }
   for (const [k, { kind, name }] of motion.ties.entries()) {

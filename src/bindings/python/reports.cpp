@@ -63,7 +63,7 @@ void bind_motion_report(py::module_& module) {
   Record<Observed>(module).table().property("columns", &column_names, "list");
   Record<Passage>(module)
       .fields<&Passage::event, &Passage::time, &Passage::rises, &Passage::name, &Passage::member, &Passage::energy_lost,
-              &Passage::rest>();
+              &Passage::rest, &Passage::action>();
   using E = EnergyReport;
   Record<E>(module)
       .fields<&E::start, &E::now, &E::work_of_supports, &E::kinetic, &E::potential, &E::work_of_forces,

@@ -103,6 +103,7 @@ void Simulation::Implementation::read_requests(const Snapshot& snapshot) {
     passage.rest = next_name();
     if (passage.event >= events.size()) continue;
     passage.name = events[passage.event].name;
+    passage.action = events[passage.event].action;
     passages.push_back(passage);
   }
 }

@@ -253,6 +253,7 @@ std::span<const Passage> Simulation::Implementation::list_passages() {
   for (; seen_passages < found.size(); ++seen_passages) {
     passages.push_back(found[seen_passages]);
     passages.back().name = events[passages.back().event].name;
+    passages.back().action = events[passages.back().event].action;
   }
   return passages;
 }
@@ -279,7 +280,7 @@ Simulation::Implementation::Acts Simulation::Implementation::act() {
       if (truth.last_passage == state.t) continue;
       const bool was_true = std::exchange(truth.is_true, value > 0.0);
       if (was_true || !truth.is_true) continue;
-      passages.push_back({number, state.t, true, event.name});
+      passages.push_back({number, state.t, true, event.name, {}, 0.0, {}, event.action});
     }
     truth = {true, state.t};
     Passage& passage =

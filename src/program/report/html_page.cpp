@@ -140,9 +140,17 @@ Json describe_motion(const System& system, const Recording& recording, const std
   const std::vector<RecordedFrame> frames = recording.frames();
   const ShownParts& shown = recording.shown();
   const Vector3 gravity = find_gravity(system);
-  Json supports = Json::array();
+  std::vector<std::string> entries(system.num_points());
+  for (std::size_t k = 0; k < system.supports.size(); ++k) {
+    const Support& support = system.supports[k];
+    for (const Index point : support.points)
+      entries[static_cast<std::size_t>(point)] = support.name.empty() ? fmt::format("support{}", k) : support.name;
+  }
+  Json supports = Json::array(), support_names = Json::array();
   for (std::size_t k = 0; k < shown.num_points; ++k) {
-    if (shown.is_support[k]) supports.push_back(k);
+    if (!shown.is_support[k]) continue;
+    supports.push_back(k);
+    support_names.push_back(entries[static_cast<std::size_t>(shown.points[k])]);
   }
   const bool are_all = std::ranges::equal(shown.points, std::views::iota(0, static_cast<Index>(system.num_points())));
   bytes->add("rods", flat(shown.rods));
@@ -154,6 +162,7 @@ Json describe_motion(const System& system, const Recording& recording, const std
               {"times", list_of(frames, [](const RecordedFrame& frame) { return frame.time; })},
               {"frames_seen", recording.frames_seen()},
               {"supports", supports},
+              {"support_names", support_names},
               {"images", describe_images(shown)},
               {"guides", describe_guides(recording.guides(), frames)},
               {"ties", describe_ties(shown)},
@@ -238,7 +247,7 @@ Json describe_events(const Simulation& simulation, const Recording& recording) {
   constexpr std::size_t most_named = 100;
   const std::span<const Passage> passages = simulation.passages();
   for (const Passage& passage : passages.first(std::min(most_named, passages.size())))
-    add(passage.time, "event", passage.name + (passage.member.empty() ? "" : " (" + passage.member + ")"));
+    add(passage.time, "event", describe_passage(passage, simulation.system().units));
   return events;
 }
 

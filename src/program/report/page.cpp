@@ -186,18 +186,20 @@ std::string format_observables(std::span<const Observed> observables, const Unit
 
 std::string describe_passage(const Passage& passage, const Units& units) {
   std::string line = passage.member;
+  if (passage.action == EventAction::Break) line += " breaks";
+  if (passage.action == EventAction::Release) line += " is released";
+  if (passage.action == EventAction::Stop) line += line.empty() ? "the run stops" : "; the run stops";
   if (passage.energy_lost != 0.0) line += " with " + number_with_unit(passage.energy_lost, units.energy);
   if (!passage.rest.empty()) line += "; " + passage.rest;
-  return line;
+  return passage.name + (line.empty() ? "" : ": " + line);
 }
 
 std::string format_passages(std::span<const Passage> passages, const Units& units) {
   constexpr std::size_t most = 10;
   std::string result;
   for (const Passage& each : passages.first(std::min(most, passages.size()))) {
-    const std::string line = describe_passage(each, units);
-    result += fmt::format("  event at t = {}: {}{}\n", number_with_unit(each.time, units.time), each.name,
-                          line.empty() ? "" : ": " + line);
+    result +=
+        fmt::format("  event at t = {}: {}\n", number_with_unit(each.time, units.time), describe_passage(each, units));
   }
   return result + (passages.size() > most ? fmt::format("  … {} events in all\n", passages.size()) : "");
 }

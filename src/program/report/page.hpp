@@ -21,7 +21,7 @@ std::string format_observables(std::span<const Observed> observables, const Unit
 
 /// Returns lines about the first events that were met, with what they took out.
 std::string format_passages(std::span<const Passage> passages, const Units& units);
-/// Returns one of them in words: "links[3], which held 0.2 J; point 4 is without constraints".
+/// Returns one of them in words: "tears: links[3] breaks with 0.2 J; point 4 is without constraints".
 std::string describe_passage(const Passage& passage, const Units& units);
 
 /// Returns `observables` of summary.json: all fields of each. Members and values are left out if they are many; the

@@ -17,6 +17,9 @@ export function nameRod(motion: Motion, { rods }: Arrays, rod: number): string {
   return `${name}[${members[rod - first] ?? rod - first}] (${pointOf(motion, rods[2 * rod])}–${pointOf(motion, rods[2 * rod + 1])})`;
 }
 
+/** Returns "hook (point 0)": the support's entry and its point. */
+const nameSupport = (motion: Motion, point: number) => `${motion.support_names[motion.supports.indexOf(point)] || "support"} (point ${pointOf(motion, point)})`;
+
 /** Fills the kinds of things that can be chosen. */
 export function fillKinds(motion: Motion, { held }: Arrays): void {
   const kinds = [["rod", "rod", motion.rods], ["point", held.length > motion.supports.length ? "held point" : "support", held.length], ["tie", "rope", motion.ties.length]] as const;
@@ -45,7 +48,7 @@ export function chartOf({ kind, number }: Chosen, motion: Motion, arrays: Arrays
   const part = (axis: number) => (frame: number) => sign * (arrays.normal.get(frame, 3 * row + axis) + (arrays.tangent.columns ? arrays.tangent.get(frame, 3 * row + axis) : 0));
   const curves = ["x", "y", "z"].map((label, axis) => ({ label, numbers: over(part(axis)) }));
   const size = { label: "size", numbers: over((frame) => Math.hypot(part(0)(frame), part(1)(frame), part(2)(frame))) };
-  return { ...chart, title: `${isSupport ? "load of support" : "force of guides on point"} ${pointOf(motion, number)}`, curves: [size, ...curves] };
+  return { ...chart, title: isSupport ? `load of ${nameSupport(motion, number)}` : `force of guides on point ${pointOf(motion, number)}`, curves: [size, ...curves] };
 }
 
 /** Lists the rods that are pushed now, the most pushed one first. */
@@ -95,7 +98,7 @@ export function listForces(motion: Motion, arrays: Arrays, choose: (chosen: Chos
   const sum = loads.reduce(([x, y, z], { load: [, dx, dy, dz] }) => [x + dx, y + dy, z + dz], [0, 0, 0]);
   const row = (name: string, numbers: number[]) => [name, ...numbers.map((number) => words(number))];
   fillTable("loads", ["support", measure("size", units.force), "x", "y", "z"],
-    [row("sum", [Math.hypot(...sum), ...sum]), ...loads.slice(0, most).map(({ point, load }) => row(String(pointOf(motion, point)), load))],
+    [row("sum", [Math.hypot(...sum), ...sum]), ...loads.slice(0, most).map(({ point, load }) => row(nameSupport(motion, point), load))],
     (k) => k && choose({ kind: "point", number: loads[k - 1].point }));
   const rods = Array.from({ length: motion.rods }, (_, rod) => ({ rod, tension: arrays.tensions.get(0, rod) })).sort((a, b) => (Math.abs(b.tension) || 0) - (Math.abs(a.tension) || 0)).slice(0, most);
   fillTable("tensions", ["rod", measure("tension", units.force)], rods.map(({ rod, tension }) => row(nameRod(motion, arrays, rod), [tension])), (k) => choose({ kind: "rod", number: rods[k].rod }));

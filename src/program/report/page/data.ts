@@ -118,6 +118,7 @@ export interface Motion {
   times: number[];
   frames_seen: number;
   supports: number[];
+  support_names: string[]; // of the entries that hold them
   images: number[][]; // point, offset
   guides: Guide[];
   ties: Tie[];
