@@ -114,6 +114,9 @@ struct [[nodiscard]] EquilibriumResult {
 /// rods, and one-sided constraints with more than one equation per member.
 TANOR_API EquilibriumResult find_equilibrium(const System& system, const EquilibriumOptions& options = {});
 
+/// Returns a state of rest for `observe`. Accelerations are NaN where the frame moves in which it rests.
+TANOR_API Solution state_at_rest(const EquilibriumResult& found, double time = 0.0);
+
 /// Returns the system without the members that are `open`, for `modes` and for motions. The remaining ones hold it at
 /// rest.
 TANOR_API System without_open_constraints(const System& system, const std::vector<bool>& open);

@@ -12,8 +12,8 @@
 #include <tuple>
 #include <vector>
 
+#include <tanor/dynamics.hpp>
 #include <tanor/report_fields.hpp>
-#include <tanor/system.hpp>
 
 namespace tanor {
 
@@ -68,5 +68,10 @@ TANOR_API std::vector<std::string> column_names(const Observed& observed);
 /// Returns what is observed where nothing is asked for: the largest and the smallest tension of each group of rods, the
 /// load of each entry of supports and, with a periodic cell, temperature and pressure.
 TANOR_API std::vector<Observable> default_observables(const System& system);
+
+/// Evaluates observables at one state, such as a state of rest, with the constraints' rank and the friction there (3n,
+/// N; empty without friction). Only temperatures need the rank. Throws InputError if a text cannot be read.
+TANOR_API std::vector<Observed> observe(const System& system, std::span<const Observable> wanted, const Solution& at,
+                                        std::size_t rank = 0, std::span<const double> friction = {});
 
 }  // namespace tanor

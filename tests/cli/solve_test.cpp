@@ -48,6 +48,7 @@ TEST(SolveTest, PrintsTheAnswerOfTheContract) {
                          "normal_accelerations",
                          "normal_forces",
                          "normal_friction",
+                         "observables",
                          "positions",
                          "rank",
                          "reactions",
@@ -64,6 +65,9 @@ TEST(SolveTest, PrintsTheAnswerOfTheContract) {
   expect_row(solution["normal_accelerations"][1], 0, 0, 18);
   expect_row(solution["reactions"][1], 0, 0, 55.62);
   expect_row(solution["support_forces"][0], 0, 0, -55.62);
+  ASSERT_EQ(solution["observables"].size(), 2U);
+  EXPECT_EQ(solution["observables"][0]["name"], "tension(rod0)");
+  EXPECT_NEAR(solution["observables"][0]["values"][0], 55.62, 1e-13);
   EXPECT_NEAR(solution["multipliers"][0], -55.62, 1e-13);
   expect_row(solution["tangent_forces"][1], 0, 0, 0);
   expect_row(solution["normal_forces"][1], 0, 0, -19.62);

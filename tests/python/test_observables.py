@@ -59,6 +59,15 @@ class Observables(unittest.TestCase):
         with self.assertRaisesRegex(KeyError, "load"):
             run["lod(hook)"]
 
+    def test_a_state_of_rest_is_read_by_name(self):
+        rest = tanor.find_equilibrium(make_cable(4))
+        numpy.testing.assert_allclose(rest["links"].tension, 0.5 * 9.81 * numpy.array([4, 3, 2, 1]), rtol=1e-9)
+        numpy.testing.assert_allclose(rest["load(hook)"], [0, 0, -0.5 * 9.81 * 4], atol=1e-9)
+        self.assertAlmostEqual(rest["max tension(links)"], 0.5 * 9.81 * 4, 9)
+        self.assertEqual(repr(rest["links"]), "Group('links', 4 members at rest)")
+        with self.assertRaisesRegex(KeyError, "load"):
+            rest["lod(hook)"]
+
     def test_reprs_stay_short(self):
         self.assertLess(len(repr(make_cable(30000))), 400)
 

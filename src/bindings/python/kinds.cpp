@@ -383,14 +383,29 @@ double start_of_scene(const py::object& object) {
   return py::isinstance<SceneFile>(object) ? object.cast<SceneFile&>().read().t_start : 0.0;
 }
 
+std::vector<Observable> choose_observables(const py::object& object, const System& system) {
+  return py::isinstance<SceneFile>(object) ? object.cast<SceneFile&>().read().observables : default_observables(system);
+}
+
 void add_requests_of_scene(const py::object& object, Simulation* simulation) {
-  if (!py::isinstance<SceneFile>(object)) {
-    for (const Observable& each : default_observables(simulation->system())) simulation->add_observable(each);
-    return;
+  for (const Observable& each : choose_observables(object, simulation->system())) simulation->add_observable(each);
+  if (!py::isinstance<SceneFile>(object)) return;
+  for (const Event& each : object.cast<SceneFile&>().read().events) simulation->add_event(each);
+}
+
+py::dict list_groups(const System& system) {
+  py::dict groups;
+  std::size_t row = 0;
+  for (std::size_t k = 0; k < system.constraints.size(); ++k) {
+    const auto [members, rows] = std::visit(
+        []<class Group>(const Group& group) {
+          return std::pair((group.*KindOf<Group>::members).size(), static_cast<std::size_t>(KindOf<Group>::rows));
+        },
+        system.constraints[k]);
+    groups[py::str(constraint_name(system, k))] = py::make_tuple(row, members, rows);
+    row += members * rows;
   }
-  const scene::Scene& scene = object.cast<SceneFile&>().read();
-  for (const Observable& each : scene.observables) simulation->add_observable(each);
-  for (const Event& each : scene.events) simulation->add_event(each);
+  return groups;
 }
 
 void bind_system_functions(py::module_& module) {

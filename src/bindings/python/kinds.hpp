@@ -22,6 +22,10 @@ Options choose_options(const py::object& options, const py::object& system_or_sc
 double start_of_scene(const py::object& system_or_scene);
 /// Adds the observables and the events of a scene; of a system, the default observables.
 void add_requests_of_scene(const py::object& system_or_scene, Simulation* simulation);
+/// Returns the observables of a scene, or those that a system has where nothing is asked for.
+std::vector<Observable> choose_observables(const py::object& system_or_scene, const System& system);
+/// Returns name -> (first equation, members, equations a member) of each group of constraints.
+py::dict list_groups(const System& system);
 
 /// Return what C++ holds as objects of Python's classes: `read_system` of them is the same system.
 py::object give_system(const System& system);

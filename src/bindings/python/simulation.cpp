@@ -104,23 +104,6 @@ class Run : public Handle<Simulation> {
   double t_start_;
 };
 
-/// Returns name -> (first equation, members, equations a member) of each group of constraints.
-py::dict list_groups(const Run& self) {
-  py::dict groups;
-  const System& system = self.now().system();
-  std::size_t row = 0;
-  for (std::size_t k = 0; k < system.constraints.size(); ++k) {
-    const auto [members, rows] = std::visit(
-        []<class Group>(const Group& group) {
-          return std::pair((group.*KindOf<Group>::members).size(), static_cast<std::size_t>(KindOf<Group>::rows));
-        },
-        system.constraints[k]);
-    groups[py::str(constraint_name(system, k))] = py::make_tuple(row, members, rows);
-    row += members * rows;
-  }
-  return groups;
-}
-
 /// Returns what a method tells of the state that the last call left.
 template <auto method>
 auto present(const Run& self) {
@@ -232,9 +215,10 @@ stops      ends the advance there
 when       a condition in place of a function: "any tension(links) > 20", "t > 2" (docs/observables.md)
 do         "report", "stop", "break" (a rod, rope, spring or bond is taken out), "release" (a support or guide lets go)
 of         what is taken out; "": the member of which the condition speaks)doc")
-      .def_property_readonly("groups", &list_groups,
-                             "(dict[str, tuple]) first equation, members and equations a member of each group of "
-                             "constraints, by name")
+      .def_property_readonly(
+          "groups", [](const Run& self) { return list_groups(self.now().system()); },
+          "(dict[str, tuple]) first equation, members and equations a member of each group of "
+          "constraints, by name")
       .def_property_readonly(
           "passages", [](Run& self) { return list_of(self.now().passages()); },
           "(list[Passage]) of events, in the order of time")

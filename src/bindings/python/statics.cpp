@@ -29,10 +29,21 @@ std::vector<double> positions_of(const System& system, const py::object& positio
   return {numbers.begin(), numbers.end()};
 }
 
+/// A state of rest with its tensions and loads by name.
+struct EquilibriumResult : tanor::EquilibriumResult {
+  std::vector<Observed> observables;  ///< of the scene, or those of a run; empty if no equilibrium was accepted
+  py::dict groups;                    ///< first equation, members and equations a member of each group of constraints
+};
+
 EquilibriumResult rest(const py::object& object, const py::object& options, const py::object& solver) {
   const System system = read_system(object);
   const auto chosen = read_options<EquilibriumOptions>(options, solver, object);
-  return without_lock([&] { return find_equilibrium(system, chosen); });
+  const std::vector<Observable> wanted = choose_observables(object, system);
+  EquilibriumResult result;
+  static_cast<tanor::EquilibriumResult&>(result) = without_lock([&] { return find_equilibrium(system, chosen); });
+  result.groups = list_groups(system);
+  if (result.outcome.ok()) result.observables = observe(system, wanted, state_at_rest(result, chosen.at));
+  return result;
 }
 
 /// Reads flags [equations], or no flag for None.
@@ -75,7 +86,7 @@ py::array shapes_of(const py::object& self) {
   return py::array(view(found.*numbers, 0, self).attr("reshape")(count, points, 3));
 }
 
-template <std::vector<bool> EquilibriumResult::*member>
+template <std::vector<bool> tanor::EquilibriumResult::*member>
 py::array_t<bool> flags_of(const EquilibriumResult& found) {
   const std::vector<bool>& given = found.*member;
   py::array_t<bool> flags(static_cast<py::ssize_t>(given.size()));
@@ -102,7 +113,9 @@ void bind_records(py::module_& module) {
       .parts<&E::stability, &Stable::lowest_shape>("", "", 3)
       .parts<&E::search, &Search::residuals>()
       .property("open", &flags_of<&E::open>, "numpy.ndarray")
-      .fields<&E::left_out>();
+      .fields<&E::left_out, &E::observables>()
+      .property(
+          "groups", [](const E& self) { return self.groups; }, "dict");
   using M = Modes;
   Record<M>(module)
       .fields<&M::outcome, &M::omega, &M::decay>()

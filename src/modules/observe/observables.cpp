@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/parallel.hpp"
+#include "evaluate/forces.hpp"
+
 namespace tanor {
 using namespace detail;
 
@@ -102,6 +105,38 @@ void Observables::take(const ObservedInstant& at, Which which, bool counts) {
 
 void check_observable(const System& system, const Observable& observable) {
   Observables(system).add(observable);
+}
+
+std::vector<Observed> observe(const System& system, std::span<const Observable> wanted, const Solution& at,
+                              std::size_t rank, std::span<const double> friction) {
+  Observables observables(system);
+  for (const Observable& each : wanted) observables.add(each);
+  const std::vector<double> none(at.positions.size());
+  ObservedInstant seen{at.time,
+                       at.positions,
+                       at.velocities,
+                       at.accelerations,
+                       at.multipliers,
+                       at.reactions,
+                       at.support_forces,
+                       friction.empty() ? none : friction,
+                       0.0,
+                       0.0,
+                       rank};
+  if (observables.needs(Observables::Which::All).energy) {
+    std::vector<double> masses = system.masses, r(at.positions.size());
+    for (const Support& support : system.supports)
+      for (const Index point : support.points) masses[static_cast<std::size_t>(point)] = 0.0;
+    for (std::size_t k = 0; k < r.size(); ++k)
+      seen.kinetic += 0.5 * masses[k / 3] * at.velocities[k] * at.velocities[k];
+    const Numbering numbering = number(system);
+    Forces forces(system, numbering);
+    numbering.gather_points(at.positions, r);
+    forces.set_time(at.time);
+    seen.potential = forces.potential(Parallel(1), at.time, r.data());
+  }
+  observables.take(seen, Observables::Which::All);
+  return {observables.found().begin(), observables.found().end()};
 }
 
 std::vector<std::string> column_names(const Observed& observed) {

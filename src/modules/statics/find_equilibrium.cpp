@@ -447,6 +447,16 @@ EquilibriumResult detail::rest_from(const System& system, const SteadyFrame& fra
   return result;
 }
 
+Solution state_at_rest(const EquilibriumResult& found, double time) {
+  Solution state{
+      {}, time, found.positions, found.velocities, {}, found.multipliers, found.reactions, found.support_forces};
+  for (std::vector<double>* array : {&state.velocities, &state.reactions, &state.support_forces})
+    array->resize(found.positions.size());
+  const bool moves = std::ranges::any_of(state.velocities, [](double each) { return each != 0.0; });
+  state.accelerations.assign(found.positions.size(), moves ? std::numeric_limits<double>::quiet_NaN() : 0.0);
+  return state;
+}
+
 EquilibriumResult find_equilibrium(const System& system, const EquilibriumOptions& options) {
   const QuietTraps quiet;
   StaticsInput input(system, options);

@@ -15,6 +15,7 @@
 #include "report/equilibrium.hpp"
 #include "report/html_page.hpp"
 #include "report/output_file.hpp"
+#include "report/page.hpp"
 #include "report/words.hpp"
 #include "scene/scene.hpp"
 
@@ -48,13 +49,7 @@ void show(const fs::path& directory, const scene::Scene& scene, const Equilibriu
       scene.name, found.outcome.ok() ? describe(found) : "no equilibrium", {}, found.left_out, scene.system.cell, {}};
   if (!found.outcome.ok()) rest.warnings.push_back(found.outcome.what);
   if (vibrations && vibrations->outcome.ok()) rest.modes = &*vibrations;
-  rest.state.time = scene.equilibrium.at;
-  rest.state.positions = found.positions;
-  rest.state.multipliers = found.multipliers;
-  rest.state.reactions = found.reactions;
-  rest.state.support_forces = found.support_forces;
-  for (std::vector<double>* forces : {&rest.state.reactions, &rest.state.support_forces})
-    forces->resize(found.positions.size());
+  rest.state = state_at_rest(found, scene.equilibrium.at);
   report::write_frame_at_rest(directory, scene.system, rest.state);
   report::write_rest_page(directory, scene.system, rest);
 }
@@ -100,13 +95,19 @@ ExitCode execute_equilibrium(const Options& options) {
     });
   }
 
+  std::vector<Observed> observed;
+  if (found.outcome.ok())
+    observed = observe(scene.system, scene.observables, state_at_rest(found, scene.equilibrium.at));
+
   remove_results(directory);
   report::remove_file(directory / report::scene_at_rest_name);  // this search may find no state of rest
-  report::write_equilibrium(directory, scene, found, vibrations);
+  report::write_equilibrium(directory, scene, found, observed, vibrations);
   if (!found.positions.empty()) show(directory, scene, found, vibrations);
   if (options.json) print_json_file(directory / "summary.json");
   if (!found.outcome.ok()) return tell(options.scene, found.outcome.what);
-  if (!options.json) print_lines(fmt::format("{}; results in {}", describe(found), typed(directory)));
+  const std::string page = report::write_observables_at_rest(directory, scene.name, describe(found), observed,
+                                                             scene.system.units, scene.equilibrium.at);
+  if (!options.json) print_page(page), print_lines(fmt::format("{}; results in {}", describe(found), typed(directory)));
   if (vibrations && !vibrations->outcome.ok()) return tell(options.scene, vibrations->outcome.what);
   if (!buckled.ok()) return tell(options.scene, buckled.what);
   return ExitCode::Done;

@@ -15,6 +15,7 @@
 #include "report/equilibrium.hpp"
 #include "report/html_page.hpp"
 #include "report/modes.hpp"
+#include "report/page.hpp"
 #include "report/words.hpp"
 #include "scene/scene.hpp"
 
@@ -45,18 +46,26 @@ std::string describe(const Modes& modes) {
   return line;
 }
 
+/// Returns the state of rest with its forces. `system` is that of the scene without what has no part in modes.
+Solution state_of(const scene::Scene& scene, const Modes& found, System* system) {
+  *system = scene.system;
+  system->friction.clear();
+  const auto is_velocity = [](const std::string& what) { return what.starts_with("velocities"); };
+  if (std::ranges::any_of(found.left_out, is_velocity)) system->velocities.clear();
+  system->velocities.resize(system->positions.size());
+  Solution state = Dynamics(*system, scene.solver).solution({scene.modes.time, system->positions, system->velocities});
+  if (!found.multipliers.empty()) state.multipliers = found.multipliers;
+  return state;
+}
+
 /// Writes the page, and the frame of pictures. Their forces are those at rest.
-void show(const fs::path& directory, const scene::Scene& scene, const Modes& found) {
+void show(const fs::path& directory, const scene::Scene& scene, const System& system, const Solution& state,
+          const Modes& found) {
   report::Rest rest{
       scene.name, found.outcome.ok() ? describe(found) : "no modes", {}, found.left_out, scene.system.cell, {}};
   if (!found.outcome.ok()) rest.warnings.push_back(found.outcome.what);
   if (found.outcome.ok() && found.count() > 0) rest.modes = &found;
-  System system = scene.system;
-  system.friction.clear();  // it has no part in modes
-  system.velocities.resize(system.positions.size());
-  const StateView state{scene.modes.time, scene.system.positions, system.velocities};
-  rest.state = Dynamics(system, scene.solver).solution(state);
-  if (!found.multipliers.empty()) rest.state.multipliers = found.multipliers;
+  rest.state = state;
   report::write_frame_at_rest(directory, system, rest.state);
   report::write_rest_page(directory, system, rest);
 }
@@ -85,13 +94,19 @@ ExitCode execute_modes(const Options& options) {
         in_scene([&] { return find_buckling(scene.system, scene.system.positions, scene::buckling_options(scene)); });
   }
 
+  System system;
+  const Solution state = in_scene([&] { return state_of(scene, found, &system); });
+  if (found.outcome.ok()) facts.observed = observe(system, scene.observables, state);
+
   remove_results(directory);
   report::write_modes(directory, facts, found);
-  in_scene([&] { show(directory, scene, found); });
+  show(directory, scene, system, state, found);
   if (!found.outcome.ok()) return tell(options.scene, found.outcome.what);
   if (options.pictures) report::write_mode_pictures(directory, scene.system, scene.system.positions, found);
   if (options.json) print_json_file(directory / "summary.json");
-  if (!options.json) print_lines(fmt::format("{}; results in {}", describe(found), typed(directory)));
+  const std::string page = report::write_observables_at_rest(directory, scene.name, describe(found), facts.observed,
+                                                             system.units, scene.modes.time);
+  if (!options.json) print_page(page), print_lines(fmt::format("{}; results in {}", describe(found), typed(directory)));
   if (!facts.buckling) return ExitCode::Done;
   if (!facts.buckling->outcome.ok()) return tell(options.scene, facts.buckling->outcome.what);
   if (options.json) return ExitCode::Done;

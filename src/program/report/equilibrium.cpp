@@ -18,6 +18,7 @@
 #include "report/guides.hpp"
 #include "report/modes.hpp"
 #include "report/output_file.hpp"
+#include "report/page.hpp"
 #include "report/shown_parts.hpp"
 #include "report/starting_places.hpp"
 #include "report/text_formats.hpp"
@@ -85,12 +86,13 @@ Json describe_one_sided(const scene::Scene& scene, const EquilibriumResult& foun
 }
 
 void write_summary(const fs::path& directory, const scene::Scene& scene, const EquilibriumResult& found,
-                   const std::optional<Modes>& modes) {
+                   std::span<const Observed> observed, const std::optional<Modes>& modes) {
   replace_file(directory / "summary.json", [&](OutputFile* file) {
     JsonObjectFile json(file);
     json.add("scene", scene.name);
     json.add("source", scene.source);
     json.add("tanor_version", TANOR_VERSION);
+    json.add("observables", describe_observables(observed));
     json.add("points", scene.system.num_points());
     json.add("equations", found.multipliers.size());
     json.add("equilibrium", describe(found));
@@ -327,8 +329,8 @@ void write_scene(const fs::path& path, const scene::Scene& scene, const Equilibr
 }  // namespace
 
 void write_equilibrium(const fs::path& directory, const scene::Scene& scene, const EquilibriumResult& found,
-                       const std::optional<Modes>& modes) {
-  write_summary(directory, scene, found, modes);
+                       std::span<const Observed> observed, const std::optional<Modes>& modes) {
+  write_summary(directory, scene, found, observed, modes);
   const ShownParts shown = choose_parts(scene.system, {});
   const std::vector<double> at_rest(found.positions.size(), 0.0);
   open_xyz({.path = directory / places_at_rest_name, .shown = &shown, .cell = scene.system.cell})

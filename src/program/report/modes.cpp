@@ -13,6 +13,7 @@
 #include "report/field_json.hpp"
 #include "report/npy.hpp"
 #include "report/output_file.hpp"
+#include "report/page.hpp"
 #include "report/shown_parts.hpp"
 #include "report/trajectory.hpp"
 #include "report/vtp_frame.hpp"
@@ -110,6 +111,7 @@ void write_modes(const fs::path& directory, const ModesFacts& facts, const Modes
     json.add("scene", facts.scene);
     json.add("source", facts.source);
     json.add("tanor_version", TANOR_VERSION);
+    json.add("observables", describe_observables(facts.observed));
     using F = ModesFacts;
     json.add_members(json_of_members<&F::points, &F::supports, &F::equations>(facts));
     json.add("degrees_of_freedom", modes.outcome.ok() ? Json(modes.degrees_of_freedom) : Json());

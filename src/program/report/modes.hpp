@@ -4,8 +4,10 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include <tanor/modes.hpp>
+#include <tanor/observables.hpp>
 
 #include "report/json_text.hpp"
 
@@ -19,6 +21,7 @@ void add_modes(const std::filesystem::path& directory, const std::optional<Modes
 struct ModesFacts {
   std::string scene, source;  ///< name; origin of the points
   std::size_t points = 0, supports = 0, equations = 0;
+  std::vector<Observed> observed{};  ///< at rest
   std::optional<Buckling> buckling;  ///< none: not requested
 };
 

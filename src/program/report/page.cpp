@@ -8,7 +8,9 @@
 
 #include "base/text.hpp"
 #include "report/field_json.hpp"
+#include "report/output_file.hpp"
 #include "report/shared_parts.hpp"
+#include "report/text_formats.hpp"
 #include "report/words.hpp"
 
 namespace tanor::report {
@@ -182,6 +184,16 @@ std::string format_observables(std::span<const Observed> observables, const Unit
   std::string result;
   for (const auto& [name, line] : lines) result += fmt::format("  {:{}}  {}\n", name, width, line);
   return result;
+}
+
+std::string write_observables_at_rest(const std::filesystem::path& directory, const std::string& scene,
+                                      const std::string& said, std::span<const Observed> observables,
+                                      const Units& units, double time) {
+  const std::string page = scene + "\n" + format_observables(observables, units);
+  replace_file(directory / page_name, [&](OutputFile* file) { file->write(page + "\n" + line("at rest", said)); });
+  open_observables({.path = directory / observables_name, .observables = observables, .units = units})
+      ->write({.time = time, .observables = observables});
+  return page;
 }
 
 std::string describe_passage(const Passage& passage, const Units& units) {

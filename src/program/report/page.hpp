@@ -19,6 +19,12 @@ std::string format_page(const RunFacts& facts, Simulation& simulation);
 /// Returns the lines of the page about observables: the last number of each, the extremes, when and where.
 std::string format_observables(std::span<const Observed> observables, const Units& units);
 
+/// Writes report.txt, which begins with the observables, and observables.csv with one row, of a state of rest. Returns
+/// the page.
+std::string write_observables_at_rest(const std::filesystem::path& directory, const std::string& scene,
+                                      const std::string& said, std::span<const Observed> observables,
+                                      const Units& units, double time);
+
 /// Returns lines about the first events that were met, with what they took out.
 std::string format_passages(std::span<const Passage> passages, const Units& units);
 /// Returns one of them in words: "tears: links[3] breaks with 0.2 J; point 4 is without constraints".

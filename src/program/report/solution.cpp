@@ -1,6 +1,7 @@
 #include "report/solution.hpp"
 
 #include "report/json_text.hpp"
+#include "report/page.hpp"
 #include "report/shared_parts.hpp"
 
 namespace tanor::report {
@@ -33,6 +34,7 @@ void write_members(const ArrayWriter& arrays, const Solution& solution, JsonObje
   const auto friction = [&](std::vector<double> Split::*which) {
     return solution.friction ? part(which) : std::nullopt;
   };
+  json->add("observables", describe_observables(solution.observed));
   arrays.write_points("positions", solution.positions);
   arrays.write_points("velocities", solution.velocities);
   arrays.write_points("accelerations", solution.accelerations);

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include <tanor/dynamics.hpp>
+#include <tanor/observables.hpp>
 
 #include "report/json_text.hpp"
 #include "report/shared_parts.hpp"
@@ -19,6 +19,7 @@ struct Solution {
   Numbers positions, velocities, accelerations;
   std::optional<Split> split;  ///< parts in the tangent space and in the normal space
   Numbers multipliers, reactions, support_forces;
+  std::vector<Observed> observed;
   Numbers friction;  ///< tau; none if the system has no friction
   std::optional<FrictionReport> friction_report;
   std::optional<std::vector<ReactionPart>> reactions_by_cause;

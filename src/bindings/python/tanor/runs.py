@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import numpy
 
-from ._core import MotionReport, Outcome, Scene, Simulation
+from ._core import EquilibriumResult, MotionReport, Observed, Outcome, Scene, Simulation
 
 
 class Failed(RuntimeError):
@@ -26,10 +26,10 @@ class Failed(RuntimeError):
 
 @dataclasses.dataclass(eq=False)
 class Group:
-    """A group of constraints along a run.
+    """A group of constraints along a run, or at rest.
 
     name         as in the system
-    multipliers  float64 [k, members, equations a member]
+    multipliers  float64 [k, members, equations a member]; at rest without k
     """
 
     name: str
@@ -37,13 +37,14 @@ class Group:
 
     @property
     def tension(self) -> numpy.ndarray:
-        """float64 [k, members], N: -lambda, of rods and ropes."""
-        if self.multipliers.shape[2] != 1:
-            raise AttributeError(f"{self.name} has {self.multipliers.shape[2]} equations a member and no tension")
-        return -self.multipliers[:, :, 0]
+        """float64 [k, members], at rest [members], N: -lambda, of rods and ropes."""
+        if self.multipliers.shape[-1] != 1:
+            raise AttributeError(f"{self.name} has {self.multipliers.shape[-1]} equations a member and no tension")
+        return -self.multipliers[..., 0]
 
     def __repr__(self) -> str:
-        return f"Group({self.name!r}, {self.multipliers.shape[1]} members at {self.multipliers.shape[0]} times)"
+        times = f"{self.multipliers.shape[0]} times" if self.multipliers.ndim > 2 else "rest"
+        return f"Group({self.name!r}, {self.multipliers.shape[-2]} members at {times})"
 
 
 @dataclasses.dataclass(eq=False)
@@ -102,13 +103,24 @@ class Trajectory:
         return f"<p>{html.escape(repr(self))}</p>" + picture_of(self.positions[-1])
 
 
+def _shape_of(each: Observed) -> tuple:
+    return tuple(len(names) for names in (each.members, each.parts) if names)
+
+
 def _record_of(observed: list) -> numpy.dtype:
     """The type of a row of observables."""
-    fields = [("t", "<f8")]
-    for each in observed:
-        shape = tuple(len(names) for names in (each.members, each.parts) if names)
-        fields.append((each.name, "<f8", shape) if shape else (each.name, "<f8"))
-    return numpy.dtype(fields)
+    return numpy.dtype([("t", "<f8"), *((each.name, "<f8", _shape_of(each)) for each in observed)])
+
+
+def at_rest(rest: EquilibriumResult, name: str) -> "numpy.ndarray | float | Group":
+    """rest["load(hook)"] is an observable of a state of rest, rest["links"].tension those of a group of rods."""
+    observed = {each.name: each for each in rest.observables}
+    if name in observed:
+        return numpy.reshape(observed[name].values, _shape_of(observed[name]))[()]
+    if name in rest.groups:
+        row, members, rows = rest.groups[name]
+        return Group(name, rest.multipliers[row:row + members * rows].reshape(members, rows))
+    raise KeyError(f"{name}: there are {', '.join([*observed, *rest.groups])}")
 
 
 class _Line:
