@@ -125,8 +125,7 @@ Outcome count_motions(ContactState& state, FrictionSolver& friction, const ModeS
 /// Sets modes and shares from x where contacts that stick share their load, or everywhere if `all` is true. Contacts
 /// without acceleration stick. Where no share leaves a contact anything to spare, all accelerations are still 0 and do
 /// not tell yet which contacts will move. Such contacts are held until their load exceeds its limit by more than
-/// rounding
-/// (`ContactState::overload`).
+/// rounding (`ContactState::overload`).
 Outcome take_choices(ContactState& state, const ModeSwitch& at, bool all, std::vector<ContactChoice>* choices);
 /// Adds the verdict on islands that were not counted. Their motion is unique where friction changes reactions little or
 /// not at all (`is_proven_unique`).

@@ -102,19 +102,19 @@ void HeldPlaces::carry(double t) {
   for (const std::size_t c : held_) start_.push_back(then_.places[c]);
   advance(then_.time, t);
   // The sums of many steps are compensated (Kahan).
-  Places& places = start_;
+  places_.resize(held_.size());
   for (std::size_t k = 0; k < held_.size(); ++k) {
     const std::size_t c = held_[k];
     const Vec3 then = then_.places[c], way = ways_[k] - then_.rest[c];
-    places[k] = then + way;
-    now_.rest[c] = (places[k] - then) - way;
+    places_[k] = then + way;
+    now_.rest[c] = (places_[k] - then) - way;
   }
   // An error across the guide, even of rounding size, would make them drift along it.
   for (int pass = 0; pass < 2; ++pass) {
-    evaluate_guides(t, places, false);
-    for (std::size_t k = 0; k < held_.size(); ++k) places[k] = places[k] - across(held_[k], {});
+    evaluate_guides(t, places_, false);
+    for (std::size_t k = 0; k < held_.size(); ++k) places_[k] = places_[k] - across(held_[k], {});
   }
-  for (std::size_t k = 0; k < held_.size(); ++k) now_.places[held_[k]] = places[k];
+  for (std::size_t k = 0; k < held_.size(); ++k) now_.places[held_[k]] = places_[k];
   publish();
 }
 

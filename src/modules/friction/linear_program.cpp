@@ -32,9 +32,12 @@ void LinearProgram::add(const Eigen::Ref<const Eigen::RowVectorXd>& row, double 
   g_(count_++) = bound / size;
 }
 
-/// Returns the row that is violated most, or the first violated one; -1 if there is none.
-Eigen::Index LinearProgram::find_violated(const VectorXd& u, bool takes_first) const {
-  VectorXd excess = G_.topRows(count_) * u - g_.head(count_);
+/// Returns the row that is violated most, or the first violated one; -1 if there is none. Writes the excess of all
+/// rows.
+Eigen::Index LinearProgram::find_violated(const VectorXd& u, bool takes_first, VectorXd* all) const {
+  VectorXd& excess = *all;
+  excess.noalias() = G_.topRows(count_) * u;
+  excess -= g_.head(count_);
   excess.head(2 * u.size()).array() -= rounding * most;
   Eigen::Index worst = 0;
   if (takes_first)
@@ -72,7 +75,7 @@ LinearProgram::Status LinearProgram::maximize(const VectorXd& c, VectorXd* u) co
   u->resize(n);
   if (n == 0) return Status::Optimal;
   MatrixXd B(n, n);
-  VectorXd right(n);
+  VectorXd right(n), excess(count_);
   const auto enter = [&](Eigen::Index place, Eigen::Index row) {
     B.row(place) = G_.row(row);
     right(place) = g_(row);
@@ -83,7 +86,7 @@ LinearProgram::Status LinearProgram::maximize(const VectorXd& c, VectorXd* u) co
     const bool takes_first = pivot > plain_pivots;  // prevents cycles after many pivots (Bland)
     lu.compute(B);
     *u = lu.solve(right);
-    const Eigen::Index worst = find_violated(*u, takes_first);
+    const Eigen::Index worst = find_violated(*u, takes_first, &excess);
     if (worst < 0) return Status::Optimal;
     // With B'lambda = c and B'y = normal, lambda stays above 0.
     const VectorXd lambda = lu.solve_transposed(c), y = lu.solve_transposed(G_.row(worst).transpose());

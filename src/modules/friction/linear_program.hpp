@@ -20,7 +20,7 @@ class LinearProgram {
   Status maximize(const Eigen::VectorXd& c, Eigen::VectorXd* u) const;
 
  private:
-  Eigen::Index find_violated(const Eigen::VectorXd& u, bool takes_first) const;
+  Eigen::Index find_violated(const Eigen::VectorXd& u, bool takes_first, Eigen::VectorXd* all) const;
 
   Rows G_;  // u_i <= most, then -u_i <= most, then what was added
   Eigen::VectorXd g_;

@@ -130,7 +130,7 @@ void Shares::center(double price, double* level) {
     for (const Contact& contact : contacts) {
       // With s = u - |x_c| and p = u + |x_c|, -log q = -log s - log p. The Hessian is (ds/s)^2 + (dp/p)^2, and 2/q
       // across x_c.
-      const Eigen::Index rows = 1 + contact.dimension;
+      const Eigen::Index num_rows = 1 + contact.dimension;
       const VectorXd part = own.segment(contact.first, contact.dimension);
       const double u = contact.raised(*level, own), length = part.norm(), s = u - length, p = u + length;
       const VectorXd along = length > 0.0 ? VectorXd(part / length) : VectorXd(VectorXd::Unit(contact.dimension, 0));
@@ -146,7 +146,7 @@ void Shares::center(double price, double* level) {
         B.row(next + 2).head(n) =
             std::sqrt(2.0 / (s * p)) * (along(0) * Z.row(contact.first + 1) - along(1) * Z.row(contact.first));
       }
-      next += rows;
+      next += num_rows;
     }
     H.setZero();
     if (C.rows() > 0) {
