@@ -409,5 +409,58 @@ TEST(FrictionEnumeration, SizesOfFrictionThatSlidesAreThoseThatNewtonsMethodFind
   EXPECT_GT(counts.size() - counts.count(0) - counts.count(1), 5u);
 }
 
+/// Every sign sigma of the reactions gives one linear system (I - sigma mu n.W) s = sigma mu n.N0.
+TEST(FrictionEnumeration, TenContactsThatSlideOnLinesAreCountedInTheMiddleOfARun) {
+  std::multiset<std::size_t> counts;
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    SCOPED_TRACE(seed);
+    constexpr Eigen::Index count = 10;
+    ContactProblem problem = make_sliding(seed, count, true);
+    problem.W *= 0.3;
+    std::size_t wanted = 0;
+    for (unsigned signs = 0; signs < 1u << count; ++signs) {
+      Eigen::MatrixXd J = Eigen::MatrixXd::Identity(count, count);
+      VectorXd b(count);
+      for (Eigen::Index c = 0; c < count; ++c) {
+        const Vector3d along = ((signs >> c) & 1 ? -1.0 : 1.0) * problem.contacts[static_cast<std::size_t>(c)].mu *
+                               problem.N0.segment<3>(3 * c).normalized();
+        J.row(c) -= along.transpose() * problem.W.middleRows<3>(3 * c);
+        b(c) = along.dot(problem.N0.segment<3>(3 * c));
+      }
+      wanted += reference::solve_partial(J, b).minCoeff() > 0.0;
+    }
+    std::size_t work_left = detail::most_work(false);
+
+    const detail::ContactSolutions all = detail::find_all(problem, &work_left, {});
+
+    EXPECT_TRUE(all.is_complete) << all.reason;
+    EXPECT_EQ(all.found.size(), wanted);
+    EXPECT_EQ(all.uniqueness, uniqueness_of(wanted));
+    counts.insert(wanted);
+  }
+  EXPECT_GT(counts.count(1), 0u);
+  EXPECT_LT(counts.count(1), counts.size());
+}
+
+TEST(FrictionEnumeration, TheReasonOfSlidingThatIsUnprovenIsThatOfItsSearch) {
+  System system;
+  system.positions = {0.0, 0.0, 0.0, 1.0, 0.3, 0.0, 1.8, -0.5, 0.0};
+  system.velocities = {1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0};
+  system.masses = {1.0, 1.5, 0.7};
+  system.constraints = {Planes{"table", {0, 1, 2}, Vector3{0.0, 0.0, 1.0}, 0.0},
+                        Rods{"rods", {{0, 1}, {1, 2}}, {}, {}}};
+  system.forces = {Gravity{"", {0.0, 0.0, -10.0}}, ConstantForce{"", {1}, Vector3{3.0, 4.0, 0.0}}};
+  system.friction = {Coulomb{.name = "", .at = {"table"}, .coefficient = 1.05, .reaction = Coulomb::Reaction::Full}};
+  Dynamics dynamics(system);
+  std::vector<double> w(9);
+
+  const SolveReport report = dynamics.solve(
+      {.time = 0.0, .positions = system.positions, .velocities = system.velocities}, {.accelerations = w});
+
+  EXPECT_EQ(report.friction.uniqueness, Uniqueness::Unproven) << report.outcome.what;
+  EXPECT_NE(report.friction.uniqueness_reason.find("turn in space"), std::string::npos)
+      << report.friction.uniqueness_reason;
+}
+
 }  // namespace
 }  // namespace tanor

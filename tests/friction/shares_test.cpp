@@ -57,6 +57,40 @@ System make_sharing_beads(unsigned seed, const SharedKind& kind) {
   return system;
 }
 
+/// The solution for fixed limits is the x with x = P(x - a/A_cc), where P is the projection onto |x_c| <= h_c.
+TEST(ConvexLaw, IsSolvedThoughContactsShareTheirLoad) {
+  for (unsigned seed = 1; seed <= 40; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    std::normal_distribution<double> normal;
+    ContactProblem problem;
+    Eigen::Index size = 0;
+    for (Eigen::Index c = 0; c < 8; ++c) {
+      const Eigen::Index dimension = c == 0 ? 1 : 1 + c % 2;
+      problem.contacts.push_back({size, dimension, c == 0, 0.3});
+      size += dimension;
+    }
+    const Eigen::Index rank = seed % 2 == 0 ? size : size / 2;
+    const Eigen::MatrixXd B = Eigen::MatrixXd::NullaryExpr(size, rank, [&] { return normal(random); });
+    problem.A = B * B.transpose();
+    problem.a0 = B * Eigen::VectorXd::NullaryExpr(rank, [&] { return 3.0 * normal(random); });
+    const Eigen::VectorXd limits = Eigen::VectorXd::NullaryExpr(8, [&] { return std::exp(normal(random)); });
+
+    const Eigen::VectorXd x = solve_convex_law(problem, limits);
+
+    const Eigen::VectorXd a = problem.accelerations(x);
+    EXPECT_EQ(x(0), limits(0));  // it moves
+    for (std::size_t c = 1; c < 8; ++c) {
+      const auto& contact = problem.contacts[c];
+      const double limit = limits(static_cast<Eigen::Index>(c));
+      const Eigen::VectorXd own = x.segment(contact.first, contact.dimension);
+      Eigen::VectorXd z = own - a.segment(contact.first, contact.dimension) / problem.mobility(c);
+      if (z.norm() > limit) z *= limit / z.norm();
+      EXPECT_LT((own - z).norm(), 1e-9 * limits.maxCoeff()) << c;
+    }
+  }
+}
+
 /// Two beads of 1 kg on rough lines along x, 1 m apart, joined by a rod of the slope tan(a) to their normal, under 1 N
 /// each and 0.1 N along. With mu > tan(a) they hold with any tension T = ((x_2 - x_1)/2 - 0.05)/sin(a):
 ///

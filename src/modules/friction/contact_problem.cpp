@@ -19,22 +19,22 @@ double ContactProblem::acceleration_scale(const VectorXd& x) const {
   return std::max(a0.lpNorm<Eigen::Infinity>(), (A.cwiseAbs() * x.cwiseAbs()).lpNorm<Eigen::Infinity>());
 }
 
-double ContactProblem::mobility(std::size_t contact, double least) const {
-  const double own = A.diagonal().segment(contacts[contact].first, contacts[contact].dimension).maxCoeff();
-  return std::max(own, least * A.diagonal().lpNorm<Eigen::Infinity>());
+double ContactProblem::mobility(std::size_t contact) const {
+  return A.diagonal().segment(contacts[contact].first, contacts[contact].dimension).maxCoeff();
 }
 
 VectorXd ContactProblem::defect(const VectorXd& x, const VectorXd& a, double least_mobility, MatrixXd* J) const {
   // If contacts share a load, a small multiple of x in the derivative leads to the nearest share.
   constexpr double share = 1e-7;
   VectorXd F(x.size());
+  const double least = x.size() > 0 ? least_mobility * A.diagonal().lpNorm<Eigen::Infinity>() : 0.0;
   if (J != nullptr) J->setZero(x.size(), x.size());
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const auto [first, dimension, moves, mu] = contacts[c];
     const Eigen::Vector3d N = normal_force(c, x);
     const double size = N.norm(), h = mu * size;
-    Eigen::RowVectorXd dh = Eigen::RowVectorXd::Zero(x.size());
-    if (J != nullptr && size > 0.0) dh = mu / size * N.transpose() * W.middleRows<3>(3 * static_cast<Eigen::Index>(c));
+    Eigen::RowVectorXd dh;
+    if (J != nullptr) dh = mu * N.normalized().transpose() * W.middleRows<3>(3 * static_cast<Eigen::Index>(c));
     if (moves) {
       F(first) = x(first) - h;
       if (J != nullptr) {
@@ -43,7 +43,7 @@ VectorXd ContactProblem::defect(const VectorXd& x, const VectorXd& a, double lea
       }
       continue;
     }
-    const double own_A = mobility(c, least_mobility), rho = own_A > 0.0 ? 1.0 / own_A : 0.0;
+    const double own_A = std::max(mobility(c), least), rho = own_A > 0.0 ? 1.0 / own_A : 0.0;
     const VectorXd own = x.segment(first, dimension), z = own - rho * a.segment(first, dimension);
     const double length = z.norm();
     const bool sticks = length <= h;
@@ -69,6 +69,7 @@ double ContactProblem::residual(const VectorXd& x) const {
   constexpr double least_mobility = 1e-12;
   if (!x.allFinite()) return std::numeric_limits<double>::infinity();
   VectorXd a = accelerations(x);
+  const double least = x.size() > 0 ? least_mobility * A.diagonal().lpNorm<Eigen::Infinity>() : 0.0;
   const double largest_a = acceleration_scale(x);
   double worst = 0.0, scale = x.lpNorm<Eigen::Infinity>();
   for (std::size_t c = 0; c < contacts.size(); ++c) {
@@ -76,7 +77,7 @@ double ContactProblem::residual(const VectorXd& x) const {
     scale = std::max(scale, limit(c, x));
     // Accelerations below rounding count as 0.
     if (a.segment(first, dimension).norm() <= 1e-11 * largest_a) a.segment(first, dimension).setZero();
-    const double own_A = moves ? 0.0 : mobility(c, least_mobility);
+    const double own_A = moves ? 0.0 : std::max(mobility(c), least);
     if (own_A > 0.0) scale = std::max(scale, a0.segment(first, dimension).norm() / own_A);
   }
   const VectorXd F = defect(x, a, least_mobility, nullptr);
@@ -234,9 +235,10 @@ bool add_motion(const ContactProblem& problem, const VectorXd& x, std::vector<Ve
 /// Adds what Newton's method finds from `guess` and from other starts. There may be several motions, and nothing is
 /// proven.
 void try_starts(const ContactProblem& problem, const VectorXd& guess, int starts, std::vector<VectorXd>* found) {
-  const VectorXd rest = -dense::solve_least_squares(problem.A, problem.a0);
   (void)add_motion(problem, find_one(problem, guess), found);
-  if (starts > 0) (void)add_motion(problem, rest, found);
+  if (starts == 0) return;
+  const VectorXd rest = -dense::solve_least_squares(problem.A, problem.a0);
+  (void)add_motion(problem, rest, found);
   std::mt19937 random(1);
   std::normal_distribution<double> normal;
   for (int k = 0; k < starts; ++k) {
@@ -246,9 +248,51 @@ void try_starts(const ContactProblem& problem, const VectorXd& guess, int starts
   }
 }
 
+/// Tries all signs sigma of the normal forces, N_c along sigma_c n_c, of contacts that all move with one line n_c each:
+/// (I - sigma mu n.W) x = sigma mu n.N0 has one solution, which obeys the law if no x_c is negative. Returns false if
+/// there are other contacts, or if some solution is uncertain or beyond what is searched for.
+bool try_signs(const ContactProblem& problem, std::vector<VectorXd>* found) {
+  constexpr double rounding = 1e-11;
+  const Eigen::Index m = problem.size();
+  double unit = 0.0;
+  for (std::size_t c = 0; c < problem.contacts.size(); ++c) {
+    if (!problem.contacts[c].moves) return false;
+    unit = std::max(unit, problem.contacts[c].mu * problem.N0.segment<3>(3 * static_cast<Eigen::Index>(c)).norm());
+  }
+  if (unit == 0.0) unit = 1.0;
+  Eigen::Matrix3Xd all(3, m + 1);
+  MatrixXd R(m, m + 1), J(m, m);
+  for (Eigen::Index c = 0; c < m; ++c) {
+    all << problem.W.middleRows<3>(3 * c), problem.N0.segment<3>(3 * c) / unit;
+    all *= problem.contacts[static_cast<std::size_t>(c)].mu;
+    Eigen::Index longest = 0;
+    (void)all.colwise().squaredNorm().maxCoeff(&longest);
+    const Eigen::Vector3d line = all.col(longest).normalized();
+    R.row(c) = line.transpose() * all;
+    if ((all - line * R.row(c)).norm() > rounding * std::max(1.0, all.norm())) return false;
+  }
+  std::vector<VectorXd> obeying;
+  VectorXd sigma(m);
+  dense::Lu lu;
+  for (std::size_t signs = 0; signs < std::size_t{1} << m; ++signs) {
+    for (Eigen::Index c = 0; c < m; ++c) sigma(c) = (signs >> c) & 1 ? -1.0 : 1.0;
+    J = -(sigma.asDiagonal() * R.leftCols(m));
+    J.diagonal().array() += 1.0;
+    lu.compute(J);
+    const VectorXd x = lu.solve(sigma.cwiseProduct(R.col(m)));
+    if (!x.allFinite()) return false;
+    const double size = x.lpNorm<Eigen::Infinity>();
+    if (x.minCoeff() < -0.5 * obeys_below * size) continue;
+    if (size > LinearProgram::most || !add_motion(problem, unit * x, &obeying)) return false;
+  }
+  found->swap(obeying);
+  return true;
+}
+
 }  // namespace
 
-ContactSolutions find_all(const ContactProblem& problem, std::size_t* work_left, const VectorXd& guess) {
+ContactSolutions find_all(const ContactProblem& problem, std::size_t* work_left, const VectorXd& guess,
+                          int other_starts) {
   ContactSolutions result;
   if (is_proven_unique(problem)) {
     try_starts(problem, guess, 0, &result.found);
@@ -263,21 +307,22 @@ ContactSolutions find_all(const ContactProblem& problem, std::size_t* work_left,
     result.reason = "modes of more than ten contacts are too many to try";
     return result;
   }
-  ModeSearch search(problem, *work_left);
-  search.run();
-  *work_left -= std::min(*work_left, search.work);
-  for (const VectorXd& x : search.found) {
-    if (!add_motion(problem, x, &result.found) && search.reason.empty())
-      search.reason = "rounding hides whether one more motion obeys the law";
+  if (!try_signs(problem, &result.found)) {
+    ModeSearch search(problem, *work_left);
+    search.run();
+    *work_left -= std::min(*work_left, search.work);
+    result.reason = search.reason;
+    for (const VectorXd& x : search.found) {
+      if (!add_motion(problem, x, &result.found) && result.reason.empty())
+        result.reason = "rounding hides whether one more motion obeys the law";
+    }
   }
-  result.is_complete = search.reason.empty();
-  constexpr int other_starts = 16;
+  result.is_complete = result.reason.empty();
   if (!result.is_complete && result.found.size() < 2) try_starts(problem, guess, other_starts, &result.found);
   result.uniqueness = result.found.size() > 1 ? Uniqueness::Several
                       : !result.is_complete   ? Uniqueness::Unproven
                       : result.found.empty()  ? Uniqueness::None
                                               : Uniqueness::Proven;
-  if (result.uniqueness == Uniqueness::Unproven) result.reason = search.reason;
   return result;
 }
 

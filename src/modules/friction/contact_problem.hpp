@@ -38,8 +38,7 @@ struct ContactProblem {
   double limit(std::size_t contact, const Eigen::VectorXd& x) const {
     return contacts[contact].mu * normal_force(contact, x).norm();
   }
-  /// Returns A_cc of a contact, but at least the part `least` of the largest one.
-  double mobility(std::size_t contact, double least) const;
+  double mobility(std::size_t contact) const;  ///< A_cc
   Eigen::VectorXd accelerations(const Eigen::VectorXd& x) const { return a0 + A * x; }
   /// Returns the largest term that cancels in the accelerations, m/s^2.
   double acceleration_scale(const Eigen::VectorXd& x) const;
@@ -61,7 +60,7 @@ struct ContactSolutions {
   Uniqueness uniqueness = Uniqueness::Unproven;
   std::vector<Eigen::VectorXd> found;  ///< x of different motions
   bool is_complete = false;            ///< there are no others than `found`
-  std::string reason;                  ///< why uniqueness is unproven
+  std::string reason;                  ///< why there may be others
 };
 
 /// Proves by contraction that contacts which all move have one solution of x = h(x), that is, of (43). The workspace is
@@ -89,17 +88,19 @@ class ContractionBound {
 bool is_proven_unique(const ContactProblem& problem);
 
 constexpr std::size_t most_contacts_counted = 10;
-/// The work that searches at one instant may take: 0.6 s of a slow processor at a start, some hundredths of a second in
-/// the middle of a run.
+/// The work that the searches of one island at one instant may take: 0.6 s of a slow processor at a start, some
+/// hundredths of a second in the middle of a run.
 constexpr std::size_t most_work(bool is_start) {
   return is_start ? 500000 : 40000;
 }
 
-/// Finds all motions that obey the law by trying all modes of stick and slip in a ModeSearch. The result is complete
-/// for up to `most_contacts_counted` contacts, unless that takes more than `*work_left`, the sum of unknowns^2 of
-/// linear programs and eigenproblems, from which it takes what it used. `guess` is the first start of Newton's method,
-/// which is used where a search is not needed or not complete.
-ContactSolutions find_all(const ContactProblem& problem, std::size_t* work_left, const Eigen::VectorXd& guess);
+/// Finds all motions that obey the law by trying all modes of stick and slip in a ModeSearch, or all signs where every
+/// contact moves and its normal force keeps to a line. The result is complete for up to `most_contacts_counted`
+/// contacts, unless the search takes more than `*work_left`, the sum of unknowns^2 of linear programs and
+/// eigenproblems, from which it takes what it used. `guess` is the first start of Newton's method, which is used where
+/// a search is not needed or not complete; in the latter case it has `other_starts`, too.
+ContactSolutions find_all(const ContactProblem& problem, std::size_t* work_left, const Eigen::VectorXd& guess,
+                          int other_starts = 16);
 
 /// Finds some motion that obeys the law, near `guess`; empty if none was found. A semismooth Newton method is tried
 /// first. Then the limits mu |N| and the convex problem for fixed limits are solved in turn. The result is certified by

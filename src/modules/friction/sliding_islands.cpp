@@ -155,10 +155,21 @@ void SlidingIslands::leave_out_uncoupled(std::size_t least_contacts) {
   }
 }
 
-/// Finds all solutions of an island. Two sizes of friction are two motions only if sticking contacts can bear both.
+/// Returns the sizes of friction of the members at the multipliers `at`.
+Eigen::VectorXd SlidingIslands::sizes(const Island& island, const double* at) const {
+  Eigen::VectorXd result(static_cast<Eigen::Index>(island.members.size()));
+  for (std::size_t c = 0; c < island.members.size(); ++c)
+    result(static_cast<Eigen::Index>(c)) =
+        island.problem.contacts[c].mu * norm(laws_.normal_force(island.members[c], at));
+  return result;
+}
+
+/// Finds all solutions of an island. Two sizes of friction are two motions only if sticking contacts can bear both. In
+/// the middle of a run the motion at hand is enough where the search is not complete.
 ContactSolutions SlidingIslands::count(const Island& island, const UniquenessCheck& check, const double* at) {
   std::size_t work_left = most_work(check.refuses_several);
-  ContactSolutions solutions = find_all(island.problem, &work_left, {});
+  ContactSolutions solutions = check.refuses_several ? find_all(island.problem, &work_left, sizes(island, at))
+                                                     : find_all(island.problem, &work_left, sizes(island, at), 0);
   if (solutions.uniqueness != Uniqueness::Several) return solutions;
   std::erase_if(solutions.found, [&](const Eigen::VectorXd& s) { return !holds_what_sticks(island, s, at); });
   if (solutions.found.size() < 2)
@@ -209,9 +220,7 @@ Outcome SlidingIslands::verify_uniqueness(double t, const UniquenessCheck& check
       Outcome outcome = note_several(island, solutions.found.size(), t, check, report);
       if (!outcome.ok()) return outcome;
     } else if (solutions.uniqueness != Uniqueness::Proven) {
-      leave_open(&island,
-                 "the iteration of friction is no contraction, and the search for other sizes of friction "
-                 "became too long");
+      leave_open(&island, "the iteration of friction is no contraction, and " + solutions.reason);
     }
   }
   if (is_proven && report->uniqueness != Uniqueness::Several) report->uniqueness = Uniqueness::Proven;
@@ -226,8 +235,8 @@ Outcome SlidingIslands::enumerate(double t, const UniquenessCheck& check, double
   if (!are_small) {
     return fail_friction(
         Status::NotConverged, t,
-        "its iterations do not converge, and contacts are too many to try all signs of their normal forces, or "
-        "their law is not Coulomb's");
+        "its iterations do not converge, and contacts are too many to try all their modes, or their law is not "
+        "Coulomb's");
   }
   reduce();
   report->method_used = FrictionMethod::Enumeration;
@@ -247,30 +256,24 @@ Outcome SlidingIslands::enumerate(double t, const UniquenessCheck& check, double
 /// Writes the solution of one island nearest to the friction at lambda into `force` [parts].
 Outcome SlidingIslands::choose_nearest(const Island& island, double t, const UniquenessCheck& check,
                                        const double* lambda, double* force, FrictionReport* report) const {
-  std::size_t work_left = most_work(true);  // nothing else is left to try
-  ContactSolutions solutions = find_all(island.problem, &work_left, {});
+  const Eigen::VectorXd before = sizes(island, lambda);
+  std::size_t work_left = most_work(check.refuses_several);
+  ContactSolutions solutions = find_all(island.problem, &work_left, before);
   if (solutions.uniqueness == Uniqueness::None) {
     report->uniqueness = Uniqueness::None;
     return fail_friction(Status::NoSolution, t,
                          name(island) +
-                             ": no accelerations obey the law (the determinant changes its sign, Painleve); "
-                             "the rods jam, and the velocity would have to jump");
+                             ": no accelerations obey the law, all modes were tried (Painleve); the rods jam, and the "
+                             "velocity would have to jump");
   }
   if (solutions.uniqueness == Uniqueness::Several && !is_counted(island, check)) {
     Outcome outcome = note_several(island, solutions.found.size(), t, check, report);
     if (!outcome.ok()) return outcome;
   }
   if (solutions.found.empty()) return fail_friction(Status::NotConverged, t, name(island) + ": no iteration converges");
-  const auto distance = [&](const Eigen::VectorXd& s) {
-    double sum = 0.0;
-    for (std::size_t c = 0; c < island.members.size(); ++c) {
-      const double before = island.problem.contacts[c].mu * norm(laws_.normal_force(island.members[c], lambda));
-      sum += std::pow(s(static_cast<Eigen::Index>(c)) - before, 2);
-    }
-    return sum;
-  };
-  const auto nearest = std::min_element(solutions.found.begin(), solutions.found.end(),
-                                        [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
+  const auto nearest = std::min_element(
+      solutions.found.begin(), solutions.found.end(),
+      [&](const auto& a, const auto& b) { return (a - before).squaredNorm() < (b - before).squaredNorm(); });
   for (std::size_t c = 0; c < island.members.size(); ++c)
     force[laws_.first_part(island.members[c])] = (*nearest)(static_cast<Eigen::Index>(c));
   return {};

@@ -51,6 +51,7 @@ class SlidingIslands {
   bool is_counted(const Island& island, const UniquenessCheck& check) const {
     return !check.are_counted.empty() && check.are_counted[island.number] != 0;
   }
+  Eigen::VectorXd sizes(const Island& island, const double* at) const;
   bool holds_what_sticks(const Island& island, const Eigen::VectorXd& sizes, const double* at);
   Outcome note_several(const Island& island, std::size_t count, double t, const UniquenessCheck& check,
                        FrictionReport* report) const;
