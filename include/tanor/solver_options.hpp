@@ -29,7 +29,7 @@ enum class FrictionMethod {
   FixedPoint,  ///< plain iteration of (43)
   Anderson,    ///< accelerated iteration of (43) (Walker and Ni 2011, depth 5)
   Newton,      ///< semismooth, with the law's derivative; GMRES on the factor of S
-  Enumeration  ///< all signs of the normal forces; for Coulomb friction with up to 10 contacts per island
+  Enumeration  ///< all modes of few contacts; for Coulomb friction with up to 10 contacts per island
 };
 
 /// Solver of S lambda = -b in normal form, where S = K'M^-1K is the Schur complement of the mass matrix (Delassus
