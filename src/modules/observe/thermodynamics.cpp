@@ -16,9 +16,12 @@ constexpr std::array<std::array<std::size_t, 2>, 6> axes{{{0, 0}, {1, 1}, {2, 2}
 
 /// Degrees of freedom that share the kinetic energy: 3 (n - supports) - rank K, and less the three of a sample that
 /// nothing holds in its periodic cell, since it moves as a whole.
-double degrees_of_freedom(const System& system, std::size_t rank) {
+double degrees_of_freedom(const Things& things, std::size_t rank) {
+  const System& system = things.system();
   std::size_t num_held = 0;
-  for (const Support& support : system.supports) num_held += support.points.size();
+  for (std::size_t s = 0; s < system.supports.size(); ++s)
+    for (std::size_t k = 0; k < system.supports[s].points.size(); ++k)
+      if (!things.is_absent({Thing::List::Supports, s, k}) && !things.is_absent({Thing::List::Supports, s})) ++num_held;
   const double count = 3.0 * static_cast<double>(system.num_points() - num_held) - static_cast<double>(rank);
   return system.cell && num_held == 0 ? count - 3.0 : count;
 }
@@ -123,10 +126,9 @@ void require_cell(const Things& things, const Arguments& arguments) {
 
 Quantity make_temperature(const Things& things, const Arguments& arguments) {
   arguments.require(0, 0, "");
-  const System& system = things.system();
-  return one_number(Dimension::Temperature, {.energy = true, .rank = true}, [&system](const ObservedInstant& at) {
-    const double degrees = degrees_of_freedom(system, at.rank);
-    return degrees > 0.0 ? 2.0 * at.kinetic / (degrees * system.units.boltzmann) : 0.0;
+  return one_number(Dimension::Temperature, {.energy = true, .rank = true}, [things](const ObservedInstant& at) {
+    const double degrees = degrees_of_freedom(things, at.rank);
+    return degrees > 0.0 ? 2.0 * at.kinetic / (degrees * things.system().units.boltzmann) : 0.0;
   });
 }
 
