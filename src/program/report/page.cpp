@@ -81,7 +81,7 @@ std::string format_page(const RunFacts& facts, Simulation& simulation) {
   const Units& units = simulation.system().units;
   std::string page = facts.scene + "\n";
   if (facts.has_started) {
-    page += format_observables(simulation.observe(false), units);
+    page += format_observables(simulation.observe(false), simulation.passages(), units);
     page += format_passages(simulation.passages(), units) + "\n";
   }
   page += line("source", facts.source);
@@ -156,10 +156,28 @@ std::string describe_extreme(const Extreme& extreme, const std::string& unit, co
                      number_with_unit(extreme.time, units.time), extreme.member.empty() ? "" : " in " + extreme.member);
 }
 
-std::string describe_part(const Observed& observed, std::size_t part, const Units& units) {
+/// Returns why an observable has no number: the last thing of which it speaks broke, or nothing tells the number.
+std::string explain_nan(const Observed& observed, std::span<const Passage> passages, const Units& units) {
+  const auto speaks_of = [&](const std::string& name) {
+    return observed.text.find("(" + name + ")") != std::string::npos ||
+           observed.text.find("'" + name + "'") != std::string::npos;
+  };
+  std::string why = "not known";
+  for (const Passage& each : passages) {
+    if (each.member.empty()) continue;
+    if (speaks_of(each.member) || speaks_of(each.member.substr(0, each.member.rfind('['))))
+      why = "broken at t = " + number_with_unit(each.time, units.time);
+  }
+  return why;
+}
+
+std::string describe_part(const Observed& observed, std::size_t part, std::span<const Passage> passages,
+                          const Units& units) {
   const Extreme &least = observed.least[part], &largest = observed.largest[part];
   std::string line;
-  if (observed.members.empty()) {
+  if (observed.members.empty() && std::isnan(observed.values[part])) {
+    line = explain_nan(observed, passages, units);
+  } else if (observed.members.empty()) {
     line = number_with_unit(observed.values[part], observed.unit);
     if (!observed.member.empty()) line += " in " + observed.member;
   } else {
@@ -172,12 +190,13 @@ std::string describe_part(const Observed& observed, std::size_t part, const Unit
 
 }  // namespace
 
-std::string format_observables(std::span<const Observed> observables, const Units& units) {
+std::string format_observables(std::span<const Observed> observables, std::span<const Passage> passages,
+                               const Units& units) {
   std::vector<std::pair<std::string, std::string>> lines;
   for (const Observed& each : observables) {
     for (std::size_t part = 0; part < each.least.size(); ++part)
       lines.emplace_back(each.parts.empty() ? each.name : each.name + "." + each.parts[part],
-                         describe_part(each, part, units));
+                         describe_part(each, part, passages, units));
   }
   std::size_t width = 0;
   for (const auto& [name, line] : lines) width = std::max(width, name.size());

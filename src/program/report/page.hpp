@@ -17,7 +17,8 @@ inline constexpr std::size_t page_column = 16;  ///< column at which the text of
 std::string format_page(const RunFacts& facts, Simulation& simulation);
 
 /// Returns the lines of the page about observables: the last number of each, the extremes, when and where.
-std::string format_observables(std::span<const Observed> observables, const Units& units);
+std::string format_observables(std::span<const Observed> observables, std::span<const Passage> passages,
+                               const Units& units);
 
 /// Writes report.txt, which begins with the observables, and observables.csv with one row, of a state of rest. Returns
 /// the page.

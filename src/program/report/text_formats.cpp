@@ -187,7 +187,8 @@ std::unique_ptr<FrameFile> open_observables(const FrameFileRequest& request) {
   const auto print = [](const Frame& frame, fmt::appender out) {
     fmt::format_to(out, "{}", frame.time);
     for (const Observed& each : frame.observables)
-      for (const double number : each.values) fmt::format_to(out, ",{}", number);
+      for (const double number : each.values)
+        fmt::format_to(out, ",{}", std::isnan(number) ? std::string() : fmt::to_string(number));
     fmt::format_to(out, "\n");
   };
   return std::make_unique<TextTrajectory>(request, make_observables_head(request.observables, request.units), print);
