@@ -72,6 +72,24 @@ TEST_P(ResumeTest, ARunInTwoPartsEndsWhereOneRunDoesBitByBit) {
     EXPECT_EQ(read_text(folder / "parts/trajectory" / name), read_text(folder / "whole/trajectory" / name)) << name;
 }
 
+TEST(Resume, EventsOfBeforePassOnce) {
+  const Folder folder;
+  write_text(folder / "s.json", R"({"tanor_scene": 1, "name": "s",
+    "points": {"positions": [[0,0,0], [1,0,0]], "masses": 1}, "supports": [{"points": [0]}],
+    "constraints": [{"kind": "rod", "pairs": [[0,1]]}], "forces": [{"kind": "gravity", "acceleration": [0,0,-9.81]}],
+    "events": [{"name": "half", "when": "position(1).z < -0.5"},
+               {"name": "low", "when": "position(1).z < -0.9", "do": "stop"}],
+    "motion": {"t_end": 0.6, "output_every": 0.1}})");
+  EXPECT_EQ(run_program(folder, {"run", "s.json", "--out", "o"}).code, 0);
+  const json before = read_json(folder / "o/summary.json");
+  const Ended ended = run_program(folder, {"run", "s.json", "--out", "o", "--resume"});
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  const json after = read_json(folder / "o/summary.json");
+  EXPECT_EQ(after["t_reached"], 0.6);
+  EXPECT_EQ(after["passages"].size(), 2u);
+  EXPECT_EQ(after["passages"], before["passages"]);
+}
+
 /// A signal comes at any step. The steps left until the next output time are those of the whole run. The end is chosen
 /// when the signal has come, so that it comes in time on any machine.
 TEST_P(ResumeTest, AnInterruptedRunEndsWhereOneRunDoesBitByBit) {

@@ -49,12 +49,15 @@ void for_each_extreme(std::span<Observed> observed, const Visit& visit) {
 
 }  // namespace
 
-/// Writes the extremes of observables and the passages, which a motion that is resumed goes on from.
+/// Writes the extremes of observables, the truth of conditions and the passages, which a motion that is resumed goes on
+/// from.
 void Simulation::Implementation::write_requests(Snapshot* snapshot) {
   snapshot->taken = numbers_of(taken);
   double num_extremes = 0.0;
   if (observables != nullptr) for_each_extreme(observables->found(), [&](const Extreme&) { ++num_extremes; });
-  snapshot->observed = {num_extremes, static_cast<double>(list_passages().size())};
+  snapshot->observed = {num_extremes, static_cast<double>(list_passages().size()), static_cast<double>(truths.size())};
+  for (const Truth& truth : truths)
+    snapshot->observed.insert(snapshot->observed.end(), {truth.is_true ? 1.0 : 0.0, truth.last_passage});
   if (observables != nullptr) {
     for_each_extreme(observables->found(), [&](const Extreme& extreme) {
       snapshot->observed.insert(snapshot->observed.end(), {extreme.value, extreme.time});
@@ -72,8 +75,8 @@ void Simulation::Implementation::write_requests(Snapshot* snapshot) {
 void Simulation::Implementation::read_requests(const Snapshot& snapshot) {
   std::erase_if(passages, [&](const Passage& passage) { return passage.time > snapshot.time; });
   seen_passages = integration.watch().passages().size();
-  if (snapshot.observed.size() < 2) return;
-  std::size_t place = 2, line = 0;
+  if (snapshot.observed.size() < 3) return;
+  std::size_t place = 3, line = 0;
   const auto next_number = [&] { return snapshot.observed[place++]; };
   const auto next_name = [&] {
     const std::size_t end = std::min(snapshot.observed_names.find('\n', line), snapshot.observed_names.size());
@@ -83,7 +86,12 @@ void Simulation::Implementation::read_requests(const Snapshot& snapshot) {
   };
   const auto num_extremes = static_cast<std::size_t>(snapshot.observed[0]);
   const auto num_passages = static_cast<std::size_t>(snapshot.observed[1]);
-  if (snapshot.observed.size() != 2 + 2 * num_extremes + 4 * num_passages) return;
+  const auto num_truths = static_cast<std::size_t>(snapshot.observed[2]);
+  if (snapshot.observed.size() != 3 + 2 * (num_truths + num_extremes) + 4 * num_passages) return;
+  for (std::size_t k = 0; k < num_truths; ++k) {
+    const Truth truth{next_number() > 0.0, next_number()};
+    if (num_truths == truths.size()) truths[k] = truth;
+  }
   std::size_t own = 0;
   if (observables != nullptr) for_each_extreme(observables->found(), [&](const Extreme&) { ++own; });
   if (own != num_extremes) return;
@@ -125,13 +133,43 @@ void Simulation::Implementation::restore(std::unique_ptr<Implementation>* at, st
   (*at)->restore(snapshot);
 }
 
-Outcome Simulation::Implementation::take_out(std::unique_ptr<Implementation>* at, std::vector<Thing> things) {
+namespace {
+
+/// Returns "point 3 and 2 more are" of marked points; empty if there are none.
+std::string name_points(const std::vector<char>& is_marked) {
+  const auto count = static_cast<std::size_t>(std::ranges::count(is_marked, 1));
+  if (count == 0) return {};
+  const std::string point =
+      "point " + text(static_cast<std::size_t>(std::ranges::find(is_marked, 1) - is_marked.begin()));
+  return point + (count > 1 ? " and " + text(count - 1) + " more are" : " is");
+}
+
+}  // namespace
+
+Outcome Simulation::Implementation::check_rest() const {
+  if (!outcome.ok() || forms.normal == nullptr || work.rank == model.numbering.first_idle_row()) return outcome;
+  System here = model.system;
+  here.velocities = now.velocities;  // points that move are not held
+  std::vector<char> is_rigid(here.num_points(), 0);
+  for (const Index point :
+       detail::find_prestress_rigid_points(here, forms.normal->linearization().dependences().list_rows()))
+    is_rigid[static_cast<std::size_t>(point)] = 1;
+  const std::string names = name_points(is_rigid);
+  if (names.empty()) return {};
+  return {Status::Singular, "the rest is singular: " + names +
+                                " held rigid by prestress between supports, and the forces there are not determined"};
+}
+
+Outcome Simulation::Implementation::take_out(std::unique_ptr<Implementation>* at, const Thing& thing,
+                                             std::size_t number) {
   Implementation& before = **at;
+  if (std::ranges::count(before.taken, thing) > 0) return before.outcome;  // two events name it
   const Energy energy_before = before.form.energy(before.state.t, before.state.x.data(), before.state.v.data());
   const std::vector<std::byte> progress = before.save_progress();
   std::vector<double> r = before.now.positions, v = before.now.velocities;
   const std::size_t size = 3 * before.system().num_points();
-  things.insert(things.begin(), before.taken.begin(), before.taken.end());
+  std::vector<Thing> things = before.taken;
+  things.push_back(thing);
   std::unique_ptr<Implementation> after = make_without(before, std::move(things));
   const System& system = after->model.system;
   r.resize(size);
@@ -152,13 +190,13 @@ Outcome Simulation::Implementation::take_out(std::unique_ptr<Implementation>* at
   report.now = energy.kinetic + energy.potential;
   report.work_of_forces -= lost;
   after->state.work.forces -= lost;
-  const std::string rest = after->name_free_points();
-  for (Passage& passage : after->passages) {
-    const EventAction action = after->events[passage.event].action;
-    if (passage.time != after->state.t || (action != EventAction::Break && action != EventAction::Release)) continue;
-    passage.energy_lost = lost;
-    passage.rest = rest;
-  }
+  std::vector<char> is_free = after->find_free_points();
+  const std::vector<char> was_free = before.find_free_points();
+  for (std::size_t i = 0; i < was_free.size(); ++i) is_free[i] = is_free[i] != 0 && was_free[i] == 0 ? 1 : 0;
+  Passage& passage = after->passages[number];
+  passage.energy_lost = lost;
+  if (passage.rest = name_points(is_free); !passage.rest.empty()) passage.rest += " without constraints";
+  after->outcome = after->check_rest();
   *at = std::move(after);
   return (*at)->outcome;
 }
@@ -172,9 +210,14 @@ Outcome Simulation::Implementation::advance_through_events(std::unique_ptr<Imple
       *stops = *stops || acts.stops;
       if (acts.taken.empty()) return {};
       std::string names;
-      for (const Thing& thing : acts.taken) names += (names.empty() ? "" : ", ") + Things((*at)->system()).name(thing);
-      if (Outcome found = take_out(at, std::move(acts.taken)); !found.ok())
-        return {found.status, "after " + names + " was taken out: " + found.what};
+      Outcome found;  // of the last one, when all are gone
+      for (const auto& [thing, passage] : acts.taken) {
+        names += (names.empty() ? "" : ", ") + Things((*at)->system()).name(thing);
+        found = take_out(at, thing, passage);
+      }
+      if (found.ok()) continue;
+      found.what = "after " + names + " was taken out: " + found.what;
+      return (*at)->outcome = found;
     }
   };
   const auto has_conditions = [at] {

@@ -21,6 +21,8 @@ struct Simulation::Implementation final : SimulatedMotion {
   void verify_observables(const Reactions& anew, std::span<const double> friction, Certificate* certificate) override;
   ObservedInstant describe(const Solution& at, double t, const Energy& energy) const;
   ObservedInstant look_at(Needs needs);
+  /// Returns an answer with NaN for forces that prestress leaves open.
+  const Solution& without_unknown(const Solution& at);
   ObservedInstant look_inside(double t, const double* x, const double* x_dot, Needs needs);
   void look_on_the_way(Needs needs);
 
@@ -31,7 +33,7 @@ struct Simulation::Implementation final : SimulatedMotion {
   bool has_taken_its_thing(const Event& event) const;
   /// Notes conditions that have become true at the present state. Returns what they ask for.
   struct Acts {
-    std::vector<Thing> taken{};
+    std::vector<std::pair<Thing, std::size_t>> taken{};  // with the number of its passage
     bool stops = false;
   };
   Acts act();
@@ -39,13 +41,16 @@ struct Simulation::Implementation final : SimulatedMotion {
   static Outcome advance_through_events(std::unique_ptr<Implementation>* at, double t_end, const Observer& observer);
 
   // Systems that change, in changed_system.cpp.
-  /// Replaces a simulation by one of its system without some things, at the same state.
-  static Outcome take_out(std::unique_ptr<Implementation>* at, std::vector<Thing> things);
+  /// Replaces a simulation by one of its system without one more thing, at the same state, and tells its passage.
+  static Outcome take_out(std::unique_ptr<Implementation>* at, const Thing& thing, std::size_t passage);
+  /// Fails if points of the system that was left are held rigid by prestress.
+  Outcome check_rest() const;
   /// Makes the simulation of a system without some things, at its start.
   static std::unique_ptr<Implementation> make_without(const Implementation& of, std::vector<Thing> things);
   /// Takes over requests, passages and extremes from a simulation of the same system with other things taken out.
   void continue_from(const Implementation& before);
-  std::string name_free_points() const;
+  /// Returns the points that no constraint joins, [point].
+  std::vector<char> find_free_points() const;
   using SimulatedMotion::restore;
   /// Restores a state, out of whose system events may have taken other things than out of this one.
   static void restore(std::unique_ptr<Implementation>* at, std::span<const std::byte> saved);
@@ -57,7 +62,7 @@ struct Simulation::Implementation final : SimulatedMotion {
 
   std::unique_ptr<Observables> observables;  // null if there are none
   struct {
-    Solution at;
+    Solution at, known;
     std::vector<double> friction;
   } seen;  // what observables read on the way
   std::vector<Event> events;

@@ -113,7 +113,25 @@ ObservedInstant Simulation::Implementation::look_at(Needs needs) {
   if (is_advancing) look_on_the_way(needs);
   const Solution& at = is_advancing ? seen.at : now;
   if (needs.friction) seen.friction = friction_forces();
-  return describe(at, state.t, {report.energy.kinetic, report.energy.potential});
+  return describe(without_unknown(at), state.t, {report.energy.kinetic, report.energy.potential});
+}
+
+const Solution& Simulation::Implementation::without_unknown(const Solution& at) {
+  const std::vector<std::size_t>& unknown = forms.plan.prestress_rigid_equations;
+  if (unknown.empty()) return at;
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  seen.known = at;
+  std::size_t row = 0;
+  for_each_member(system(), [&](std::span<const Index> joined, std::size_t rows) {
+    if (std::ranges::binary_search(unknown, row)) {
+      seen.known.multipliers[row] = none;
+      for (const Index point : joined)
+        for (std::vector<double>* const force : {&seen.known.reactions, &seen.known.support_forces})
+          std::fill_n(force->begin() + 3 * point, 3, none);
+    }
+    row += rows;
+  });
+  return seen.known;
 }
 
 /// Fills `seen.at`. Nothing is solved where the last step left the accelerations at its end.
@@ -174,7 +192,8 @@ void Simulation::Implementation::verify_observables(const Reactions& anew, std::
   seen.friction.resize(friction.size());
   model.numbering.scatter_points(friction, seen.friction);
   const Energy energy = form.energy(state.t, state.x.data(), state.v.data());
-  const std::vector<std::vector<double>> second = observables->evaluate(describe(seen.at, state.t, energy));
+  const std::vector<std::vector<double>> second =
+      observables->evaluate(describe(without_unknown(seen.at), state.t, energy));
   constexpr const char* what = "second evaluation of the observables";
   CertificateCheck check{.identity = what, .words = what};
   const std::span<const Observed> found = observables->found();
@@ -291,25 +310,20 @@ Simulation::Implementation::Acts Simulation::Implementation::act() {
     if (event.action != EventAction::Break && event.action != EventAction::Release) continue;
     const Thing goes = *find_what_goes(things, event, condition);
     passage.member = things.name(goes);
-    acts.taken.push_back(goes);
+    acts.taken.emplace_back(goes, static_cast<std::size_t>(&passage - passages.data()));
     truth = {};  // the next member may follow at once
   }
   return acts;
 }
 
-/// Returns the points that no constraint joins any more, in words.
-std::string Simulation::Implementation::name_free_points() const {
-  std::vector<char> is_joined(model.num_points(), 0);
+std::vector<char> Simulation::Implementation::find_free_points() const {
+  std::vector<char> is_free(model.num_points(), 1);
   for_each_member(model.system, [&](std::span<const Index> joined, int) {
-    for (const Index point : joined) is_joined[static_cast<std::size_t>(point)] = 1;
+    for (const Index point : joined) is_free[static_cast<std::size_t>(point)] = 0;
   });
   for (const Support& support : model.system.supports)
-    for (const Index point : support.points) is_joined[static_cast<std::size_t>(point)] = 1;
-  const auto first = std::ranges::find(is_joined, 0);
-  const auto count = static_cast<std::size_t>(std::ranges::count(is_joined, 0));
-  if (count == 0) return {};
-  const std::string point = "point " + text(static_cast<std::size_t>(first - is_joined.begin()));
-  return point + (count > 1 ? " and " + text(count - 1) + " more are" : " is") + " without constraints";
+    for (const Index point : support.points) is_free[static_cast<std::size_t>(point)] = 0;
+  return is_free;
 }
 
 void Simulation::Implementation::continue_from(const Implementation& before) {

@@ -23,7 +23,7 @@ inline constexpr bool is_plain_bytes<Report> = true;
 namespace {
 
 SavedHeader header_of(std::uint64_t fingerprint) {
-  return {.magic = {'t', 'a', 'n', 'o', 'r', ' ', 's', 't'}, .version = 8, .fingerprint = fingerprint};
+  return {.magic = {'t', 'a', 'n', 'o', 'r', ' ', 's', 't'}, .version = 9, .fingerprint = fingerprint};
 }
 constexpr SavedBy by{"/snapshot", "a Simulation", "another system"};
 
