@@ -68,7 +68,7 @@ std::size_t ObservedText::Term::evaluate(const ObservedInstant& at) const {
     for (std::size_t p = 0; p < parts; ++p) {
       double sum = 0.0;
       for (std::size_t k = 0; k < members; ++k)
-        if (!std::isnan(values[k * parts + p])) sum += values[k * parts + p];
+        if (quantity.is_sum || !std::isnan(values[k * parts + p])) sum += values[k * parts + p];
       values[p] = sum;
     }
   }
