@@ -329,6 +329,7 @@ TEST(ConditionsOnGroups, WhatCannotBreakIsRefused) {
             "point 0 is a support without mass and cannot be let go");
   EXPECT_EQ(refuse({.when = "t > 1", .action = Release, .of = "hok"}).substr(0, 83),
             "/of: no constraints or supports or forces are named 'hok' (did you mean hook?); the");
+  EXPECT_EQ(refuse({.when = "t >= 0.3"}), "formula \"t >= 0.3\": found >=, wanted >, which passes at the same instant");
   EXPECT_NE(refuse({.when = "tension(rod)"}).find("a condition compares"), std::string::npos);
   EXPECT_NE(refuse({.when = "position(all) > 2"}).find("single numbers"), std::string::npos);
 }

@@ -11,6 +11,7 @@ TEST(Suggestion, IsTheNearestWordIfItIsNear) {
   const std::vector<std::string> words{"rod", "plane", "sphere", "line"};
   EXPECT_EQ(suggest("rods", words), " (did you mean rod?)");
   EXPECT_EQ(suggest("shpere", words), " (did you mean sphere?)");
+  EXPECT_EQ(suggest("brake", {"report", "stop", "break", "release"}), " (did you mean break?)");
   EXPECT_EQ(suggest("plan", words), " (did you mean plane?)");
   EXPECT_EQ(suggest("cylinder", words), "");
   EXPECT_EQ(suggest("rod", {}), "");

@@ -72,7 +72,8 @@ inline std::string suggest(std::string_view word, const std::vector<std::string>
   const auto near =
       std::ranges::min_element(known, {}, [&](const auto& each) { return detail::count_changes(word, each); });
   const std::size_t changes = near == known.end() ? word.size() : detail::count_changes(word, *near);
-  const bool is_near = changes < word.size() && changes <= std::max<std::size_t>(1, (word.size() + 1) / 4);
+  const bool is_near = changes < word.size() && (changes <= std::max<std::size_t>(1, (word.size() + 1) / 4) ||
+                                                 std::ranges::is_permutation(word, *near));
   std::string meant = detail::find_symbol(word, known);
   if (meant.empty() && is_near) meant = *near;
   if (meant.empty()) meant = detail::find_longer_form(word, known);

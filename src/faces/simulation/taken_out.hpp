@@ -12,7 +12,7 @@ namespace tanor::detail {
 ///
 /// Points, members of constraints and equations keep their numbers: a constraint that is taken out joins new supports
 /// outside, behind the points of the system, and its equations become idle. A point that is let go starts with its own
-/// mass. Throws InputError for a thing that cannot be taken out: a guide that moves with time, a support without mass.
+/// mass. Throws InputError for a support without mass, which cannot be let go.
 System without(const System& system, std::span<const Thing> taken);
 
 }  // namespace tanor::detail

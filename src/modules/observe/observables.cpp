@@ -175,6 +175,9 @@ Condition::Condition(const Things& things, const std::string& text, const Consta
   const std::size_t place = find_comparison(text);
   if (place == std::string::npos)
     throw InputError("", "formula \"" + text + "\": a condition compares, as in \"any tension(links) > 20\"");
+  if (text.substr(place + 1).starts_with('='))
+    throw InputError("", "formula \"" + text + "\": found " + text.substr(place, 2) + ", wanted " + text[place] +
+                             ", which passes at the same instant");
   left_ = std::make_unique<ObservedText>(things, text.substr(0, place), parameters);
   right_ = std::make_unique<ObservedText>(things, text.substr(place + 1), parameters);
   sign_ = text[place] == '>' ? 1.0 : -1.0;
