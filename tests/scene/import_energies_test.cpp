@@ -121,6 +121,7 @@ TEST(ImportEnergies, UnitsWithAnotherTimeAreConverted) {
               metal = read(R"(, "units": "metal")");
   EXPECT_EQ(plain.source, "import: a.data (lammps-data)");
   EXPECT_EQ(lj.source, plain.source);
+  EXPECT_EQ(plain.system.units, units_from_name("lj")) << "the file names none";
   EXPECT_EQ(lj.system.velocities, plain.system.velocities);
   EXPECT_EQ(real.source, "import: a.data (lammps-data, units real: the unit of time is 48.88821291 fs)");
   EXPECT_EQ(metal.source, "import: a.data (lammps-data, units metal: the unit of time is 10.18050571 fs)");

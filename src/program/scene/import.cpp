@@ -207,13 +207,14 @@ std::string convert_velocities(const UnitSet* units, Imported* data) {
   return fmt::format(", units {}: the unit of time is {}", units->name, units->consistent);
 }
 
-/// Returns the letters of a format's units, or of those that a LAMMPS file or its key names.
+/// Returns the letters of a format's units: of those that a LAMMPS file or its key names, else of lj.
 Units letters_of(std::string_view format, std::string_view units) {
   if (units == "cgs") return {"cgs", "cm", "g", "s", "dyn", "erg", "K", "Ba", 1.380649e-16};
   if (units == "micro")
     return {"micro", "um", "pg", "us", "pg um/us^2", "pg um^2/us^2", "K", "pg/(um us^2)", 1.380649e-8};
   if (units == "nano") return {"nano", "nm", "ag", "ns", "ag nm/ns^2", "ag nm^2/ns^2", "K", "ag/(nm ns^2)", 0.01380649};
   if (!units.empty()) return units_from_name(units);
+  if (format == "lammps-data") return units_from_name("lj");
   if (format == "gro") return {"gro", "nm", "u", "ps", "kJ/mol/nm", "kJ/mol", "K", "kJ/mol/nm^3", 0.00831446261815324};
   return {};
 }
