@@ -74,6 +74,10 @@ void expect_warning_of_each_command(const Folder& folder, const std::string& war
                              : words[0] == "solve" ? read_text(folder / "solve.json")
                                                    : read_text(folder / words[0] / "summary.json");
     EXPECT_NE(told.find(warning), std::string::npos) << words[0];
+    if (words[0] == "run") {
+      EXPECT_TRUE(contains(read_text(folder / "run/report.txt"), "left out")) << words[0];
+      EXPECT_TRUE(contains(read_text(folder / "run/report.txt"), warning)) << words[0];
+    }
   }
 }
 

@@ -1,6 +1,7 @@
 #include "report/page.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 
@@ -85,6 +86,8 @@ std::string format_page(const RunFacts& facts, Simulation& simulation) {
     page += format_passages(simulation.passages(), units) + "\n";
   }
   page += line("source", facts.source);
+  if (const std::vector<std::string> left_out = list_left_out(facts.left_out, plan.left_out); !left_out.empty())
+    page += line("left out", fmt::format("{}", fmt::join(left_out, "; ")));
   page +=
       line("system",
            fmt::format("{}, {}, {}, {}, {}", count_in_words(plan.points, "point"),
