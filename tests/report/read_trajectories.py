@@ -31,6 +31,7 @@ from trajectory_readers import (FORMATS, LAMMPS, PVPYTHON, MDAnalysis, ase, ask_
 SCENE = {
     "tanor_scene": 1,
     "name": "all formats",
+    "units": "si",
     "points": {"positions": [[5, 5, 5], [0, 0, 0], [0.1, 0, 0], [0.2, 0, 0], [0, 1, 0]],
                "masses": [1, 1, 0.1, 0.2, 0.3]},
     "supports": [{"points": [1]}],
@@ -50,6 +51,8 @@ def check_npz(out: pathlib.Path) -> dict:
     assert arrays["time"].tolist() == [0.125 * k for k in range(9)]
     assert arrays["position"].shape == (9, 4, 3) and arrays["tension"].shape == (9, 2)
     assert arrays["points"].tolist() == [1, 2, 3, 4] and arrays["rods"].tolist() == [[1, 2], [2, 3]]
+    assert arrays["rod_names"].tolist() == [b"rods[0]", b"rods[1]"]
+    assert arrays["units"].tolist() == [b"s", b"m", b"m/s", b"m/s^2", b"N"]
     # Rods keep their lengths, and the ball its radius: what is read is the motion.
     r = arrays["position"]
     assert abs(np.linalg.norm(r[:, 2] - r[:, 1], axis=1) - 0.1).max() < 1e-10
@@ -64,10 +67,10 @@ def check_csv(out: pathlib.Path, arrays: dict, suffix: str = "") -> None:
     path = out / f"trajectory.csv{suffix}"
     with (gzip.open(path, "rt") if suffix else open(path, encoding="utf-8")) as file:
         rows = list(csv.DictReader(file))
-    assert [float(row["t"]) for row in rows] == arrays["time"].tolist()
-    assert [float(row["z3"]) for row in rows] == arrays["position"][:, 2, 2].tolist()
-    assert [float(row["vy4"]) for row in rows] == arrays["velocity"][:, 3, 1].tolist()
-    assert [float(row["tension2_3"]) for row in rows] == arrays["tension"][:, 1].tolist()
+    assert [float(row["t [s]"]) for row in rows] == arrays["time"].tolist()
+    assert [float(row["z3 [m]"]) for row in rows] == arrays["position"][:, 2, 2].tolist()
+    assert [float(row["vy4 [m/s]"]) for row in rows] == arrays["velocity"][:, 3, 1].tolist()
+    assert [float(row["tension(rods[1]) [N]"]) for row in rows] == arrays["tension"][:, 1].tolist()
 
 
 def check_h5md(out: pathlib.Path, arrays: dict) -> None:
@@ -92,6 +95,10 @@ def check_h5md(out: pathlib.Path, arrays: dict) -> None:
         rods = file["connectivity/rods"]
         assert rods[:].tolist() == [[1, 2], [2, 3]] and file[rods.attrs["particles_group"]] == particles
         assert np.array_equal(file["observables/tension/value"][:], arrays["tension"])
+        tension = file["observables/tension/value"].attrs
+        assert tension["unit"] == b"N" and tension["members"] == b"rods[0],rods[1]"
+        assert particles["position/value"].attrs["units"] == b"m" and particles["position/time"].attrs["units"] == b"s"
+        assert file["observables/total_energy/value"].attrs["unit"] == b"J"
         energy = file["observables/total_energy/value"][:]
         assert abs(energy - energy[0]).max() < 1e-6
 
@@ -147,6 +154,7 @@ def check_vtk(out: pathlib.Path, arrays: dict) -> None:
         # The point on the ball is no rod's: a vertex, which comes first.
         assert data.GetNumberOfVerts() == 1 and data.GetNumberOfLines() == 2
         tensions = vtk_to_numpy(cells.GetArray("tension"))
+        assert field.GetAbstractArray("unit of time").GetValue(0) == "s"
         assert np.isnan(tensions[0]) and np.array_equal(tensions[1:], arrays["tension"][k])
         assert vtk_to_numpy(data.GetLines().GetConnectivityArray()).tolist() == [0, 1, 1, 2]
         assert field.GetArray("TimeValue").GetValue(0) == arrays["time"][k]

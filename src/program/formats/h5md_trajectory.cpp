@@ -53,6 +53,7 @@ struct Element {
   bool is_large = false;    ///< compressed if the user wants that
   bool is_integer = false;  ///< of 64 bits; else doubles
   std::function<const void*(const Frame&)> numbers{};
+  Dimension dimension = Dimension::None;
 };
 
 /// Such an array in the file, with a row for each frame.
@@ -223,6 +224,10 @@ class H5mdTrajectory : public FrameFile {
     series_.push_back(
         {check(H5Dcreate2(file_, element.path.c_str(), type, space, H5P_DEFAULT, how, H5P_DEFAULT), H5Dclose),
          element});
+    // MDAnalysis refuses an attribute `unit` that it does not know, such as m, of all that it reads.
+    const bool is_refused = element.path.starts_with("/particles/");
+    if (const std::string letters = shown_->units.letters(element.dimension); !letters.empty())
+      add_text(series_.back().data, is_refused ? "units" : "unit", letters);
   }
 
   /// Returns the arrays over time, each in a group {step, time, value} of H5MD of its own. All share the steps and
@@ -231,16 +236,18 @@ class H5mdTrajectory : public FrameFile {
     using Numbers = std::span<const double> Frame::*;
     const std::vector<hsize_t> rows{shown_->num_points, 3}, rods{shown_->rods.size()};
     const std::string first(first_group);
-    std::vector<Element> elements{{first + "/step", {}, false, true, [](const Frame& frame) { return &frame.steps; }},
-                                  {first + "/time", {}, false, false, [](const Frame& frame) { return &frame.time; }}};
-    const auto add = [&](const std::string& group, const std::vector<hsize_t>& shape, Numbers numbers) {
-      elements.push_back(
-          {group + "/value", shape, true, false, [numbers](const Frame& frame) { return (frame.*numbers).data(); }});
+    std::vector<Element> elements{
+        {first + "/step", {}, false, true, [](const Frame& frame) { return &frame.steps; }},
+        {first + "/time", {}, false, false, [](const Frame& frame) { return &frame.time; }, Dimension::Time}};
+    const auto add = [&](const std::string& group, const std::vector<hsize_t>& shape, Numbers numbers,
+                         Dimension dimension) {
+      const auto read = [numbers](const Frame& frame) { return (frame.*numbers).data(); };
+      elements.push_back({group + "/value", shape, true, false, read, dimension});
     };
-    add(first, rows, &Frame::positions);
-    add("/particles/all/velocity", rows, &Frame::velocities);
-    add("/particles/all/force", rows, &Frame::forces);
-    add("/particles/all/constraint_force", rows, &Frame::reactions);
+    add(first, rows, &Frame::positions, Dimension::Length);
+    add("/particles/all/velocity", rows, &Frame::velocities, Dimension::Velocity);
+    add("/particles/all/force", rows, &Frame::forces, Dimension::Forces);
+    add("/particles/all/constraint_force", rows, &Frame::reactions, Dimension::Forces);
     for (std::size_t k = 0; k < observables.size(); ++k) {
       std::vector<hsize_t> shape;
       if (!observables[k].members.empty()) shape.push_back(observables[k].members.size());
@@ -248,14 +255,14 @@ class H5mdTrajectory : public FrameFile {
       elements.push_back({group_of(observables[k]) + "/value", shape, true, false,
                           [k](const Frame& frame) { return frame.observables[k].values.data(); }});
     }
-    if (!shown_->rods.empty()) add("/observables/tension", rods, &Frame::tensions);
-    for (const auto& [name, number] : {std::pair{"total_energy", &Frame::energy},
-                                       {"position_violation", &Frame::position_violation},
-                                       {"velocity_violation", &Frame::velocity_violation}})
-      elements.push_back(
-          {std::string("/observables/") + name + "/value", {}, false, false, [number = number](const Frame& frame) {
-             return &(frame.*number);
-           }});
+    if (!shown_->rods.empty()) add("/observables/tension", rods, &Frame::tensions, Dimension::Forces);
+    const auto add_number = [&](const std::string& name, double Frame::*number, Dimension dimension) {
+      const auto read = [number](const Frame& frame) { return &(frame.*number); };
+      elements.push_back({"/observables/" + name + "/value", {}, false, false, read, dimension});
+    };
+    add_number("total_energy", &Frame::energy, Dimension::Energy);
+    add_number("position_violation", &Frame::position_violation, Dimension::None);
+    add_number("velocity_violation", &Frame::velocity_violation, Dimension::None);
     return elements;
   }
 
@@ -269,6 +276,7 @@ class H5mdTrajectory : public FrameFile {
                                H5P_DEFAULT, H5P_DEFAULT));
       }
       add_series(each, request.is_compressed);
+      if (group == "/observables/tension") add_members(series_.back().data, shown_->rod_names());
     }
   }
 
@@ -334,16 +342,19 @@ class H5mdTrajectory : public FrameFile {
   }
   void add_words(const Observed& each) const {
     const Handle value = check(H5Dopen2(file_, (group_of(each) + "/value").c_str(), H5P_DEFAULT), H5Dclose);
-    const auto join = [](const std::vector<std::string>& names) {
-      std::string all;
-      for (const std::string& word : names) all += (all.empty() ? "" : ",") + word;
-      return all;
-    };
     if (!each.unit.empty()) add_text(value, "unit", each.unit);
     if (each.text != each.name) add_text(value, "observable", each.text);
     if (!each.parts.empty()) add_text(value, "parts", join(each.parts));
+    add_members(value, each.members);
+  }
+  static std::string join(const std::vector<std::string>& names) {
+    std::string all;
+    for (const std::string& word : names) all += (all.empty() ? "" : ",") + word;
+    return all;
+  }
+  void add_members(hid_t value, const std::vector<std::string>& names) const {
     constexpr std::size_t most_of_an_attribute = 60000;  // bytes that HDF5 takes
-    if (const std::string members = join(each.members); !members.empty() && members.size() < most_of_an_attribute)
+    if (const std::string members = join(names); !members.empty() && members.size() < most_of_an_attribute)
       add_text(value, "members", members);
   }
 
@@ -388,7 +399,7 @@ class H5mdTrajectory : public FrameFile {
   }
 
   void open_series(const Element& element) {
-    const auto& [path, shape, is_large, is_integer, numbers] = element;
+    const auto& [path, shape, is_large, is_integer, numbers, dimension] = element;
     Handle data(H5Dopen2(file_, path.c_str(), H5P_DEFAULT), H5Dclose);
     if (data < 0) throw InputError(name_, "has no " + path + "; run without --resume");
     const Handle space(H5Dget_space(data), H5Sclose);

@@ -45,6 +45,16 @@ std::string describe_record(std::span<const Observed> observables) {
   return type + "]";
 }
 
+/// Returns texts of one width, as numpy stores them.
+std::vector<char> pad(const std::vector<std::string>& texts, std::size_t width) {
+  std::vector<char> bytes;
+  for (std::string text : texts) {
+    text.resize(width, '\0');
+    bytes.insert(bytes.end(), text.begin(), text.end());
+  }
+  return bytes;
+}
+
 struct CloseArchive {
   void operator()(zip_t* archive) const { zip_discard(archive); }
 };
@@ -184,8 +194,7 @@ NpzTrajectory::NpzTrajectory(const std::filesystem::path& path, const ShownParts
     observed_width_ = 1;
     for (const Observed& each : observables) {
       observed_width_ += each.values.size();
-      std::string unit = each.unit;
-      unit.resize(unit_width, '\0');
+      const std::vector<char> unit = pad({each.unit}, unit_width);
       observed_units_.insert(observed_units_.end(), unit.begin(), unit.end());
     }
   }
@@ -227,6 +236,14 @@ void NpzTrajectory::save() const {
   const std::size_t frames = times_.size(), m = shown_->num_points, num_rods = shown_->rods.size();
   const std::vector<std::int32_t> points(shown_->points.begin(), shown_->points.end());
   const std::vector<std::array<Index, 2>> rods = shown_->rod_points();
+  const std::vector<std::string> rod_names = shown_->rod_names();
+  std::size_t name_width = 1;
+  for (const std::string& name : rod_names) name_width = std::max(name_width, name.size());
+  const std::vector<char> names = pad(rod_names, name_width);
+  const Units& units = shown_->units;
+  const std::vector<char> letters = pad({units.time, units.length, units.letters(Dimension::Velocity),
+                                         units.letters(Dimension::Acceleration), units.force},
+                                        unit_width);
   replace_file(path_, [&](OutputFile* file) {
     ZipFile zip(is_compressed_, file);
     zip.add("time", "<f8", {frames}, times_);
@@ -235,6 +252,8 @@ void NpzTrajectory::save() const {
               k == 3 ? std::vector<std::size_t>{frames, num_rods} : std::vector<std::size_t>{frames, m, 3}, rows_[k]);
     zip.add("points", "<i4", {m}, points);
     zip.add("rods", "<i4", {num_rods, 2}, rods);
+    zip.add("rod_names", fmt::format("|S{}", name_width), {num_rods}, names);
+    zip.add("units", fmt::format("|S{}", unit_width), {letters.size() / unit_width}, letters);
     if (observed_width_ > 0) {
       zip.add(observables_key, observed_type_, {frames}, observed_);
       zip.add("observable_units", fmt::format("|S{}", unit_width), {observed_units_.size() / unit_width},

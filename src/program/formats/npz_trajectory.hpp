@@ -11,9 +11,10 @@
 namespace tanor::report {
 
 /// Writes arrays of all frames for numpy.load: `time` (F), `position`, `velocity`, `acceleration` (F x m x 3),
-/// `tension` (F x R), `points` (m), `rods` (R x 2, numbers of points), and `observables`, a structured array (F) with
-/// the time `t` and a field for each, whose units stand in `observable_units`. Frames are kept in memory. The file is
-/// replaced as a whole at each call of `synchronize`, which takes no additional memory.
+/// `tension` (F x R), `points` (m), `rods` (R x 2, numbers of points), `rod_names` (R), `units` (5, of the first five),
+/// and `observables`, a structured array (F) with the time `t` and a field for each, whose units stand in
+/// `observable_units`. Frames are kept in memory. The file is replaced as a whole at each call of `synchronize`, which
+/// takes no additional memory.
 class NpzTrajectory : public FrameFile {
  public:
   /// `shown` must outlive this object. `frames` is 0 for a new file, else the number of frames of an existing one to

@@ -44,6 +44,7 @@ struct ShownParts {
     std::size_t row;                   ///< among the multipliers
   };
   std::vector<Tie> ties;  ///< the first 64
+  Units units{};          ///< of the system
 
   /// Returns the points of the system at both ends of each rod; an image stands for its point. Modules need it, which
   /// hold nothing else of these sources.
@@ -55,6 +56,17 @@ struct ShownParts {
     std::vector<std::array<Index, 2>> ends;
     for (const auto& [i, j] : rods) ends.push_back({point(i), point(j)});
     return ends;
+  }
+  /// Returns the name of each rod, "links[3]".
+  std::vector<std::string> rod_names() const {
+    std::vector<std::string> names;
+    for (std::size_t g = 0; g < rod_groups.size(); ++g) {
+      const auto& [name, first, members] = rod_groups[g];
+      const std::size_t end = g + 1 < rod_groups.size() ? rod_groups[g + 1].first : rods.size();
+      for (std::size_t k = 0; k < end - first; ++k)
+        names.push_back(name + "[" + std::to_string(members.empty() ? k : members[k]) + "]");
+    }
+    return names;
   }
 };
 

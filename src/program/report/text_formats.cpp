@@ -57,13 +57,6 @@ std::string describe_lattice(const std::optional<Cell>& cell) {
                      cell->yy, cell->xz, cell->yz, cell->zz, o[0], o[1], o[2]);
 }
 
-std::string make_csv_head(const ShownParts& shown) {
-  std::string head = "t";
-  for (const Index point : shown.points) head += fmt::format(",x{0},y{0},z{0},vx{0},vy{0},vz{0}", point);
-  for (const auto& [i, j] : shown.rod_points()) head += fmt::format(",tension{}_{}", i, j);
-  return head + "\n";
-}
-
 bool is_periodic(const std::optional<Cell>& cell) {
   return cell && cell->is_periodic_everywhere();
 }
@@ -112,6 +105,19 @@ std::string name_with_unit(const std::string& name, const std::string& unit) {
 /// Returns a text as a field of CSV, in quotes only where it needs them.
 std::string cell(const std::string& text) {
   return text.find_first_of(",\"\n") == std::string::npos ? text : quote_csv(text);
+}
+
+std::string make_csv_head(const ShownParts& shown) {
+  const Units& units = shown.units;
+  std::string head = name_with_unit("t", units.time);
+  const std::pair<const char*, std::string> parts[] = {{"", units.length}, {"v", units.letters(Dimension::Velocity)}};
+  for (const Index point : shown.points)
+    for (const auto& [part, unit] : parts)
+      for (const char axis : {'x', 'y', 'z'})
+        head += "," + cell(name_with_unit(fmt::format("{}{}{}", part, axis, point), unit));
+  for (const std::string& name : shown.rod_names())
+    head += "," + cell(name_with_unit("tension(" + name + ")", units.force));
+  return head + "\n";
 }
 
 std::string make_observables_head(std::span<const Observed> observables, const Units& units) {
