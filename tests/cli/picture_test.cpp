@@ -39,7 +39,7 @@ TEST(PictureCommandTest, DrawsAnInstantAndSaysBetweenWhichFrames) {
   const Ended ended =
       run_program(folder, {"picture", "swing.out", "--time", "0.25", "--out", "p.png", "--size", "320x200"});
   EXPECT_EQ(ended.code, 0) << ended.err;
-  EXPECT_EQ(ended.err, "tanor: t = 0.25 s in p.png, between the frames at 0.2 s and 0.3 s\n");
+  EXPECT_EQ(ended.err, "tanor: t = 0.25 in p.png, between the frames at 0.2 and 0.3\n");
   EXPECT_EQ(read_size(read_text(folder / "p.png")), (std::array{320, 200}));
 
   const Ended frame = run_program(folder, {"picture", "swing.out", "--time", "0.3", "--json"});
@@ -119,7 +119,7 @@ TEST(PictureCommandTest, WrongOptionsAreNamed) {
     words.insert(words.begin(), {"picture", "o"});
     return complaint(folder, words);
   };
-  EXPECT_TRUE(contains(complain({"--time", "0.5"}), "--time: must be between 0 and 0.4 s, the frames of o, not 0.5"));
+  EXPECT_TRUE(contains(complain({"--time", "0.5"}), "--time: must be between 0 and 0.4, the frames of o, not 0.5"));
   EXPECT_TRUE(contains(complain({"--time", "-0.1"}), "--time"));
   EXPECT_TRUE(contains(complain({"--time"}), "--time needs one value; see tanor picture --help"));
   EXPECT_TRUE(contains(complain({"--time", "nan"}), "--time: must be a finite number"));

@@ -71,7 +71,7 @@ TEST(RunTest, WritesItsFolder) {
 
   EXPECT_EQ(ended.code, 0) << ended.err;
   EXPECT_EQ(ended.out, read_text(folder / "pendulum.out/report.txt"));
-  EXPECT_TRUE(contains(ended.err, "t = 0.35 s reached")) << ended.err;
+  EXPECT_TRUE(contains(ended.err, "t = 0.35 reached")) << ended.err;
   EXPECT_EQ(list_names(folder / "pendulum.out"), (Words{"checkpoint", "observables.csv", "report.txt", "summary.json",
                                                         "trajectory", "trajectory.pvd", "trajectory.xyz"}));
   EXPECT_EQ(list_names(folder / "pendulum.out/trajectory").size(), 5u);
@@ -311,7 +311,7 @@ TEST(EarlyEndTest, ARunWithoutAStartHasNullsForItsEnd) {
   const Ended ended = run_program(folder, {"run", "s.json", "--out", "o"});
 
   EXPECT_EQ(ended.code, 3) << ended.err;
-  EXPECT_TRUE(ended.err.starts_with("tanor: stopped at t = 0 s of 1 s: ")) << ended.err;
+  EXPECT_TRUE(ended.err.starts_with("tanor: stopped at t = 0 of 1: ")) << ended.err;
   const json summary = read_json(folder / "o/summary.json");
   EXPECT_EQ(summary["t_reached"], 0);
   for (const auto& [key, value] : summary["final"].items()) EXPECT_TRUE(value.is_null()) << key;

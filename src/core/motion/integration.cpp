@@ -164,7 +164,7 @@ Outcome Integration::step_too_small(double resolution, Outcome reason) {
   if (reason.ok()) reason = find_end_ahead(resolution);
   reason = explain_end(farthest_corner * resolution, std::move(reason));
   if (reason.status == Status::NoSolution) return reason;
-  return {Status::StepTooSmall, "the step falls below " + text(resolution) + " s at t = " + text(state.t) +
+  return {Status::StepTooSmall, "the step falls below " + text(resolution) + " at t = " + text(state.t) +
                                     (reason.ok() ? "" : ": " + reason.what)};
 }
 

@@ -44,7 +44,7 @@ bool StiffSteps::gives_up(double next_step) {
 
 std::string StiffSteps::explain() const {
   return "stiff: from t = " + text(since_) + " on, stability holds steps of " + std::string(name_of(explicit_method_)) +
-         " at " + text(explicit_step_) + " s, where radau5 takes " + text(factor) + " times as long ones";
+         " at " + text(explicit_step_) + ", where radau5 takes " + text(factor) + " times as long ones";
 }
 
 }  // namespace tanor::detail

@@ -21,10 +21,12 @@ namespace {
 
 using report::in_words;
 using report::Json;
+using report::with_unit;
 
 /// The findings until something failed, if something did.
 struct Findings {
   std::string scene, friction;  ///< friction is empty if there is none
+  Units units;
   Form form = Form::Normal;
   std::size_t equations = 0;
   double position_violation = 0.0, velocity_violation = 0.0;
@@ -38,6 +40,7 @@ struct Findings {
 Findings find(scene::Scene* scene) {
   Findings found;
   found.scene = scene->name;
+  found.units = scene->system.units;
   std::vector<double> positions = scene->system.positions, velocities = scene->system.velocities;
   velocities.resize(positions.size(), 0.0);
   Dynamics dynamics(std::move(scene->system), scene->solver);
@@ -71,8 +74,10 @@ void print_start(const Findings& found) {
   print("velocities violate", fmt::format("{} (largest |K'v + xi_t|/|gradient| over the velocity scale)",
                                           in_words(found.velocity_violation, "{:.2e}")));
   if (!found.start) return;
-  print("start", fmt::format("corrected by {} m and {} m/s", in_words(found.start->position_correction, "{:.2g}"),
-                             in_words(found.start->velocity_correction, "{:.2g}")));
+  print("start", fmt::format("corrected by {} and {}",
+                             with_unit(in_words(found.start->position_correction, "{:.2g}"), found.units.length),
+                             with_unit(in_words(found.start->velocity_correction, "{:.2g}"),
+                                       found.units.letters(Dimension::Velocity))));
 }
 
 void print_rank(const RankReport& rank, std::size_t num_equations) {

@@ -25,14 +25,18 @@ namespace fs = std::filesystem;
 
 namespace {
 
+using report::with_unit;
+
 /// Returns "stable after 7 iterations, residual 3e-15 N (the largest force is 4.9 N)" or the like.
-std::string describe(const EquilibriumResult& found) {
+std::string describe(const EquilibriumResult& found, const Units& units) {
   if (std::isnan(found.largest_force)) return "stable: no point can move";
   std::string line =
-      fmt::format("{} after {} iterations, residual {:.2g} N (the largest force is {:.4g} N)",
-                  name_of(found.stability.status), found.search.iterations, found.residual_force, found.largest_force);
+      fmt::format("{} after {} iterations, residual {} (the largest force is {})", name_of(found.stability.status),
+                  found.search.iterations, with_unit(fmt::format("{:.2g}", found.residual_force), units.force),
+                  with_unit(fmt::format("{:.4g}", found.largest_force), units.force));
   if (found.stability.lowest_omega2 > 0.0)
-    line += fmt::format(", lowest omega {:.4g} rad/s", std::sqrt(found.stability.lowest_omega2));
+    line += ", lowest omega " + with_unit(fmt::format("{:.4g}", std::sqrt(found.stability.lowest_omega2)),
+                                          report::per_time("rad", units.time));
   if (found.stability.zero_modes > 0)
     line +=
         fmt::format(", {} zero modes, {} of them rigid", found.stability.zero_modes, found.stability.rigid_zero_modes);
@@ -45,9 +49,11 @@ std::string describe(const EquilibriumResult& found) {
 /// Writes the page, and the frame of pictures.
 void show(const fs::path& directory, const scene::Scene& scene, const EquilibriumResult& found,
           const std::optional<Modes>& vibrations) {
-  report::Rest rest{
-      scene.name, found.outcome.ok() ? describe(found) : "no equilibrium", {}, found.left_out, scene.system.cell, {}};
-  if (!found.outcome.ok()) rest.warnings.push_back(found.outcome.what);
+  report::Rest rest{scene.name, "no equilibrium", {}, found.left_out, scene.system.cell, {}};
+  if (found.outcome.ok())
+    rest.said = describe(found, scene.system.units);
+  else
+    rest.warnings.push_back(found.outcome.what);
   if (vibrations && vibrations->outcome.ok()) rest.modes = &*vibrations;
   rest.state = state_at_rest(found, scene.equilibrium.at);
   report::write_frame_at_rest(directory, scene.system, rest.state);
@@ -105,9 +111,11 @@ ExitCode execute_equilibrium(const Options& options) {
   if (!found.positions.empty()) show(directory, scene, found, vibrations);
   if (options.json) print_json_file(directory / "summary.json");
   if (!found.outcome.ok()) return tell(options.scene, found.outcome.what);
-  const std::string page = report::write_observables_at_rest(directory, scene.name, describe(found), observed,
-                                                             scene.system.units, scene.equilibrium.at);
-  if (!options.json) print_page(page), print_lines(fmt::format("{}; results in {}", describe(found), typed(directory)));
+  const std::string page = report::write_observables_at_rest(directory, scene.name, describe(found, scene.system.units),
+                                                             observed, scene.system.units, scene.equilibrium.at);
+  if (!options.json)
+    print_page(page),
+        print_lines(fmt::format("{}; results in {}", describe(found, scene.system.units), typed(directory)));
   if (vibrations && !vibrations->outcome.ok()) return tell(options.scene, vibrations->outcome.what);
   if (!buckled.ok()) return tell(options.scene, buckled.what);
   return ExitCode::Done;

@@ -18,6 +18,7 @@
 
 namespace tanor::cli {
 using namespace detail;
+using report::with_unit;
 
 namespace fs = std::filesystem;
 
@@ -91,7 +92,7 @@ report::ForcesOfMotion find_forces(const GivenMotion& motion, InverseDynamics* p
 }
 
 /// Returns why the accelerations, and with them all forces, are poorly known; empty if they are not.
-std::string find_accuracy_warning(const report::ForcesOfMotion& forces) {
+std::string find_accuracy_warning(const report::ForcesOfMotion& forces, const Units& units) {
   std::string warning;
   const std::size_t count = forces.times.size();
   if (count < fewest_samples) {
@@ -103,26 +104,30 @@ std::string find_accuracy_warning(const report::ForcesOfMotion& forces) {
   const std::size_t worst = forces.find_worst([](const MotionForces& sample) { return sample.acceleration.largest; });
   const Violation& violation = forces.samples[worst].acceleration;
   if (violation.largest > poor_acceleration * forces.acceleration_scale) {
+    const auto acceleration = [&](double size) {
+      return with_unit(fmt::format("{:.3g}", size), units.letters(Dimension::Acceleration));
+    };
     warning += fmt::format(
-        "{}the accelerations of the spline break the constraints by {:.3g} m/s^2 ({} at t = {} s), the largest "
-        "acceleration is {:.3g} m/s^2: forces are no better; finer samples are needed",
-        warning.empty() ? "" : "; ", violation.largest, violation.where, detail::text(forces.times[worst]),
-        forces.acceleration_scale);
+        "{}the accelerations of the spline break the constraints by {} ({} at t = {}), the largest "
+        "acceleration is {}: forces are no better; finer samples are needed",
+        warning.empty() ? "" : "; ", acceleration(violation.largest), violation.where,
+        with_unit(detail::text(forces.times[worst]), units.time), acceleration(forces.acceleration_scale));
   }
   return warning;
 }
 
 /// Returns why the answer is incomplete or no motion of this scene; empty if neither holds.
-std::string find_trouble(const report::ForcesOfMotion& forces, std::size_t worst) {
+std::string find_trouble(const report::ForcesOfMotion& forces, std::size_t worst, const Units& units) {
   for (const MotionForces& sample : forces.samples) {
     if (!sample.outcome.ok()) return sample.outcome.what;
   }
   const Violation& violation = forces.samples[worst].position;
   if (violation.largest <= allowed_violation) return {};
   return fmt::format(
-      "the motion breaks the constraints: worst by {} of its length, {} at t = {} s; at most {} counts "
+      "the motion breaks the constraints: worst by {} of its length, {} at t = {}; at most {} counts "
       "as rounding",
-      report::in_words(violation.largest), violation.where, detail::text(forces.times[worst]), allowed_violation);
+      report::in_words(violation.largest), violation.where, with_unit(detail::text(forces.times[worst]), units.time),
+      allowed_violation);
 }
 
 }  // namespace
@@ -139,24 +144,27 @@ ExitCode execute_forces(const Options& options) {
   forces.motion = options.motion.string();
   report::write_forces(directory, forces);
 
+  const Units& units = problem.system().units;
   const auto violation = [](const MotionForces& sample) { return sample.position.largest; };
   const auto control = [](const MotionForces& sample) { return sample.largest_control; };
   const std::size_t worst = forces.find_worst(violation), largest = forces.find_worst(control);
   const MotionForces& controlled = forces.samples[largest];
   const Violation& violated = forces.samples[worst].position;
   const std::string where =
-      violated.where.empty() ? "" : fmt::format(" ({}, t = {} s)", violated.where, detail::text(forces.times[worst]));
+      violated.where.empty()
+          ? ""
+          : fmt::format(" ({}, t = {})", violated.where, with_unit(detail::text(forces.times[worst]), units.time));
   if (options.json) {
     print_json_file(directory / report::forces_name);
   } else {
-    fmt::print("largest control force {} N (point {}, t = {} s); largest violation {}{}; results in {}\n",
-               report::in_words(controlled.largest_control, "{:.3g}"), controlled.controlled_point,
-               detail::text(forces.times[largest]), report::in_words(violated.largest, "{:.3g}"), where,
-               typed(directory));
+    fmt::print("largest control force {} (point {}, t = {}); largest violation {}{}; results in {}\n",
+               with_unit(report::in_words(controlled.largest_control, "{:.3g}"), units.force),
+               controlled.controlled_point, with_unit(detail::text(forces.times[largest]), units.time),
+               report::in_words(violated.largest, "{:.3g}"), where, typed(directory));
   }
-  if (const std::string warning = find_accuracy_warning(forces); !warning.empty())
+  if (const std::string warning = find_accuracy_warning(forces, units); !warning.empty())
     print_message(options.scene.string() + ": warning: " + warning, Tone::Warning);
-  const std::string trouble = find_trouble(forces, worst);
+  const std::string trouble = find_trouble(forces, worst, units);
   if (trouble.empty()) return ExitCode::Done;
   return tell(options.scene, trouble);
 }

@@ -87,11 +87,12 @@ std::string describe_form(const PlanSummary& plan, Form wanted) {
                             wanted == Form::Auto || wanted == Form::Both ? "the cheaper one is taken" : "asked for");
 }
 
-std::string describe_motion(const scene::Scene& scene, const ChosenMethod& chosen) {
-  const std::string end = scene.has_end() ? fmt::format(" to t = {} s", detail::text(scene.t_end)) : "; no t_end";
+std::string describe_motion(const scene::Scene& scene, const ChosenMethod& chosen, const std::string& unit) {
+  const std::string end =
+      scene.has_end() ? " to t = " + report::with_unit(detail::text(scene.t_end), unit) : "; no t_end";
   const bool has_step = scene.motion.step > 0.0, has_atol = scene.motion.atol > 0.0;
   const std::string step =
-      has_step   ? fmt::format("step {} s", detail::text(scene.motion.step))
+      has_step   ? "step " + report::with_unit(detail::text(scene.motion.step), unit)
       : has_atol ? fmt::format("rtol {}, atol {}", detail::text(scene.motion.rtol), detail::text(scene.motion.atol))
                  : fmt::format("rtol {}, atol 1e-10 of the size", detail::text(scene.motion.rtol));
   const std::string reason = chosen.reason.empty() ? "" : fmt::format(" ({})", chosen.reason);
@@ -137,7 +138,7 @@ void print_solution(const Needs& needs) {
   print("factorization", fmt::format("{}, {:.3g} flops", plan.factorization(), plan.factor_flops));
   print("nonzeros", fmt::format("{} in {}, {} in L", plan.pattern_nonzeros, plan.form == Form::Tangent ? "H" : "S",
                                 plan.factor_nonzeros));
-  print("motion", describe_motion(needs.scene, needs.chosen));
+  print("motion", describe_motion(needs.scene, needs.chosen, needs.system.units.time));
 }
 
 void print_costs(const Needs& needs) {

@@ -25,24 +25,30 @@ namespace fs = std::filesystem;
 
 namespace {
 
+using report::with_unit;
+
 /// Returns "lowest modes 0.123, 0.456, … rad/s" or the like.
-std::string describe(const Modes& modes) {
+std::string describe(const Modes& modes, const Units& units) {
   constexpr std::size_t most_shown = 6;
+  const std::string rate = report::per_time("1", units.time);
   std::string text;
   for (std::size_t k = 0; k < std::min(most_shown, modes.count()); ++k) {
     text += fmt::format("{}{:.4g}", k == 0 ? "" : ", ", modes.omega[k]);
-    if (!modes.decay.empty()) text += fmt::format(" (decay {:.4g} 1/s)", modes.decay[k]);
+    if (!modes.decay.empty())
+      text += fmt::format(" (decay {})", with_unit(fmt::format("{:.4g}", modes.decay[k]), rate));
   }
   if (modes.count() > most_shown) text += ", …";
-  std::string line = fmt::format("{} {} modes: omega = {} rad/s", modes.count(),
-                                 modes.decay.empty() ? fmt::format("of {}", modes.degrees_of_freedom) : "damped", text);
+  std::string line = fmt::format("{} {} modes: omega = {}", modes.count(),
+                                 modes.decay.empty() ? fmt::format("of {}", modes.degrees_of_freedom) : "damped",
+                                 with_unit(text, report::per_time("rad", units.time)));
   if (modes.zero_modes > 0)
     line += fmt::format("; {} are 0, {} of them rigid motions", modes.zero_modes, modes.rigid_zero_modes);
   if (modes.unstable_directions > 0 && modes.decay.empty())
-    line += fmt::format("; unstable: {} grow (negative: growth rate, 1/s)", modes.unstable_directions);
+    line += fmt::format("; unstable: {} grow (negative: growth rate{})", modes.unstable_directions,
+                        rate.empty() ? "" : ", " + rate);
   if (modes.unstable_directions > 0 && !modes.decay.empty())
-    line += fmt::format("; unstable: {} grow, the fastest by {:.4g} 1/s", modes.unstable_directions,
-                        -std::ranges::min(modes.decay));
+    line += fmt::format("; unstable: {} grow, the fastest by {}", modes.unstable_directions,
+                        with_unit(fmt::format("{:.4g}", -std::ranges::min(modes.decay)), rate));
   return line;
 }
 
@@ -61,9 +67,11 @@ Solution state_of(const scene::Scene& scene, const Modes& found, System* system)
 /// Writes the page, and the frame of pictures. Their forces are those at rest.
 void show(const fs::path& directory, const scene::Scene& scene, const System& system, const Solution& state,
           const Modes& found) {
-  report::Rest rest{
-      scene.name, found.outcome.ok() ? describe(found) : "no modes", {}, found.left_out, scene.system.cell, {}};
-  if (!found.outcome.ok()) rest.warnings.push_back(found.outcome.what);
+  report::Rest rest{scene.name, "no modes", {}, found.left_out, scene.system.cell, {}};
+  if (found.outcome.ok())
+    rest.said = describe(found, scene.system.units);
+  else
+    rest.warnings.push_back(found.outcome.what);
   if (found.outcome.ok() && found.count() > 0) rest.modes = &found;
   rest.state = state;
   report::write_frame_at_rest(directory, system, rest.state);
@@ -104,9 +112,11 @@ ExitCode execute_modes(const Options& options) {
   if (!found.outcome.ok()) return tell(options.scene, found.outcome.what);
   if (options.pictures) report::write_mode_pictures(directory, scene.system, scene.system.positions, found);
   if (options.json) print_json_file(directory / "summary.json");
-  const std::string page = report::write_observables_at_rest(directory, scene.name, describe(found), facts.observed,
-                                                             system.units, scene.modes.time);
-  if (!options.json) print_page(page), print_lines(fmt::format("{}; results in {}", describe(found), typed(directory)));
+  const std::string page = report::write_observables_at_rest(directory, scene.name, describe(found, scene.system.units),
+                                                             facts.observed, system.units, scene.modes.time);
+  if (!options.json)
+    print_page(page),
+        print_lines(fmt::format("{}; results in {}", describe(found, scene.system.units), typed(directory)));
   if (!facts.buckling) return ExitCode::Done;
   if (!facts.buckling->outcome.ok()) return tell(options.scene, facts.buckling->outcome.what);
   if (options.json) return ExitCode::Done;

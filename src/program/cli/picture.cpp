@@ -15,9 +15,11 @@
 #include "report/module.hpp"
 #include "report/output_file.hpp"
 #include "report/stored_motion.hpp"
+#include "report/words.hpp"
 
 namespace tanor::cli {
 using namespace detail;
+using report::with_unit;
 
 namespace {
 
@@ -38,9 +40,10 @@ double choose_time(const Options& options, const report::StoredMotion& motion) {
   // A time may have been printed with few digits.
   const double rounding = 1e-9 * (end - begin);
   if (!(time >= begin - rounding && time <= end + rounding)) {
+    const std::string unit = motion.at(end).frame.time_unit;
     const auto [first, last, given] = texts_apart(std::array{begin, end, time});
-    throw InputError("--time", fmt::format("must be between {} and {} s, the frames of {}, not {}", first, last,
-                                           options.folder.string(), given));
+    throw InputError("--time", fmt::format("must be between {} and {}, the frames of {}, not {}", first,
+                                           with_unit(last, unit), options.folder.string(), given));
   }
   return std::min(std::max(time, begin), end);
 }
@@ -72,8 +75,11 @@ ExitCode execute_picture(const Options& options) {
                 {"guides_left_out", drawn.left_out + without_picture.size()}});
   } else if (!options.quiet) {
     const auto [time, before, after] = texts_apart(std::array{instant.frame.time, instant.before, instant.after});
-    print_message(fmt::format("t = {} s in {}{}", time, typed(file),
-                              is_frame ? "" : fmt::format(", between the frames at {} s and {} s", before, after)));
+    const std::string& unit = instant.frame.time_unit;
+    print_message(fmt::format(
+        "t = {} in {}{}", with_unit(time, unit), typed(file),
+        is_frame ? ""
+                 : fmt::format(", between the frames at {} and {}", with_unit(before, unit), with_unit(after, unit))));
     if (drawn.left_out > 0)
       print_message(
           fmt::format("{} guides are left out: those before them cover the picture, or take too long", drawn.left_out));

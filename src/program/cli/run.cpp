@@ -26,13 +26,14 @@
 
 namespace tanor::cli {
 using namespace detail;
+using report::with_unit;
 
 namespace fs = std::filesystem;
 
 namespace {
 
 /// Refuses to replace an interrupted run, so that a forgotten --resume does not cost a week.
-void require_no_interrupted(const RunPlan& plan, double t_start) {
+void require_no_interrupted(const RunPlan& plan, double t_start, const std::string& unit) {
   std::optional<report::Checkpoint> before;
   try {
     before = report::read_checkpoint(plan.directory, plan.fingerprint);
@@ -41,9 +42,9 @@ void require_no_interrupted(const RunPlan& plan, double t_start) {
   if (before && before->time > t_start && before->time < before->t_end) {
     const auto [time, end] = texts_apart(std::array{before->time, before->t_end});
     throw InputError(plan.directory.string(),
-                     fmt::format("has this run, which was interrupted at t = {} s of {} s; --resume goes on with it, "
+                     fmt::format("has this run, which was interrupted at t = {} of {}; --resume goes on with it, "
                                  "--overwrite begins anew",
-                                 time, end));
+                                 with_unit(time, unit), with_unit(end, unit)));
   }
 }
 
@@ -61,14 +62,15 @@ RunPlan plan_run(const Options& options, const scene::Scene& scene, RunPlan::Clo
   require_results_not_read(plan.directory, scene.files);
   plan.lock = std::make_unique<FolderLock>(plan.directory, "run");
   if (!options.resume) {
-    if (!options.overwrite) require_no_interrupted(plan, scene.t_start);
+    if (!options.overwrite) require_no_interrupted(plan, scene.t_start, scene.system.units.time);
     return plan;
   }
   plan.before = report::read_checkpoint(plan.directory, plan.fingerprint);
   if (plan.before && plan.before->time > scene.t_end) {
     const auto [time, end] = texts_apart(std::array{plan.before->time, scene.t_end});
     throw InputError(plan.directory.string(),
-                     fmt::format("the run already reached t = {} s, its end was to be {} s", time, end));
+                     fmt::format("the run already reached t = {}, its end was to be {}",
+                                 with_unit(time, scene.system.units.time), with_unit(end, scene.system.units.time)));
   }
   return plan;
 }
@@ -202,15 +204,16 @@ void tell_redundancy(const Options& options, Simulation& simulation) {
 
 std::string describe_end(const Ending& ending, const Simulation& simulation, double t_end, const fs::path& directory) {
   const MotionReport& report = simulation.report();
+  const std::string& unit = simulation.system().units.time;
   if (ending.code != ExitCode::Done) {
     const bool can_go_on = caught_interrupt().has_value();
     const std::string left = holds_results(directory) ? "what was found until then is in " + typed(directory)
                                                       : "nothing of it is left in " + typed(directory);
     const auto [time, end] = texts_apart(std::array{simulation.time(), t_end});
-    return fmt::format("stopped at t = {} s of {} s: {}; {}{}", time, end, ending.why, left,
-                       can_go_on ? "; the same command with --resume goes on" : "");
+    return fmt::format("stopped at t = {} of {}: {}; {}{}", with_unit(time, unit), with_unit(end, unit), ending.why,
+                       left, can_go_on ? "; the same command with --resume goes on" : "");
   }
-  return fmt::format("t = {} s reached in {} of {}{}; results in {}", detail::text(simulation.time()),
+  return fmt::format("t = {} reached in {} of {}{}; results in {}", with_unit(detail::text(simulation.time()), unit),
                      report::count_in_words(report.steps, "step"), name_of(report.method),
                      ending.why.empty() ? "" : ", where " + ending.why, typed(directory));
 }
@@ -233,7 +236,8 @@ ExitCode execute_run(const Options& options) {
     print_message("this tanor was built without node and npm: there is no report.html, report.txt has the numbers",
                   Tone::Warning);
   catch_interrupts();
-  report::Progress progress(report::Progress::choose_style(options.quiet), simulation.time(), scene.t_end);
+  report::Progress progress(report::Progress::choose_style(options.quiet), simulation.time(), scene.t_end,
+                            simulation.system().units.time);
   const Ending ending = simulate(scene, !plan.before, &simulation, &folder, &progress);
   progress.end();
   if (simulation.outcome().ok() && !options.quiet) tell_redundancy(options, simulation);
@@ -241,7 +245,8 @@ ExitCode execute_run(const Options& options) {
   if (const std::string& warning = simulation.report().accuracy_warning; !warning.empty())
     print_message(options.scene.string() + ": warning: " + warning, Tone::Warning);
 
-  if (const std::string several = report::describe_several(simulation.report().friction); !several.empty())
+  if (const std::string several = report::describe_several(simulation.report().friction, simulation.system().units);
+      !several.empty())
     print_message(options.scene.string() + ": " + several, Tone::Warning);
   if (options.json) {
     print_json_file(plan.directory / report::summary_name);

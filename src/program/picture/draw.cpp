@@ -83,7 +83,7 @@ Drawn draw(const Picture& picture) {
   std::vector<std::uint32_t> pixels = draw_motion(picture, camera, shapes, scale.bead);
 
   const report::MotionExtent& extent = picture.extent;
-  Key key{.tensions = scale.tensions};
+  Key key{.tensions = scale.tensions, .force_unit = picture.frame.force_unit};
   key.has_less = key.tensions.least < 0.0 &&
                  std::ranges::any_of(picture.frame.tensions, [&](double t) { return t < key.tensions.least; });
   key.has_more = key.tensions.most > 0.0 &&

@@ -30,6 +30,10 @@ std::string words(double number) {
   return (number < 0.0 ? "\u2212" : "") + std::string(text);
 }
 
+std::string join(const std::string& what, const char* between, const std::string& unit) {
+  return unit.empty() ? what : what + between + unit;
+}
+
 void set_colour(cairo_t* c, Rgb colour) {
   cairo_set_source_rgb(c, colour.r, colour.g, colour.b);
 }
@@ -67,7 +71,7 @@ void draw_bar(cairo_t* c, const Layout& layout, const Key& key) {
   cairo_set_line_width(c, std::max(1.0, 0.05 * font));
   cairo_rectangle(c, x, std::round(top), width, rows);
   cairo_stroke(c);
-  write(c, x - 0.2 * font, top - 0.9 * font, "tension, N");
+  write(c, x - 0.2 * font, top - 0.9 * font, join("tension", ", ", key.force_unit));
   for (const double tick : choose_ticks(key.tensions, 1.2 * font / height * range)) {
     const double y = top + height * (most - tick) / range;
     cairo_move_to(c, x + width, y);
@@ -100,7 +104,7 @@ double draw_arrow(cairo_t* c, double x, double y, const Layout& layout, const Ke
 }
 
 void draw_arrows(cairo_t* c, double y, const Layout& layout, const Key& key) {
-  const std::string size = words(key.arrow) + " N, ";
+  const std::string size = join(words(key.arrow), " ", key.force_unit) + ", ";
   double x = layout.font;
   if (key.has_normal)
     x = 1.5 * layout.font + draw_arrow(c, x, y, layout, key, normal_colour, size + "from guides and supports");
@@ -144,7 +148,7 @@ std::string finish_picture(const Picture& picture, const Layout& layout, const K
     cairo_select_font_face(c, "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
     cairo_set_font_size(c, font);
     set_colour(c, ink);
-    write(c, font, 1.6 * font, "t = " + words(picture.frame.time) + " s");
+    write(c, font, 1.6 * font, "t = " + join(words(picture.frame.time), " ", picture.frame.time_unit));
     if (key.tensions.end() > 0.0) draw_bar(c, layout, key);
     if (key.arrow > 0.0) draw_arrows(c, height - 1.2 * font, layout, key);
   }

@@ -22,6 +22,7 @@ struct Key {
   double arrow = 0.0, arrow_pixels = 0.0;        ///< N, and the length of its arrow; 0 if there are no arrows
   bool has_less = false, has_more = false;       ///< tensions beyond the ends of the bar
   bool has_normal = false, has_tangent = false;  ///< arrows of guides and supports, and of friction
+  std::string force_unit{};
 };
 
 /// Adds time, colour bar and arrow to a picture with pixels 0xffrrggbb, and returns it as a PNG file.

@@ -283,7 +283,8 @@ ErrorTimeTable measure_error_time(const scene::Scene& scene, std::span<const Met
                        {},
                        {},
                        {},
-                       make_scene_checksum(make_fingerprint(scene.files, scene.system))};
+                       make_scene_checksum(make_fingerprint(scene.files, scene.system)),
+                       scene.system.units};
   Runs runs(scene, given ? given->points : list_points(scene.system), watcher);
   try {
     for (const Method method : methods) {
@@ -313,7 +314,9 @@ std::vector<std::string> list_remarks(const ErrorTimeTable& table) {
   std::vector<std::string> remarks;
   for (const auto& [method, setting, error] : table.references) {
     remarks.push_back(fmt::format("{} is compared with {}", name_of(method), setting));
-    if (error) remarks.back() += fmt::format(", whose own error is <= {} m", in_words(*error, "{:.1e}"));
+    if (error)
+      remarks.back() +=
+          fmt::format(", whose own error is <= {}", with_unit(in_words(*error, "{:.1e}"), table.units.length));
   }
   for (const std::string& method : table.left_out) remarks.push_back("left out: " + method);
   return remarks;
@@ -388,13 +391,19 @@ std::vector<std::string> list_words(const ErrorTimeRow& row) {
   return words;
 }
 
+/// Returns "error, m", or "error" without letters.
+std::string name_with_unit(const std::string& name, const Units& units) {
+  return units.length.empty() ? name : name + ", " + units.length;
+}
+
 std::string make_markdown(const ErrorTimeTable& table) {
-  std::string text =
-      fmt::format("# {}: error against run time\n\nPoints: {}; t = {:g} s; threads: {}.\n\n", table.scene, table.source,
-                  table.t_end, table.threads > 0 ? fmt::to_string(table.threads) : "all");
-  text +=
-      "| method | setting | steps | factorizations | wall, s | error, m | order | violation | energy drift |\n"
-      "|---|---|--:|--:|--:|--:|--:|--:|--:|\n";
+  std::string text = fmt::format("# {}: error against run time\n\nPoints: {}; t = {}; threads: {}.\n\n", table.scene,
+                                 table.source, with_unit(fmt::format("{:g}", table.t_end), table.units.time),
+                                 table.threads > 0 ? fmt::to_string(table.threads) : "all");
+  text += fmt::format(
+      "| method | setting | steps | factorizations | wall, s | {} | order | violation | energy drift |\n"
+      "|---|---|--:|--:|--:|--:|--:|--:|--:|\n",
+      name_with_unit("error", table.units));
   for (const ErrorTimeRow& row : table.rows)
     text += fmt::format("| {} |{}\n", fmt::join(list_words(row), " | "), row.trouble.empty() ? "" : " | | |");
   text += "\n";
@@ -404,7 +413,8 @@ std::string make_markdown(const ErrorTimeTable& table) {
 
 /// Plots a line for each method, in the order of its settings.
 LogLogPlot make_plot(const ErrorTimeTable& table) {
-  LogLogPlot plot{table.scene + ": error against run time", "wall time, s", "largest error at the end, m", {}};
+  const std::string error = name_with_unit("largest error at the end", table.units);
+  LogLogPlot plot{table.scene + ": error against run time", "wall time, s", error, {}};
   for (const ErrorTimeRow& row : table.rows) {
     const std::string name(name_of(row.method));
     if (plot.series.empty() || plot.series.back().name != name) plot.series.push_back({name, {}});
@@ -424,8 +434,10 @@ std::string format_error_time(const ErrorTimeTable& table) {
       line += words.size() == widths.size() || k < 5 ? fmt::format("{:>{}}", words[k], widths[k]) : "  " + words[k];
     return line + "\n";
   };
-  std::string text = fmt::format("error against run time, t = {:g} s\n", table.t_end);
-  text += set({"method", "setting", "steps", "factors", "wall, s", "error, m", "order", "violation", "energy drift"});
+  std::string text =
+      "error against run time, t = " + with_unit(fmt::format("{:g}", table.t_end), table.units.time) + "\n";
+  text += set({"method", "setting", "steps", "factors", "wall, s", name_with_unit("error", table.units), "order",
+               "violation", "energy drift"});
   for (const ErrorTimeRow& row : table.rows) text += set(list_words(row));
   for (const std::string& remark : list_remarks(table)) text += "  " + remark + "\n";
   return text;

@@ -45,6 +45,7 @@ struct ErrorTimeTable {
   std::vector<std::string> left_out;  ///< "taylor: <force> has no series": methods that the scene refuses, and why
   Outcome outcome;                    ///< why no reference was found for a method; its rows and later ones are missing
   std::string scene_checksum = {};    ///< as `make_scene_checksum` makes it
+  Units units{};
 };
 
 /// Callbacks for the caller who waits for a table. `say` receives a line after each run. `goes_on` is called after each

@@ -206,7 +206,12 @@ Json describe_history(const Recording& recording) {
 }
 
 Json describe_units(const Units& units) {
-  return {{"length", units.length}, {"force", units.force}, {"time", units.time}, {"energy", units.energy}};
+  return {{"length", units.length},
+          {"force", units.force},
+          {"time", units.time},
+          {"energy", units.energy},
+          {"rate", per_time("1", units.time)},
+          {"angular_velocity", per_time("rad", units.time)}};
 }
 
 /// Returns the observables that have few numbers, with these over time.
@@ -265,16 +270,20 @@ Json describe_run(const RunFacts& facts, const Simulation& simulation, const std
   const MotionReport& report = simulation.report();
   const PlanSummary& plan = simulation.plan();
   const PhaseTimes& times = report.times;
+  const Units& units = simulation.system().units;
   Json warnings = Json::array();
   if (!facts.has_started) warnings.push_back("No consistent start was found: " + simulation.outcome().what);
   if (!report.accuracy_warning.empty()) warnings.push_back(report.accuracy_warning);
   if (facts.certificate && !facts.certificate->passed()) warnings.push_back(facts.certificate->line());
   const bool is_running = text.empty();
-  if (facts.has_started && simulation.time() < facts.t_end && !is_running)
-    warnings.push_back(fmt::format("The motion ended at t = {} s{}",
-                                   fmt::join(texts_apart(std::array{simulation.time(), facts.t_end}), " s of "),
+  if (facts.has_started && simulation.time() < facts.t_end && !is_running) {
+    const auto [time, end] = texts_apart(std::array{simulation.time(), facts.t_end});
+    warnings.push_back(fmt::format("The motion ended at t = {} of {}{}", with_unit(time, units.time),
+                                   with_unit(end, units.time),
                                    facts.stopped_by.empty() ? "." : ": " + facts.stopped_by));
-  if (const std::string several = describe_several(report.friction); !several.empty()) warnings.push_back(several);
+  }
+  if (const std::string several = describe_several(report.friction, units); !several.empty())
+    warnings.push_back(several);
   return {{"scene", facts.scene},
           {"version", TANOR_VERSION},
           {"method", name_of(report.method)},

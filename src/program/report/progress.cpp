@@ -52,10 +52,11 @@ Progress::Style Progress::choose_style(bool is_quiet) {
   return isatty(STDERR_FILENO) ? Style::Bar : Style::Lines;
 }
 
-Progress::Progress(Style style, double t_start, double t_end, std::function<Clock::time_point()> now)
+Progress::Progress(Style style, double t_start, double t_end, std::string unit, std::function<Clock::time_point()> now)
     : style_(style),
       t_start_(t_start),
       t_end_(t_end),
+      unit_(std::move(unit)),
       now_(std::move(now)),
       begin_(now_()),
       next_(begin_ + (style == Style::Bar ? bar_interval : line_interval)) {}
@@ -87,8 +88,9 @@ std::string Progress::describe(const MotionReport& report, double part, Clock::t
   const double elapsed = std::chrono::duration<double>(now - begin_).count();
   const std::string left = part > 0.0 ? describe_duration(elapsed * (1.0 - part) / part) : "?";
   const double violation = std::max(report.violation.position, report.violation.velocity);
-  return fmt::format("{:3.0f} %  {} left  violation {}  t = {:.4g} of {:.4g} s  {} steps", 100.0 * part, left,
-                     in_words(violation, "{:.1e}"), report.time, t_end_, report.steps);
+  return fmt::format("{:3.0f} %  {} left  violation {}  t = {:.4g} of {}  {} steps", 100.0 * part, left,
+                     in_words(violation, "{:.1e}"), report.time, with_unit(fmt::format("{:.4g}", t_end_), unit_),
+                     report.steps);
 }
 
 }  // namespace tanor::report

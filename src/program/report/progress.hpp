@@ -31,8 +31,9 @@ class Progress {
   /// Returns Bar on a terminal and Lines elsewhere, unless the run is quiet.
   static Style choose_style(bool is_quiet);
 
-  /// `now` returns the time of the clock.
-  Progress(Style style, double t_start, double t_end, std::function<Clock::time_point()> now = &read_rough_clock);
+  /// `unit` is that of the simulated time; `now` returns the time of the clock.
+  Progress(Style style, double t_start, double t_end, std::string unit,
+           std::function<Clock::time_point()> now = &read_rough_clock);
   ~Progress() { end(); }
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
@@ -48,6 +49,7 @@ class Progress {
 
   Style style_;
   double t_start_, t_end_;
+  std::string unit_;
   std::function<Clock::time_point()> now_;
   Clock::time_point begin_, next_;
   int tenths_ = 0;  ///< printed so far

@@ -136,12 +136,12 @@ std::string describe_friction(const FrictionSummary& summary) {
                      describe_uniqueness(summary.uniqueness, summary.uniqueness_reason));
 }
 
-std::string describe_several(const FrictionSummary& summary) {
+std::string describe_several(const FrictionSummary& summary, const Units& units) {
   if (summary.several == 0) return "";
   return fmt::format(
-      "friction: several accelerations obeyed the law at {} instants, at t = {} s first; the motion goes on with those "
+      "friction: several accelerations obeyed the law at {} instants, at t = {} first; the motion goes on with those "
       "nearest to the step before",
-      summary.several, text(summary.first_several));
+      summary.several, with_unit(text(summary.first_several), units.time));
 }
 
 }  // namespace tanor::report

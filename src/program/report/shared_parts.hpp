@@ -49,6 +49,6 @@ std::string describe_friction(const FrictionReport& report);
 /// Returns "3.2 iterations an instant, 7 at most (anderson), contraction 0.31, uniqueness proven".
 std::string describe_friction(const FrictionSummary& summary);
 /// Says that the motion was not the only possible one; empty if no other is known.
-std::string describe_several(const FrictionSummary& summary);
+std::string describe_several(const FrictionSummary& summary, const Units& units);
 
 }  // namespace tanor::report

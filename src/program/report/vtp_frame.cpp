@@ -34,6 +34,13 @@ class Document {
         fmt::format("<DataArray type=\"Float64\" Name=\"{}\" NumberOfTuples=\"{}\" format=\"ascii\">{}</DataArray>\n",
                     escape_xml(name), numbers.size(), fmt::join(numbers, " "));
   }
+  /// Adds letters as VTK stores them: codes of characters, with a 0 behind them. Without letters it adds nothing.
+  void add_text(std::string_view name, const std::string& letters) {
+    if (letters.empty()) return;
+    xml_ += fmt::format("<Array type=\"String\" Name=\"{}\" NumberOfTuples=\"1\" format=\"ascii\">", name);
+    for (const char code : letters) xml_ += fmt::format("{} ", static_cast<unsigned char>(code));
+    xml_ += "0</Array>\n";
+  }
   /// Adds one array that consists of two pieces.
   void add(std::string_view name, int components, std::span<const double> first, std::span<const double> second = {}) {
     add("Float64", name, components, {bytes_of(first), bytes_of(second)});
@@ -101,10 +108,12 @@ std::vector<std::uint8_t> collect_supports(const ShownParts& shown) {
   return is_support;
 }
 
-void add_field(const Frame& frame, Document* document) {
+void add_field(const Frame& frame, const Units& units, Document* document) {
   document->open("FieldData");
   document->add_text("TimeValue", {&frame.time, 1});
   document->add_text("gravity", frame.gravity);
+  document->add_text("unit of time", units.time);
+  document->add_text("unit of force", units.force);
   for (const Guide& guide : frame.guides)
     document->add_text(fmt::format("guide {} {}", guide.kind, guide.name), guide.numbers);
   document->close("FieldData");
@@ -131,7 +140,7 @@ void write_vtp(const std::filesystem::path& path, const ShownParts& shown, const
   document.open(fmt::format(R"(VTKFile type="PolyData" version="1.0" byte_order="{}" header_type="UInt64"{})",
                             byte_order, is_compressed ? R"( compressor="vtkZLibDataCompressor")" : ""));
   document.open("PolyData");
-  add_field(frame, &document);
+  add_field(frame, shown.units, &document);
   document.open(fmt::format(
       R"(Piece NumberOfPoints="{}" NumberOfVerts="{}" NumberOfLines="{}" NumberOfStrips="0" NumberOfPolys="0")",
       shown.num_points + shown.images.size(), num_vertices, shown.rods.size()));

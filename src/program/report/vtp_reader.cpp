@@ -105,6 +105,7 @@ class VtpFile {
         num_vertices_ = count(tags.attribute("NumberOfVerts"));
         num_rods_ = count(tags.attribute("NumberOfLines"));
       }
+      if (name == "Array") take_text(tags.attribute("Name"), tags.text());
       if (name != "DataArray") {
         if (!name.starts_with('/')) section = name;
         continue;
@@ -120,6 +121,15 @@ class VtpFile {
     const std::optional<std::int64_t> number = scene::parse_integer(word);
     if (!number || *number < 0 || static_cast<std::size_t>(*number) > bytes_.size()) fail();
     return static_cast<std::size_t>(*number);
+  }
+
+  /// Reads the letters of a unit: codes of characters, with a 0 behind them.
+  void take_text(const std::string& name, std::string_view codes) {
+    std::string text;
+    for (const std::string_view word : scene::split_words(codes))
+      if (const std::size_t code = count(std::string(word)); code > 0) text += static_cast<char>(code);
+    if (name == "unit of time") head_.time_unit = text;
+    if (name == "unit of force") head_.force_unit = text;
   }
 
   /// Reads a field "TimeValue", "gravity" or "guide <kind> <name>".

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "report/guides.hpp"
@@ -25,7 +26,8 @@ struct StoredFrame {
   std::vector<double> guide_forces;               ///< 3m, N: forces of guides and supports; empty if no point is held
   std::vector<double> friction_forces{};          ///< 3m, N; empty if there is no friction
   std::vector<Guide> guides;
-  Vector3 gravity{};  ///< m/s^2; 0 if there is none
+  Vector3 gravity{};                      ///< m/s^2; 0 if there is none
+  std::string time_unit{}, force_unit{};  ///< empty without letters
 
   std::size_t num_points() const { return is_support.size(); }
 };

@@ -22,6 +22,11 @@ inline std::string with_unit(const std::string& number, const std::string& unit)
   return unit.empty() ? number : number + " " + unit;
 }
 
+/// Returns "rad/s" from "rad" and "s", or nothing without letters of the time.
+inline std::string per_time(const std::string& what, const std::string& time) {
+  return time.empty() ? "" : what + "/" + (time.find(' ') == std::string::npos ? time : "(" + time + ")");
+}
+
 /// Returns "1 rod" or "2 rods".
 inline std::string count_in_words(std::size_t number, std::string_view what) {
   return fmt::format("{} {}{}", number, what, number == 1 ? "" : "s");

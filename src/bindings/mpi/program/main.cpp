@@ -29,6 +29,7 @@
 #include "mpi/tanor_mpi.hpp"
 #include "report/output_file.hpp"
 #include "report/summary.hpp"
+#include "report/words.hpp"
 #include "scene/scene.hpp"
 
 namespace tanor::mpi {
@@ -136,10 +137,14 @@ class Run {
     });
     division_.read_checkpoint(checkpoint_, &simulation_);
     if (simulation_.time() > scene_.t_end)
-      throw InputError(folder_.string(), fmt::format("the run already reached t = {} s, its end was to be {} s",
-                                                     simulation_.time(), scene_.t_end));
+      throw InputError(folder_.string(), fmt::format("the run already reached t = {}, its end was to be {}",
+                                                     in_time(simulation_.time()), in_time(scene_.t_end)));
     do_on_first(ranks_, [&] { report::remove_file(folder_ / report::summary_name); });  // a new one comes at the end
     do_together(ranks_, [&] { times_ = read_frame_times(folder_, simulation_.time()); });
+  }
+
+  std::string in_time(double time) const {
+    return report::with_unit(fmt::to_string(time), division_.part().system.units.time);
   }
 
   void write_frame() {
@@ -175,11 +180,12 @@ class Run {
       cli::print_message(options_.scene.string() + ": warning: " + report.accuracy_warning);
     if (options_.json) cli::print_json_file(folder_ / report::summary_name);
     if (!outcome.ok())
-      cli::print_message(fmt::format("stopped at t = {} s of {} s: {}; what was found until then is in {}",
-                                     simulation_.time(), scene_.t_end, outcome.what, folder_.string()));
+      cli::print_message(fmt::format("stopped at t = {} of {}: {}; what was found until then is in {}",
+                                     in_time(simulation_.time()), in_time(scene_.t_end), outcome.what,
+                                     folder_.string()));
     else if (!options_.quiet)
-      cli::print_message(fmt::format("t = {} s reached in {} steps of {} on {} ranks; results in {}",
-                                     simulation_.time(), report.steps, name_of(report.method), ranks_.size(),
+      cli::print_message(fmt::format("t = {} reached in {} steps of {} on {} ranks; results in {}",
+                                     in_time(simulation_.time()), report.steps, name_of(report.method), ranks_.size(),
                                      folder_.string()));
     const bool is_refuted = facts.certificate && !facts.certificate->passed();
     if (is_refuted) cli::print_message(facts.certificate->line());

@@ -2,7 +2,7 @@
 export type Figure = number | null;
 
 /** The letters behind numbers; empty where a scene has none. */
-export const units = { length: "m", force: "N", time: "s", energy: "J" };
+export const units = { length: "m", force: "N", time: "s", energy: "J", rate: "1/s", angular_velocity: "rad/s" };
 
 /** Returns "t, s" or "t". */
 export const measure = (name: string, unit: string) => (unit ? `${name}, ${unit}` : name);

@@ -272,7 +272,7 @@ class Page {
   private fillModes({ omega, decay }: NonNullable<PageData["modes"]>): void {
     find("modes-part").hidden = false;
     const swing = (mode: number) => { this.mode = mode; this.showMotion(0, false); this.fillModes(this.data.modes!); this.play(true); };
-    fillTable("modes", ["mode", "frequency, Hz", "omega, rad/s", ...(decay.length ? ["decay, 1/s"] : [])], omega.map((each, k) =>
+    fillTable("modes", ["mode", measure("frequency", units.rate === "1/s" ? "Hz" : units.rate), measure("omega", units.angular_velocity), ...(decay.length ? [measure("decay", units.rate)] : [])], omega.map((each, k) =>
       [String(k + 1), each > 0 ? words(each / (2 * Math.PI)) : each < 0 ? "grows" : "moves freely", words(each), ...(decay.length ? [words(decay[k])] : [])]), swing);
     find("modes").querySelectorAll("tr")[this.mode + 1]?.classList.add("chosen");
     find("modes-hint").textContent = "Click a mode to see it swing; its moves are enlarged. Tensions and loads are those at rest.";
