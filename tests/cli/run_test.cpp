@@ -341,19 +341,18 @@ TEST(EarlyEndTest, ASignalFinishesTheStep) {
 
 TEST(RunTest, WhatBrokeIsToldWithItsTimeAndHasNoNumbers) {
   const Folder folder;
-  write_text(folder / "s.json", R"({"tanor_scene": 1, "name": "s",
+  write_text(folder / "s.json", R"json({"tanor_scene": 1, "name": "s",
     "points": {"positions": [[0,0,0], [1,0,0]], "masses": 1}, "supports": [{"points": [0]}],
     "constraints": [{"name": "rod", "kind": "rod", "pairs": [[0,1]]}],
     "forces": [{"kind": "gravity", "acceleration": [0,0,-9.81]}], "observe": ["max tension(rod)", "tension(rod)"],
-    "events": [{"when": "t > 0.125", "do": "break", "of": "rod[0]"}], "motion": {
-    "t_end" : 0.5}
-})");
+    "events": [{"when": "t > 0.125", "do": "break", "of": "rod[0]"}], "motion": {"t_end": 0.5}
+})json");
   const Ended ended = run_program(folder, {"run", "s.json", "--out", "o"});
-ASSERT_EQ(ended.code, 0) << ended.err;
-const std::string page = read_text(folder / "o/report.txt"), table = read_text(folder / "o/observables.csv");
-EXPECT_NE(page.find("max tension(rod)  broken at t = 0.125"), std::string::npos) << page;
-EXPECT_EQ(page.find("nan"), std::string::npos) << page;
-EXPECT_TRUE(table.ends_with("\n0.5,,\n")) << table;
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  const std::string page = read_text(folder / "o/report.txt"), table = read_text(folder / "o/observables.csv");
+  EXPECT_NE(page.find("max tension(rod)  broken at t = 0.125"), std::string::npos) << page;
+  EXPECT_EQ(page.find("nan"), std::string::npos) << page;
+  EXPECT_TRUE(table.ends_with("\n0.5,,\n")) << table;
 }
 
 }  // namespace

@@ -211,7 +211,7 @@ std::string format_observables(std::span<const Observed> observables, std::span<
 std::string write_observables_at_rest(const std::filesystem::path& directory, const std::string& scene,
                                       const std::string& said, std::span<const Observed> observables,
                                       const Units& units, double time) {
-  const std::string page = scene + "\n" + format_observables(observables, units);
+  const std::string page = scene + "\n" + format_observables(observables, {}, units);
   replace_file(directory / page_name, [&](OutputFile* file) { file->write(page + "\n" + line("at rest", said)); });
   open_observables({.path = directory / observables_name, .observables = observables, .units = units})
       ->write({.time = time, .observables = observables});
