@@ -319,12 +319,12 @@ TEST(FolderTest, NothingOfAnEquilibriumOrOfModesIsMixedIntoOtherResults) {
   };
   const std::string at_rest = "o/equilibrium.json";
 
-  EXPECT_EQ(
-      names_after({"equilibrium", "s.json", "--modes", "2", "--out", "o"}),
-      (Words{"equilibrium.json", "equilibrium.xyz", "shapes.npy", "summary.json", "trajectory", "trajectory.pvd"}));
+  EXPECT_EQ(names_after({"equilibrium", "s.json", "--modes", "2", "--out", "o"}),
+            (Words{"equilibrium.json", "equilibrium.xyz", "observables.csv", "report.txt", "shapes.npy", "summary.json",
+                   "trajectory", "trajectory.pvd"}));
   EXPECT_EQ(names_after({"modes", at_rest, "--count", "1", "--pictures", "--out", "o"}),
-            (Words{"equilibrium.json", "mode_1", "mode_1.pvd", "shapes.npy", "summary.json", "trajectory",
-                   "trajectory.pvd"}));
+            (Words{"equilibrium.json", "mode_1", "mode_1.pvd", "observables.csv", "report.txt", "shapes.npy",
+                   "summary.json", "trajectory", "trajectory.pvd"}));
   write_text(folder / "o/mode_7.pvd.txt", "of a user");
   EXPECT_EQ(names_after({"run", at_rest, "--trajectory", "csv", "--out", "o"}),
             (Words{"checkpoint", "equilibrium.json", "mode_7.pvd.txt", "observables.csv", "report.txt", "summary.json",

@@ -85,7 +85,7 @@ TEST(Resume, EventsOfBeforePassOnce) {
   const Ended ended = run_program(folder, {"run", "s.json", "--out", "o", "--resume"});
   ASSERT_EQ(ended.code, 0) << ended.err;
   const json after = read_json(folder / "o/summary.json");
-  EXPECT_EQ(after["t_reached"], 0.6);
+  EXPECT_DOUBLE_EQ(after["t_reached"], 0.6);
   EXPECT_EQ(after["passages"].size(), 2u);
   EXPECT_EQ(after["passages"], before["passages"]);
 }

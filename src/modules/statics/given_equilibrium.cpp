@@ -109,7 +109,7 @@ std::string GivenEquilibrium::find_complaint(double force_tolerance) {
   }
   std::vector<double> users(r_.size());
   model().numbering.scatter_points(r_, users);
-  if (std::string corner = find_standing_corner(model().system, equations_.time(), users); !corner.empty())
+  if (std::string corner = find_standing_corner(model().system, equations_.time(), users, users); !corner.empty())
     throw InputError("", "the points stand in " + corner + ", where no side of it holds");
   for (std::size_t i = 0; i < residuals_.size(); ++i) residuals_[i] = norm(load(g.data(), i));
   if (g.empty() || scale == 0.0) return {};

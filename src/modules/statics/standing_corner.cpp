@@ -12,9 +12,10 @@
 
 namespace tanor::detail {
 
-std::string find_standing_corner(const System& system, double t, std::span<const double> positions, double part) {
+std::string find_standing_corner(const System& system, double t, std::span<const double> positions,
+                                 std::span<const double> scene, double part) {
   double size = 0.0;
-  for (const double each : positions) size = std::max(size, std::abs(each));
+  for (const double each : scene) size = std::max(size, std::abs(each));
   const double distance = part * (size > 0.0 ? size : 1.0);
   for (std::size_t k = 0; k < system.constraints.size(); ++k) {
     const auto* const group = std::get_if<UserConstraints>(&system.constraints[k]);
@@ -39,9 +40,9 @@ std::string find_standing_corner(const System& system, double t, std::span<const
 }
 
 EquilibriumResult refuse_standing_corner(const System& system, double t, EquilibriumResult result) {
-  constexpr double failed = 1e-4;
-  const std::string corner = result.outcome.ok() ? find_standing_corner(system, t, result.positions)
-                                                 : find_standing_corner(system, t, result.positions, failed);
+  constexpr double at_rest = 1e-9, failed = 1e-4;
+  const std::string corner =
+      find_standing_corner(system, t, result.positions, system.positions, result.outcome.ok() ? at_rest : failed);
   if (!corner.empty())
     result.outcome = {Status::NoSolution, "the points come to rest in " + corner + ", where no side of it holds"};
   return result;
