@@ -32,7 +32,7 @@ def main() -> None:
     allowed = 3e-5 if real else 1e-9
     check(abs(summary["energy"]["drift_relative"]) <= allowed, f"drift {summary['energy']['drift_relative']:.1e}")
     check(("pair forces: none" in summary["left_out"]) != real, "the beads of the real melt repel each other")
-    check(not real or "pair (wca, box 33.59 x 33.59 x 33.59, not along rods)" in page, "the page says so")
+    check(not real or "pair (wca, box 33.59 x 33.59 x 33.59 sigma, not along rods)" in page, "the page says so")
 
     with open(folder / "error_time.csv", newline="") as file:
         rows = list(csv.DictReader(file))
