@@ -19,15 +19,10 @@ const json hanging = json::parse(R"({
              {"kind": "spring", "pairs": [[0,2]], "stiffness": 3, "rest_length": "initial"}],
   "motion": {"t_end": 0.1}})");
 
-Ended find_in(const Folder& folder, const json& scene) {
-  write_text(folder / "s.json", scene.dump());
-  return run_program(folder, {"equilibrium", "s.json", "--out", "at_rest"});
-}
-
 TEST(EquilibriumTest, WritesTheAnswerOfTheContract) {
   const Folder folder;
 
-  const Ended ended = find_in(folder, hanging);
+  const Ended ended = find_at_rest(folder, hanging);
 
   ASSERT_EQ(ended.code, 0) << ended.err;
   const json summary = json::parse(read_text(folder / "at_rest/summary.json"));
@@ -46,7 +41,7 @@ TEST(EquilibriumTest, WritesTheAnswerOfTheContract) {
 
 TEST(EquilibriumTest, RunStaysAtTheSceneThatItWrites) {
   const Folder folder;
-  ASSERT_EQ(find_in(folder, hanging).code, 0);
+  ASSERT_EQ(find_at_rest(folder, hanging).code, 0);
 
   const Ended ended = run_program(folder, {"run", "at_rest/equilibrium.json", "--out", "motion", "--quiet"});
 
@@ -64,7 +59,7 @@ TEST(EquilibriumTest, RunStaysAtAGeneratedSceneToo) {
     "tanor_scene": 1, "generate": {"kind": "net", "columns": 5, "rows": 4, "spacing": 0.1, "mass": 0.1},
     "supports": [{"points": [0, 4]}], "forces": [{"kind": "gravity", "acceleration": [0,0,-9.81]}],
     "motion": {"t_end": 0.05}})");
-  ASSERT_EQ(find_in(folder, net).code, 0);
+  ASSERT_EQ(find_at_rest(folder, net).code, 0);
 
   const Ended ended = run_program(folder, {"run", "at_rest/equilibrium.json", "--out", "motion", "--quiet"});
 
@@ -88,7 +83,7 @@ TEST(EquilibriumTest, EquilibriumAtALaterTimeIsWrittenAsASceneThatRunsFromThatTi
     if (what == std::string("spring"))
       scene["forces"].push_back({{"kind", "potential"}, {"points", {{1}}}, {"energy", "(x1-t)^2"}});
     if (what != std::string("support")) scene["equilibrium"]["time"] = "freeze";
-    ASSERT_EQ(find_in(folder, scene).code, 0) << what;
+    ASSERT_EQ(find_at_rest(folder, scene).code, 0) << what;
 
     const Ended ended = run_program(folder, {"run", "at_rest/equilibrium.json", "--out", "motion", "--quiet"});
     const Ended solved = run_program(folder, {"solve", "at_rest/equilibrium.json", "--out", "forces"});
@@ -110,7 +105,7 @@ TEST(EquilibriumTest, RestOnATurningHoopIsKeptByAMotion) {
     "constraints": [{"name": "hoop", "kind": "circle", "points": [0], "center": [0,0,0],
                      "normal": {"formula": ["-sin(5*t)", "cos(5*t)", "0"]}, "radius": 1}],
     "forces": [{"kind": "gravity", "acceleration": [0,0,-10]}], "motion": {"t_end": 2}})json");
-  ASSERT_EQ(find_in(folder, scene).code, 0);
+  ASSERT_EQ(find_at_rest(folder, scene).code, 0);
 
   const Ended ended = run_program(folder, {"run", "at_rest/equilibrium.json", "--out", "motion", "--quiet"});
 
@@ -118,7 +113,7 @@ TEST(EquilibriumTest, RestOnATurningHoopIsKeptByAMotion) {
   const json after = json::parse(read_text(folder / "motion/summary.json"))["final"]["positions"];
   EXPECT_NEAR(after[0][2].get<double>(), -0.4, 1e-6);
   scene["constraints"][0]["radius"] = {{"formula", "1+0.1*t"}};
-  const Ended refused = find_in(folder, scene);
+  const Ended refused = find_at_rest(folder, scene);
   EXPECT_EQ(refused.code, 2);
   EXPECT_NE(refused.err.find("hoop (normal, radius)"), std::string::npos) << refused.err;
 }
@@ -126,7 +121,7 @@ TEST(EquilibriumTest, RestOnATurningHoopIsKeptByAMotion) {
 /// Expects that a scene and the scene which it writes have the same equilibrium, and that a run of the latter starts
 /// there.
 void expect_same_at_written_scene(const Folder& folder, const json& scene, const std::string& what) {
-  const Ended first = find_in(folder, scene);
+  const Ended first = find_at_rest(folder, scene);
   ASSERT_EQ(first.code, 0) << what << first.err;
 
   const Ended again = run_program(folder, {"equilibrium", "at_rest/equilibrium.json", "--out", "again"});
@@ -267,7 +262,7 @@ TEST(EquilibriumTest, UnknownTensionsOfATautWireAreNull) {
     "constraints": [{"kind": "rod", "pairs": [[0,1],[1,2]]}],
     "forces": [{"kind": "gravity", "acceleration": [0,0,-9.81]}]})");
 
-  const Ended ended = find_in(folder, wire);
+  const Ended ended = find_at_rest(folder, wire);
 
   ASSERT_EQ(ended.code, 0) << ended.err;
   EXPECT_EQ(ended.out.find("largest force"), std::string::npos) << ended.out;
@@ -286,7 +281,7 @@ TEST(EquilibriumTest, UnstableEquilibriumIsExitCode3) {
   up["forces"] = {hanging["forces"][0]};
   up["equilibrium"] = {{"method", "newton"}};
 
-  const Ended ended = find_in(folder, up);
+  const Ended ended = find_at_rest(folder, up);
 
   EXPECT_EQ(ended.code, 3);
   EXPECT_NE(ended.err.find("unstable in 4 directions"), std::string::npos) << ended.err;
@@ -298,7 +293,7 @@ TEST(EquilibriumTest, SystemWithoutAnEquilibriumIsExitCode3) {
   json falling = hanging;
   falling["supports"] = json::array();
 
-  const Ended ended = find_in(folder, falling);
+  const Ended ended = find_at_rest(folder, falling);
 
   EXPECT_EQ(ended.code, 3);
   EXPECT_NE(ended.err.find("gravity pulls the free island 0"), std::string::npos) << ended.err;
@@ -332,7 +327,7 @@ TEST(EquilibriumTest, BadInputIsNamedByItsPlace) {
     json scene = hanging;
     scene["equilibrium"] = json::parse(entry);
 
-    const Ended ended = find_in(folder, scene);
+    const Ended ended = find_at_rest(folder, scene);
 
     EXPECT_EQ(ended.code, 2) << entry;
     EXPECT_NE(ended.err.find(place + ":"), std::string::npos) << ended.err;
@@ -376,7 +371,7 @@ TEST(EquilibriumTest, SearchThatEndsEarlyIsExitCode3WithTheBestResidualAndItsPla
   json scene = hanging;
   scene["equilibrium"] = {{"max_iterations", 1}};
 
-  const Ended ended = find_in(folder, scene);
+  const Ended ended = find_at_rest(folder, scene);
 
   EXPECT_EQ(ended.code, 3);
   EXPECT_NE(ended.err.find("after 1 iterations; best residual"), std::string::npos) << ended.err;
@@ -423,7 +418,7 @@ TEST(EquilibriumTest, EquilibriumOnAFloorIsWrittenAsASceneThatRuns) {
       {{"name", "floor"}, {"kind", "plane"}, {"points", {1, 2}}, {"normal", {0, 0, 1}}, {"offset", {-2, -0.3}}});
   scene["equilibrium"] = {{"one_sided", {{"floor", "at_least"}}}};
 
-  const Ended ended = find_in(folder, scene);
+  const Ended ended = find_at_rest(folder, scene);
   const Ended again = run_program(folder, {"equilibrium", "at_rest/equilibrium.json", "--out", "again"});
   const Ended run = run_program(folder, {"run", "at_rest/equilibrium.json", "--out", "run"});
 
@@ -448,7 +443,7 @@ TEST(EquilibriumTest, OneSidedConstraintsAreNamedAndHaveASide) {
     json scene = hanging;
     scene["equilibrium"] = {{"one_sided", json::parse(sides)}};
 
-    const Ended ended = find_in(folder, scene);
+    const Ended ended = find_at_rest(folder, scene);
 
     EXPECT_EQ(ended.code, 2);
     EXPECT_NE(ended.err.find(place), std::string::npos) << ended.err;
@@ -461,9 +456,9 @@ TEST(EquilibriumTest, FrictionIsRefusedUnlessItIsToBeIgnored) {
   rough["constraints"].push_back({{"name", "wall"}, {"kind", "plane"}, {"points", {1, 2}}, {"normal", {0, 1, 0}}});
   rough["friction"] = {{{"kind", "coulomb"}, {"at", "wall"}, {"coefficient", 0.2}}};
 
-  const Ended refused = find_in(folder, rough);
+  const Ended refused = find_at_rest(folder, rough);
   rough["equilibrium"] = {{"friction", "ignore"}};
-  const Ended ignored = find_in(folder, rough);
+  const Ended ignored = find_at_rest(folder, rough);
 
   EXPECT_EQ(refused.code, 2);
   EXPECT_NE(refused.err.find("/friction/0"), std::string::npos) << refused.err;

@@ -13,16 +13,11 @@ const json sagging = json::parse(R"({
   "constraints": [{"name": "rods", "kind": "rod", "pairs": [[0,1], [1,2], [2,3]], "length": 0.9}],
   "forces": [{"kind": "gravity", "acceleration": [0,0,-9.81]}]})");
 
-Ended find_rest_in(const Folder& folder, const json& scene) {
-  write_text(folder / "s.json", scene.dump());
-  return run_program(folder, {"equilibrium", "s.json", "--out", "at_rest"});
-}
-
 /// The observables stand at the head of the page, in the summary and in one row of a table, as for runs.
 TEST(ObservedRestTest, OfEquilibriumHasItsTensionsAndLoads) {
   const Folder folder;
 
-  const Ended plain = find_rest_in(folder, sagging);
+  const Ended plain = find_at_rest(folder, sagging);
   ASSERT_EQ(plain.code, 0) << plain.err;
   EXPECT_TRUE(contains(plain.out, "max tension(rods)  ")) << plain.out;
   EXPECT_TRUE(contains(read_text(folder / "at_rest/report.txt"), "load(hooks).z      -39.24 N")) << plain.out;
@@ -30,7 +25,7 @@ TEST(ObservedRestTest, OfEquilibriumHasItsTensionsAndLoads) {
   json scene = sagging;
   scene["observe"] = {"load(hooks).z", "max tension(rods)", "kinetic()",
                       "potential()",   "temperature()",     "friction(1).x"};
-  ASSERT_EQ(find_rest_in(folder, scene).code, 0);
+  ASSERT_EQ(find_at_rest(folder, scene).code, 0);
   const json summary = read_json(folder / "at_rest/summary.json");
   const json& observed = summary.at("observables");
   ASSERT_EQ(observed.size(), 6U);

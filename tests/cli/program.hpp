@@ -158,6 +158,12 @@ inline std::string overstretched() {
     "motion": {"t_end": 3, "output_every": 0.125}})";
 }
 
+/// Searches the equilibrium of a scene; results go to the folder at_rest.
+inline Ended find_at_rest(const Folder& folder, const nlohmann::json& scene) {
+  write_text(folder / "s.json", scene.dump());
+  return run_program(folder, {"equilibrium", "s.json", "--out", "at_rest"});
+}
+
 /// Returns a bead that is to be on two spheres which do not meet, so that there is no start.
 inline std::string torn_apart() {
   return R"({
