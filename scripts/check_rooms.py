@@ -16,8 +16,8 @@ from typing import NamedTuple
 # library and nothing else.
 PUBLIC_HEADERS = ["export", "version", "build_info", "error", "jet", "forward", "curved", "expression", "time_function", "kernel", "recorded", "user_kernel", "kinds/*", "kinds",
                   "units", "cell", "system", "warnings", "ranks",
-                  "solver_options", "certificate", "dynamics", "report_fields", "observables", "constrainer", "velocity_verlet", "inverse_dynamics",
-                  "direct_problem", "equilibrium", "modes", "motion", "enum_names", "statics_names", "tanor"]
+                  "solver_options", "certificate", "dynamics", "observables", "constrainer", "velocity_verlet", "inverse_dynamics",
+                  "direct_problem", "equilibrium", "modes", "motion", "report_fields", "enum_names", "statics_names", "tanor"]
 
 
 class Sees(NamedTuple):

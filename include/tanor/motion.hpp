@@ -210,16 +210,6 @@ struct Passage {
   EventAction action = EventAction::Report;  ///< what was done
 };
 
-template <>
-struct FieldsOf<Passage> {
-  static constexpr std::tuple fields{ReportField("event", &Passage::name),
-                                     ReportField("t", &Passage::time),
-                                     ReportField("do", &Passage::action),
-                                     ReportField("member", &Passage::member),
-                                     ReportField("energy_lost", &Passage::energy_lost),
-                                     ReportField("rest", &Passage::rest)};
-};
-
 /// Throws InputError if a condition, or what it takes out, cannot be read for a system.
 TANOR_API void check_event(const System& system, const Event& event);
 

@@ -9,11 +9,9 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <tuple>
 #include <vector>
 
 #include <tanor/dynamics.hpp>
-#include <tanor/report_fields.hpp>
 
 namespace tanor {
 
@@ -32,12 +30,6 @@ struct Extreme {
   std::string member{};                                     ///< whose number it is; empty if there is only one
 };
 
-template <>
-struct FieldsOf<Extreme> {
-  static constexpr std::tuple fields{ReportField("value", &Extreme::value), ReportField("t", &Extreme::time),
-                                     ReportField("member", &Extreme::member)};
-};
-
 /// An observable with its numbers at the last instant: [members x parts], member by member.
 struct Observed {
   std::string name{}, text{};
@@ -47,16 +39,6 @@ struct Observed {
   std::vector<double> values;
   std::string member{};                 ///< whose value `max` or `min` took; else empty
   std::vector<Extreme> least, largest;  ///< [parts], or one
-};
-
-template <>
-struct FieldsOf<Observed> {
-  static constexpr std::tuple fields{
-      ReportField("name", &Observed::name),       ReportField("observable", &Observed::text),
-      ReportField("unit", &Observed::unit),       ReportField("parts", &Observed::parts),
-      ReportField("members", &Observed::members), ReportField("values", &Observed::values),
-      ReportField("member", &Observed::member),   ReportField("least", &Observed::least),
-      ReportField("largest", &Observed::largest)};
 };
 
 /// Throws InputError, with the column, if a text cannot be read for a system.

@@ -27,6 +27,7 @@
 #include <tanor/kernel.hpp>
 #include <tanor/modes.hpp>
 #include <tanor/motion.hpp>
+#include <tanor/report_fields.hpp>
 #include <tanor/statics_names.hpp>
 #include <tanor/system.hpp>
 #include <tanor/time_function.hpp>

@@ -107,7 +107,7 @@ class StepsOnTheHostsArrays(unittest.TestCase):
         most, load = constrainer.observed
         self.assertEqual(most.values[0], -multipliers.min())
         self.assertAlmostEqual(most.values[0], 9.81, 12)
-        self.assertEqual((most.name, most.largest[0].t, most.largest[0].member), ("most", 2.5, "rods[0]"))
+        self.assertEqual((most.name, most.largest[0].time, most.largest[0].member), ("most", 2.5, "rods[0]"))
         self.assertAlmostEqual(load.values[0], -9.81, 12)
         self.assertEqual(load.columns, ["load(support0).z"])
         with self.assertRaisesRegex(tanor.InputError, "column 13: no constraints or forces are named 'rod'.*mean rods"):

@@ -323,12 +323,13 @@ TEST(SummaryTest, HasTheKeysOfTheContract) {
             (Keys{"accelerations", "multipliers", "positions", "reactions", "support_forces", "t", "velocities"}));
   EXPECT_EQ(list_keys(summary["violation"]), (Keys{"acceleration_max", "position_max", "velocity_max"}));
   EXPECT_EQ(list_keys(summary["energy"]),
-            (Keys{"drift_relative", "end", "kinetic", "potential", "start", "work_of_forces", "work_of_friction",
-                  "work_of_potentials", "work_of_supports"}));
+            (Keys{"drift_relative", "end", "kinetic", "largest_drift", "largest_drift_time", "potential",
+                  "potential_at_start", "scale", "start", "work_of_forces", "work_of_friction", "work_of_potentials",
+                  "work_of_supports"}));
   EXPECT_EQ(list_keys(summary["certificate"]),
-            (Keys{"bases_orthogonal", "checks", "forms_agree", "friction", "left_out", "normal_identity",
-                  "orthogonality", "power_balance", "reciprocal_condition", "residual", "second_factorization",
-                  "tangent_identity", "verdict"}));
+            (Keys{"bases_orthogonal", "certified_to", "checks", "forms_agree", "friction", "left_out",
+                  "normal_identity", "orthogonality", "passed", "power_balance", "reciprocal_condition", "residual",
+                  "second_factorization", "tangent_identity", "verdict"}));
   EXPECT_EQ(list_keys(summary["friction"]),
             (Keys{"contacts", "contraction_max", "error_bound", "first_several", "iterations_max", "iterations_mean",
                   "method_used", "residual_max", "several", "solves", "uniqueness", "uniqueness_reason"}));

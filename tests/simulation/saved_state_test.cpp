@@ -99,7 +99,42 @@ Snapshot make_snapshot() {
                               .uniqueness = Uniqueness::Several,
                               .method_used = FrictionMethod::Newton,
                               .residual_max = 1e-13};
+  snapshot.extremes = {{0.25, 0.1 + 0.2, "links[3]"}, {std::nan(""), 0.5, ""}};
+  snapshot.passages = {{.event = 2,
+                        .time = 1.0 / 3.0,
+                        .rises = true,
+                        .name = "worn",
+                        .member = "a\nb",
+                        .energy_lost = 0.7,
+                        .rest = "point 4 is without constraints",
+                        .action = EventAction::Break}};
+  snapshot.truths = {{true, 1.0 / 7.0}, {}};
   return snapshot;
+}
+
+TEST(SavedState, ExtremesAndPassagesReadBack) {
+  const Snapshot read = unpack(pack(make_snapshot(), 7), 7);
+
+  ASSERT_EQ(read.extremes.size(), 2u);
+  EXPECT_EQ(read.extremes[0].value, 0.25);
+  EXPECT_EQ(read.extremes[0].time, 0.1 + 0.2);
+  EXPECT_EQ(read.extremes[0].member, "links[3]");
+  EXPECT_TRUE(std::isnan(read.extremes[1].value));
+  EXPECT_EQ(read.extremes[1].time, 0.5);
+  ASSERT_EQ(read.passages.size(), 1u);
+  const Passage& passage = read.passages[0];
+  EXPECT_EQ(passage.event, 2u);
+  EXPECT_EQ(passage.time, 1.0 / 3.0);
+  EXPECT_TRUE(passage.rises);
+  EXPECT_EQ(passage.name, "worn");
+  EXPECT_EQ(passage.member, "a\nb");
+  EXPECT_EQ(passage.energy_lost, 0.7);
+  EXPECT_EQ(passage.rest, "point 4 is without constraints");
+  EXPECT_EQ(passage.action, EventAction::Break);
+  ASSERT_EQ(read.truths.size(), 2u);
+  EXPECT_TRUE(read.truths[0].is_true);
+  EXPECT_EQ(read.truths[0].last_passage, 1.0 / 7.0);
+  EXPECT_FALSE(read.truths[1].is_true);
 }
 
 TEST(SavedState, EveryNumberReadsBackBitByBit) {
@@ -172,7 +207,7 @@ TEST(SavedState, ForeignBytesAreRefused) {
   EXPECT_EQ(error_of(make_pendulum(), {}), "these are no bytes that a Simulation saved");
   EXPECT_EQ(error_of(make_pendulum(), Bytes(1000, std::byte{7})), "these are no bytes that a Simulation saved");
   bytes[8] = std::byte{200};
-  EXPECT_EQ(error_of(make_pendulum(), bytes), "its format is 200, this version of tanor reads 9");
+  EXPECT_EQ(error_of(make_pendulum(), bytes), "its format is 200, this version of tanor reads 10");
 }
 
 TEST(SavedState, BytesOfAnotherSystemAreRefused) {

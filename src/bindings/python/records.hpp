@@ -116,18 +116,25 @@ class Record {
   Record& parts(const std::string& prefix = "", const std::string& suffix = "", py::ssize_t columns = 0) {
     return (add<part, members>(prefix + own_name<members>() + suffix, name_in_header<members>(), columns), ..., *this);
   }
-  /// Adds a member under another name.
-  template <auto member>
-  Record& field(const std::string& name) {
-    return add<member>(name, name_ + "." + name, 0);
+  /// Adds all fields of the table of a part of the report, which stand among the others in Python.
+  template <auto part>
+  Record& table_of_part() {
+    using Part = std::remove_cvref_t<decltype(std::declval<const Report&>().*part)>;
+    fields_of<Part>.for_each([this]<auto member, ReportKey key, int columns>(ReportField<member, key, columns>) {
+      add<part, member>(own_name<member>(), name_in_header<member>(), columns);
+    });
+    return *this;
   }
   /// Adds all fields of the report's table.
   Record& table() requires HasReportFields<Report> {
-    using Table = FieldsOf<Report>;
-    return [&]<std::size_t... k>(std::index_sequence<k...>)->Record& {
-      return (field<std::get<k>(Table::fields).value>(std::get<k>(Table::fields).key), ...);
-    }
-    (std::make_index_sequence<std::tuple_size_v<decltype(Table::fields)>>());
+    fields_of<Report>.for_each([this]<auto member, ReportKey key, int columns>(ReportField<member, key, columns>) {
+      if constexpr (std::is_member_object_pointer_v<decltype(member)>)
+        add<member>(own_name<member>(), name_in_header<member>(), columns);
+      else
+        property(own_name<member>(), member, type_in_stub<std::invoke_result_t<decltype(member), const Report&>>(),
+                 name_in_header<member>());
+    });
+    return *this;
   }
   /// Adds a member that is no plain field, with its `type` as the stubs write it.
   template <class Get>

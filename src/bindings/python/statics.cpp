@@ -96,22 +96,16 @@ py::array_t<bool> flags_of(const EquilibriumResult& found) {
 
 void bind_records(py::module_& module) {
   using E = EquilibriumResult;
-  using Search = EquilibriumSearch;
-  using Stable = StabilityReport;
   Record<E>(module)
       .fields<&E::outcome>()
-      .parts<&E::stability, &Stable::status>()
-      .parts<&E::search, &Search::method_used, &Search::iterations, &Search::factorizations>()
+      .table_of_part<&E::stability>()
+      .table_of_part<&E::search>()
       .points<&E::positions, &E::velocities>()
       .fields<&E::multipliers>()
       .points<&E::reactions, &E::support_forces>()
       .property("multipliers_unique", &flags_of<&E::multipliers_unique>, "numpy.ndarray")
       .fields<&E::self_stress_states, &E::dependences, &E::residual_force, &E::largest_force, &E::violation,
               &E::energy>()
-      .parts<&E::stability, &Stable::unstable_directions, &Stable::zero_modes, &Stable::rigid_zero_modes,
-             &Stable::lowest_omega2>()
-      .parts<&E::stability, &Stable::lowest_shape>("", "", 3)
-      .parts<&E::search, &Search::residuals>()
       .property("open", &flags_of<&E::open>, "numpy.ndarray")
       .fields<&E::left_out, &E::observables>()
       .property(
@@ -123,7 +117,7 @@ void bind_records(py::module_& module) {
       .property("shapes_imaginary", &shapes_of<&M::shapes_imaginary>, "numpy.ndarray")
       .fields<&M::residual_max, &M::degrees_of_freedom, &M::unstable_directions, &M::zero_modes, &M::rigid_zero_modes,
               &M::multipliers, &M::left_out>();
-  Record<Buckling>(module).fields<&Buckling::outcome, &Buckling::load_factor>().points<&Buckling::shape>();
+  Record<Buckling>(module).table();
 }
 
 }  // namespace

@@ -1,19 +1,26 @@
 #pragma once
 
-#include <string>
+#include <limits>
 #include <vector>
 
 #include <tanor/motion.hpp>
 
 namespace tanor::detail {
 
+/// The truth of the condition of an event.
+struct Truth {
+  bool is_true = false;                                            ///< when it was last looked at
+  double last_passage = std::numeric_limits<double>::quiet_NaN();  ///< s
+};
+
 /// Everything that another simulation of the same system needs to continue from here.
 struct Snapshot {
   double time = 0.0;               ///< s
   std::vector<double> positions;   ///< 3n, m, in the user's order
   std::vector<double> velocities;  ///< 3n, m/s
-  std::vector<double> observed;    ///< extremes of observables, and the passages of events; see observing.cpp
-  std::string observed_names{};    ///< members of both, a line each
+  std::vector<Extreme> extremes;   ///< of observables, in their order
+  std::vector<Passage> passages;   ///< of events
+  std::vector<Truth> truths;       ///< [event]
   std::vector<std::size_t>
       taken;            ///< what events took out: list, index and member (or none, the largest number) of each
   MotionReport report;  ///< counts, times, works and extremes so far

@@ -53,66 +53,29 @@ void for_each_extreme(std::span<Observed> observed, const Visit& visit) {
 /// from.
 void Simulation::Implementation::write_requests(Snapshot* snapshot) {
   snapshot->taken = numbers_of(taken);
-  double num_extremes = 0.0;
-  if (observables != nullptr) for_each_extreme(observables->found(), [&](const Extreme&) { ++num_extremes; });
-  snapshot->observed = {num_extremes, static_cast<double>(list_passages().size()), static_cast<double>(truths.size())};
-  for (const Truth& truth : truths)
-    snapshot->observed.insert(snapshot->observed.end(), {truth.is_true ? 1.0 : 0.0, truth.last_passage});
-  if (observables != nullptr) {
-    for_each_extreme(observables->found(), [&](const Extreme& extreme) {
-      snapshot->observed.insert(snapshot->observed.end(), {extreme.value, extreme.time});
-      snapshot->observed_names += extreme.member + "\n";
-    });
-  }
-  for (const Passage& passage : passages) {
-    snapshot->observed.insert(snapshot->observed.end(), {static_cast<double>(passage.event), passage.time,
-                                                         passage.rises ? 1.0 : 0.0, passage.energy_lost});
-    snapshot->observed_names += passage.member + "\n" + passage.rest + "\n";
-  }
+  list_passages();
+  snapshot->passages = passages;
+  snapshot->truths = truths;
+  if (observables == nullptr) return;
+  for_each_extreme(observables->found(), [&](const Extreme& extreme) { snapshot->extremes.push_back(extreme); });
 }
 
 /// Reads them if they are of the same observables and events; passages that are known here already stay.
 void Simulation::Implementation::read_requests(const Snapshot& snapshot) {
   std::erase_if(passages, [&](const Passage& passage) { return passage.time > snapshot.time; });
   seen_passages = integration.watch().passages().size();
-  if (snapshot.observed.size() < 3) return;
-  std::size_t place = 3, line = 0;
-  const auto next_number = [&] { return snapshot.observed[place++]; };
-  const auto next_name = [&] {
-    const std::size_t end = std::min(snapshot.observed_names.find('\n', line), snapshot.observed_names.size());
-    std::string name = snapshot.observed_names.substr(line, end - line);
-    line = std::min(end + 1, snapshot.observed_names.size());
-    return name;
-  };
-  const auto num_extremes = static_cast<std::size_t>(snapshot.observed[0]);
-  const auto num_passages = static_cast<std::size_t>(snapshot.observed[1]);
-  const auto num_truths = static_cast<std::size_t>(snapshot.observed[2]);
-  if (snapshot.observed.size() != 3 + 2 * (num_truths + num_extremes) + 4 * num_passages) return;
-  for (std::size_t k = 0; k < num_truths; ++k) {
-    const Truth truth{next_number() > 0.0, next_number()};
-    if (num_truths == truths.size()) truths[k] = truth;
-  }
-  std::size_t own = 0;
-  if (observables != nullptr) for_each_extreme(observables->found(), [&](const Extreme&) { ++own; });
-  if (own != num_extremes) return;
-  if (observables != nullptr) {
-    for_each_extreme(observables->found(), [&](Extreme& extreme) {
-      extreme.value = next_number();
-      extreme.time = next_number();
-      extreme.member = next_name();
-    });
-  }
+  if (snapshot.truths.size() == truths.size()) truths = snapshot.truths;
+  std::size_t num_extremes = 0;
+  if (observables != nullptr) for_each_extreme(observables->found(), [&](const Extreme&) { ++num_extremes; });
+  if (num_extremes != snapshot.extremes.size()) return;
+  auto next = snapshot.extremes.begin();
+  if (observables != nullptr) for_each_extreme(observables->found(), [&](Extreme& extreme) { extreme = *next++; });
   if (!passages.empty()) return;
-  for (std::size_t k = 0; k < num_passages; ++k) {
-    Passage passage{
-        .event = static_cast<std::size_t>(next_number()), .time = next_number(), .rises = next_number() > 0.0};
-    passage.energy_lost = next_number();
-    passage.member = next_name();
-    passage.rest = next_name();
-    if (passage.event >= events.size()) continue;
+  passages = snapshot.passages;
+  std::erase_if(passages, [&](const Passage& passage) { return passage.event >= events.size(); });
+  for (Passage& passage : passages) {
     passage.name = events[passage.event].name;
     passage.action = events[passage.event].action;
-    passages.push_back(passage);
   }
 }
 

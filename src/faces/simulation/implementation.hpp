@@ -67,11 +67,7 @@ struct Simulation::Implementation final : SimulatedMotion {
   } seen;  // what observables read on the way
   std::vector<Event> events;
   std::vector<std::unique_ptr<Condition>> conditions;  // [event] null for a function
-  struct Truth {
-    bool is_true = false;                                            // when the condition was last looked at
-    double last_passage = std::numeric_limits<double>::quiet_NaN();  // s
-  };
-  std::vector<Truth> truths;  // [event]
+  std::vector<Truth> truths;                           // [event]
   std::vector<Passage> passages;
   std::size_t seen_passages = 0;  // of those of `integration`, in `passages`
   std::vector<Thing> taken;       // out of `given`

@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include <tanor/enum_names.hpp>
+#include <tanor/report_fields.hpp>
 
 #include "base/archive.hpp"
 #include "base/checksum.hpp"
@@ -14,16 +15,15 @@
 
 namespace tanor::detail {
 
-/// Reports of numbers alone, whose bytes have no gaps and stand in a snapshot in the order of the members.
-template <class Report, class... Reports>
-concept OneOf = (std::is_same_v<Report, Reports> || ...);
-template <OneOf<RankChange, SingularPassage, Counters, EnergyReport, Violations, NearestToSingular, PhaseTimes> Report>
-inline constexpr bool is_plain_bytes<Report> = true;
+template <class AnyTruth, class Visit>
+void visit_parts(AnyTruth& truth, Visit& visit) requires std::is_same_v<std::remove_const_t<AnyTruth>, Truth> {
+  visit(truth.is_true, truth.last_passage);
+}
 
 namespace {
 
 SavedHeader header_of(std::uint64_t fingerprint) {
-  return {.magic = {'t', 'a', 'n', 'o', 'r', ' ', 's', 't'}, .version = 9, .fingerprint = fingerprint};
+  return {.magic = {'t', 'a', 'n', 'o', 'r', ' ', 's', 't'}, .version = 10, .fingerprint = fingerprint};
 }
 constexpr SavedBy by{"/snapshot", "a Simulation", "another system"};
 
@@ -50,32 +50,11 @@ struct CheckEnum {
 };
 
 /// Calls archive(number …) for everything in a snapshot, in one order for both directions.
-template <class Archive, class Friction>
-void exchange_friction(Archive& archive, Friction& friction) {
-  archive(friction.solves, friction.iterations_mean, friction.iterations_max, friction.contraction_max,
-          friction.error_bound, friction.uniqueness, friction.method_used, friction.residual_max, friction.several,
-          friction.first_several, friction.uniqueness_reason);
-}
-
-template <class Archive, class Report>
-void exchange_report(Archive& archive, Report& report) {
-  archive(report.method, report.method_reason, report.time, report.steps, report.rejected, report.last_step,
-          report.accuracy_warning, report.events, report.last_event);
-  archive(report.start.position_correction, report.start.velocity_correction, report.start.relative);
-  archive(report.violation, report.last_violation, report.nearest_to_singular, report.last_reciprocal_condition);
-  archive(report.rank_changes.start, report.rank_changes.now, report.rank_changes.count, report.rank_changes.first);
-  archive(report.singular_passages.count, report.singular_passages.first, report.times, report.energy);
-  exchange_friction(archive, report.friction);
-  archive(report.counters);
-}
-
 template <class Archive, class AnySnapshot>
 void exchange(Archive& archive, AnySnapshot& snapshot) {
-  archive(snapshot.time, snapshot.positions, snapshot.velocities, snapshot.taken, snapshot.observed,
-          snapshot.observed_names);
-  exchange_report(archive, snapshot.report);
-  archive(snapshot.next_step, snapshot.last_error, snapshot.advance_begin, snapshot.advance_end,
-          snapshot.discrete_state, snapshot.event_slopes, snapshot.memory, snapshot.drive_memory,
+  archive(snapshot.time, snapshot.positions, snapshot.velocities, snapshot.taken, snapshot.extremes, snapshot.passages,
+          snapshot.truths, snapshot.report, snapshot.next_step, snapshot.last_error, snapshot.advance_begin,
+          snapshot.advance_end, snapshot.discrete_state, snapshot.event_slopes, snapshot.memory, snapshot.drive_memory,
           snapshot.singular_memory, snapshot.rounding_memory, snapshot.stiff_memory, snapshot.state_before);
 }
 

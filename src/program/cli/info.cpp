@@ -161,31 +161,18 @@ Json as_json(const Needs& needs) {
     predicted[std::string(method)] =
         report::json_of_members<&RunCost::solves, &RunCost::factorizations, &RunCost::seconds, &RunCost::bytes>(cost);
   }
-  return {{"scene", needs.scene.name},
-          {"source", needs.scene.source},
-          {"points", plan.points},
-          {"supports", plan.supports},
-          {"equations", plan.equations},
-          {"coordinates", plan.coordinates},
-          {"degrees_of_freedom", needs.degrees_of_freedom()},
-          {"constraints", list_entries(needs.system.constraints)},
-          {"forces", list_entries(needs.system.forces)},
-          {"friction", report::describe_friction(needs.system)},
-          {"islands", plan.islands},
-          {"parts", plan.parts},
-          {"form", name_of(plan.form)},
-          {"linear_solver", plan.linear_solver()},
-          {"linear_solver_reason", report::json_or_null(plan.linear_solver_reason)},
-          {"ordering", plan.ordering()},
-          {"factorization", plan.factorization()},
-          {"pattern_nonzeros", plan.pattern_nonzeros},
-          {"factor_nonzeros", plan.factor_nonzeros},
-          {"factor_flops", plan.factor_flops},
-          {"method", name_of(needs.chosen.method)},
-          {"method_reason", report::json_or_null(needs.chosen.reason)},
-          {"t_end", needs.scene.has_end() ? Json(needs.scene.t_end) : Json()},
-          {"predicted", predicted},
-          {"left_out", report::list_left_out(needs.scene.left_out, plan.left_out)}};
+  Json json{{"scene", needs.scene.name}, {"source", needs.scene.source}};
+  json.update(report::json_of(plan));
+  json.update({{"degrees_of_freedom", needs.degrees_of_freedom()},
+               {"constraints", list_entries(needs.system.constraints)},
+               {"forces", list_entries(needs.system.forces)},
+               {"friction", report::describe_friction(needs.system)},
+               {"method", name_of(needs.chosen.method)},
+               {"method_reason", report::json_or_null(needs.chosen.reason)},
+               {"t_end", needs.scene.has_end() ? Json(needs.scene.t_end) : Json()},
+               {"predicted", predicted},
+               {"left_out", report::list_left_out(needs.scene.left_out, plan.left_out)}});
+  return json;
 }
 
 }  // namespace

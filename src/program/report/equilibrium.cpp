@@ -34,25 +34,15 @@ Json describe(const EquilibriumResult& found) {
   const StabilityReport& stability = found.stability;
   const bool is_known = stability.status != Stability::None;
   const bool knows_energy = is_known && stability.status != Stability::NotConservative;
-  return {{"status", name_of(stability.status)},
-          {"accepted", found.outcome.ok()},
-          {"why", json_or_null(std::string_view(found.outcome.what))},
-          {"iterations", found.search.iterations},
-          {"factorizations", found.search.factorizations},
-          {"method_used", name_of(found.search.method_used)},
-          {"residual_force", json_of(found.residual_force)},
-          {"largest_force", json_of(found.largest_force)},
-          {"violation", json_of(found.violation)},
-          {"energy", json_of(found.energy)},
-          {"unstable_directions", knows_energy ? Json(stability.unstable_directions) : Json()},
-          {"zero_modes", knows_energy ? Json(stability.zero_modes) : Json()},
-          {"rigid_zero_modes", knows_energy ? Json(stability.rigid_zero_modes) : Json()},
-          {"lowest_omega2", json_of(stability.lowest_omega2)},
-          {"multipliers_unique", std::ranges::all_of(found.multipliers_unique, std::identity{})},
-          {"self_stress_states", found.self_stress_states},
-          {"dependences", found.dependences},
-          {"buckling_load_factor", json_of(found.buckling_load_factor)},
-          {"residuals", found.search.residuals}};
+  Json json = known_if(knows_energy, json_of(stability), "unstable_directions", "zero_modes", "rigid_zero_modes");
+  json["accepted"] = found.outcome.ok();
+  json["why"] = json_of(found.outcome.what);
+  json.update(json_of(found.search));
+  using E = EquilibriumResult;
+  json.update(json_of_members<&E::residual_force, &E::largest_force, &E::violation, &E::energy, &E::self_stress_states,
+                              &E::dependences, &E::buckling_load_factor>(found));
+  json["multipliers_unique"] = std::ranges::all_of(found.multipliers_unique, std::identity{});
+  return json;
 }
 
 /// Calls visit(name, number of the entry, first row, number of members) for each group of constraints.

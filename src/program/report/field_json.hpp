@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -13,7 +14,7 @@
 #include "base/member_names.hpp"
 #include "report/json_text.hpp"
 
-/// JSON of reports from their tables of fields (`FieldsOf`), or of some members under their own names.
+/// JSON of reports from their tables of fields (`fields_of`), or of some members under their own names.
 namespace tanor::report {
 
 /// Returns a number, or null if it is not finite; or a yes or no.
@@ -47,7 +48,11 @@ Json json_of(const std::vector<Value>& list) {
 template <HasReportFields Report>
 Json json_of(const Report& report) {
   Json object;
-  for_each_field(report, [&](const char* key, const auto& value) { object[key] = json_of(value); });
+  fields_of<Report>.for_each([&](auto field) {
+    if (field.columns > 0) return;  // arrays of points are written apart
+    const std::string_view key = field.key.empty() ? detail::name_of_member<field.member>() : field.key;
+    object[std::string(key)] = json_of(std::invoke(field.member, report));
+  });
   return object;
 }
 
@@ -59,10 +64,13 @@ Json json_of_members(const Report& report) {
   return object;
 }
 
-/// Returns an object whose members under these keys are null if `is_known` is false.
+/// Returns an object whose members under these keys, or all of them without keys, are null if `is_known` is false.
 template <class... Keys>
 Json known_if(bool is_known, Json object, Keys... keys) {
-  if (!is_known) ((object[keys] = nullptr), ...);
+  if (is_known) return object;
+  ((object[keys] = nullptr), ...);
+  for (auto& each : object)
+    if (sizeof...(keys) == 0) each = nullptr;
   return object;
 }
 

@@ -22,19 +22,8 @@ Json if_started(const RunFacts& facts, double number) {
 }
 
 Json describe_certificate(const std::optional<Certificate>& certificate) {
-  using C = Certificate;
-  using Check = CertificateCheck;
-  const C shown = certificate.value_or(C());
-  Json json = json_of_members<&C::normal_identity, &C::tangent_identity, &C::bases_orthogonal, &C::orthogonality,
-                              &C::residual, &C::forms_agree, &C::second_factorization, &C::power_balance, &C::friction,
-                              &C::reciprocal_condition>(shown);
-  json["verdict"] = certificate ? Json(shown.line()) : Json();
-  json["checks"] = Json::array();
-  for (const Check& check : shown.checks)
-    json["checks"].push_back(
-        json_of_members<&Check::words, &Check::identity, &Check::error, &Check::allowed, &Check::where>(check));
-  json["left_out"] = shown.left_out;
-  return json;
+  const Json json = json_of(certificate.value_or(Certificate()));
+  return known_if(certificate.has_value(), json, "passed", "certified_to", "verdict");
 }
 
 Json describe_rank(const std::optional<RankReport>& rank) {
@@ -92,22 +81,16 @@ std::size_t count_contacts(const System& system) {
 }
 
 Json describe_friction_report(const std::optional<FrictionReport>& report) {
-  using F = FrictionReport;
-  const F found = report.value_or(F());
-  Json json =
-      json_of_members<&F::contacts, &F::sticking, &F::sticking_is_indeterminate, &F::iterations, &F::contraction,
-                      &F::residual, &F::error_bound, &F::uniqueness, &F::uniqueness_reason, &F::method_used>(found);
+  const FrictionReport found = report.value_or(FrictionReport());
+  Json json = json_of(found);
   json = known_if(report.has_value(), std::move(json), "contacts", "sticking");
   json = known_if(found.contacts > 0, std::move(json), "sticking_is_indeterminate");
   return known_if(found.method_used != FrictionMethod::Auto, std::move(json), "iterations", "contraction", "residual");
 }
 
 Json describe_friction_summary(std::size_t contacts, const FrictionSummary& summary) {
-  using F = FrictionSummary;
   Json json{{"contacts", contacts}};
-  json.update(json_of_members<&F::solves, &F::iterations_mean, &F::iterations_max, &F::contraction_max,
-                              &F::residual_max, &F::error_bound, &F::uniqueness, &F::uniqueness_reason, &F::several,
-                              &F::first_several, &F::method_used>(summary));
+  json.update(json_of(summary));
   return known_if(summary.solves > 0, std::move(json), "iterations_mean", "iterations_max", "contraction_max",
                   "residual_max");
 }

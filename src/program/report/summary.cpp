@@ -24,26 +24,6 @@ void add_sizes(const RunEnd& end, JsonObjectFile* json) {
   json->add("islands", end.plan.islands);
 }
 
-/// Returns the rank at the start, and the times at which it changed, `count` in all.
-Json describe_rank_changes(const RankChanges& changes) {
-  const auto describe = [](const RankChange& change) { return Json{{"t", change.time}, {"rank", change.rank}}; };
-  return {{"start", changes.start}, {"count", changes.count}, {"first", list_of(changes.first, describe)}};
-}
-
-/// Returns the times of singular configurations, at which constraints depend on each other, `count` in all.
-Json describe_singular_passages(const SingularPassages& passages) {
-  const auto describe = [](const SingularPassage& passage) {
-    return Json{{"t", passage.time}, {"reciprocal_condition", passage.reciprocal_condition}};
-  };
-  return {{"count", passages.count}, {"first", list_of(passages.first, describe)}};
-}
-
-/// Returns the time at which the motion came nearest to a singular configuration.
-Json describe_nearest_to_singular(const RunFacts& facts, const MotionReport& report) {
-  return {{"t", if_started(facts, report.nearest_to_singular.time)},
-          {"reciprocal_condition", if_started(facts, report.nearest_to_singular.reciprocal_condition)}};
-}
-
 void add_work(const MotionReport& report, JsonObjectFile* json) {
   using M = MotionReport;
   json->add_members(json_of_members<&M::steps, &M::rejected, &M::events>(report));
@@ -51,9 +31,8 @@ void add_work(const MotionReport& report, JsonObjectFile* json) {
 }
 
 Json describe_times(const RunFacts& facts, const PhaseTimes& times, bool has_friction) {
-  using T = PhaseTimes;
   Json json{{"total", facts.wall.total}, {"setup", facts.wall.setup}};
-  json.update(json_of_members<&T::evaluate, &T::assemble, &T::factor, &T::solve, &T::friction>(times));
+  json.update(json_of(times));
   json["output"] = facts.wall.output;
   return known_if(has_friction, std::move(json), "friction");
 }
@@ -73,24 +52,6 @@ void add_final(const std::filesystem::path& directory, const RunFacts& facts, co
   arrays.write_points("reactions", find(&EndArrays::reactions));
   arrays.write_points("support_forces", find(&EndArrays::support_forces));
   json->end();
-}
-
-Json describe_violation(const RunFacts& facts, const MotionReport& report) {
-  return {{"position_max", if_started(facts, report.violation.position)},
-          {"velocity_max", if_started(facts, report.violation.velocity)},
-          {"acceleration_max", if_started(facts, report.violation.acceleration)}};
-}
-
-Json describe_energy(const RunFacts& facts, const MotionReport& report, bool has_friction) {
-  return {{"start", if_started(facts, report.energy.start)},
-          {"end", if_started(facts, report.energy.now)},
-          {"kinetic", if_started(facts, report.energy.kinetic)},
-          {"potential", if_started(facts, report.energy.potential)},
-          {"drift_relative", if_started(facts, report.energy.drift_relative())},
-          {"work_of_friction", has_friction ? if_started(facts, report.energy.work_of_friction) : Json()},
-          {"work_of_supports", if_started(facts, report.energy.work_of_supports)},
-          {"work_of_forces", if_started(facts, report.energy.work_of_forces)},
-          {"work_of_potentials", if_started(facts, report.energy.work_of_potentials)}};
 }
 
 }  // namespace
@@ -114,9 +75,9 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
     json.add("t_end", facts.t_end);
     json.add("t_reached", end.time);
     json.add("stopped_by", json_or_null(facts.stopped_by));
-    json.add("rank_changes", describe_rank_changes(report.rank_changes));
-    json.add("singular_passages", describe_singular_passages(report.singular_passages));
-    json.add("nearest_to_singular", describe_nearest_to_singular(facts, report));
+    json.add("rank_changes", json_of(report.rank_changes));
+    json.add("singular_passages", json_of(report.singular_passages));
+    json.add("nearest_to_singular", known_if(facts.has_started, json_of(report.nearest_to_singular)));
     for (const char* key : {"accuracy_warning", "doubt"})  // the old name stays for one version
       json.add(key, json_or_null(report.accuracy_warning));
     add_work(report, &json);
@@ -125,8 +86,9 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
                        {"velocity", if_started(facts, report.start.velocity_correction)}});
     json.add("wall_s", describe_times(facts, report.times, has_friction));
     add_final(directory, facts, end, &json);
-    json.add("violation", describe_violation(facts, report));
-    json.add("energy", describe_energy(facts, report, has_friction));
+    json.add("violation", known_if(facts.has_started, json_of(report.violation)));
+    const Json energy = known_if(facts.has_started, json_of(report.energy));
+    json.add("energy", known_if(has_friction, energy, "work_of_friction"));
     json.add("certificate", describe_certificate(facts.certificate));
     json.add("certificates", facts.certificates);
     json.add("friction", describe_friction_summary(end.contacts, report.friction));
