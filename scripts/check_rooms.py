@@ -87,7 +87,7 @@ ROOMS = {
     "python":   Sees("scene base/member_names.hpp", "tanor", "pybind11/"),
     "embed":    Sees("", "constrainer", "mpi.h atom.h comm.h domain.h error.h fix.h force.h group.h input.h lammps.h "
                      "modify.h update.h OpenMM.h openmm/"),
-    "mpi":      Sees("system/members.hpp system/fingerprint.hpp base/disjoint_sets.hpp base/groups.hpp base/checksum.hpp base/archive.hpp cli "
+    "mpi":      Sees("system/members.hpp system/chosen_members.hpp system/fingerprint.hpp base/disjoint_sets.hpp base/groups.hpp base/checksum.hpp base/archive.hpp base/member_names.hpp cli "
                      "scene report", "tanor",
                      "mpi.h metis.h omp.h unistd.h fcntl.h fmt/"),
 }

@@ -154,7 +154,7 @@ class Saved {
     // This is what a killed run left of a longer file.
     change(checks_.ranks, [&] { std::ofstream(name_ + ".part") << std::string(100'000, 'x'); });
     checks_.expect(simulation_.advance_to(5e-3).ok(), "the motion to save");
-    write_checkpoint(checks_.ranks, name_, part_, system_, simulation_, "a mark");
+    write_checkpoint(checks_.ranks, name_, part_, &system_, simulation_, "a mark");
   }
   ~Saved() {
     change(checks_.ranks, [&] { std::filesystem::remove(name_); });
@@ -164,7 +164,7 @@ class Saved {
     checks_.expect(complaint(system_).empty(), "a whole checkpoint: " + complaint(system_));
     checks_.expect(read_checkpoint_mark(name_) == "a mark", "the mark of a checkpoint");
     Simulation fresh(part_.system, part_.part, options_of(Method::Rattle, 1e-3), {.threads = 1});
-    read_checkpoint(checks_.ranks, name_, part_, system_, &fresh);
+    read_checkpoint(checks_.ranks, name_, part_, &system_, &fresh);
     checks_.expect(std::ranges::equal(fresh.positions(), simulation_.positions()) &&
                        std::ranges::equal(fresh.velocities(), simulation_.velocities()) && fresh.time() == 5e-3,
                    "a checkpoint is read as it was written");
@@ -199,7 +199,7 @@ class Saved {
   /// the saved system, since reading another one fails before it matters.
   std::string complaint(const System& system) {
     try {
-      read_checkpoint(checks_.ranks, name_, part_, system, &simulation_);
+      read_checkpoint(checks_.ranks, name_, part_, &system, &simulation_);
     } catch (const InputError& error) {
       return error.what();
     }
@@ -232,15 +232,15 @@ void check_joined_parts(Checks* checks) {
   Simulation first(own.system, own.part, options, {.threads = 1}),
       second(own.system, own.part, options, {.threads = 1}), wrong(other.system, other.part, options, {.threads = 1});
   checks->expect(first.advance_to(0.01).ok(), "joined parts move");
-  write_checkpoint(ranks, name, own, first);
-  read_checkpoint(ranks, name, own, &second);
+  write_checkpoint(ranks, name, own, nullptr, first);
+  read_checkpoint(ranks, name, own, nullptr, &second);
   checks->expect(std::ranges::equal(second.positions(), first.positions()) &&
                      std::ranges::equal(second.velocities(), first.velocities()) && second.time() == 0.01,
                  "a checkpoint of joined parts is read as it was written");
   checks->expect(second.advance_to(0.02).ok(), "joined parts go on");
   std::string message;
   try {
-    read_checkpoint(ranks, name, other, &wrong);
+    read_checkpoint(ranks, name, other, nullptr, &wrong);
   } catch (const InputError& error) {
     message = error.what();
   }

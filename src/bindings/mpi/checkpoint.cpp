@@ -59,20 +59,15 @@ std::uint64_t sum_points(const MpiRanks& ranks, std::span<const Index> points, s
   return all;
 }
 
-/// Returns a head with the system alone.
-Head head_of(const System& whole) {
-  return {whole.num_points(), fingerprint_of(whole)};
-}
-
-/// Does the same with a system that no rank knows. It belongs to the parts as they are divided.
-Head head_of(const MpiRanks& ranks, const RankSystem& part) {
+/// Returns a head with the system alone. One that no rank knows belongs to the parts as they are divided.
+Head head_of(const MpiRanks& ranks, const RankSystem& part, const System* whole) {
+  if (whole != nullptr) return {whole->num_points(), fingerprint_of(*whole)};
   Checksum sum;
   sum.add(std::span(part.points));
   const std::array<std::uint64_t, 1> fingerprint{fingerprint_of(part.system)};
   sum.add(std::span<const std::uint64_t>(fingerprint));
-  const std::array<std::uint64_t, 2> own{count_to_write(ranks, part), sum.value()};
-  std::array<std::uint64_t, 2> all{};
-  MPI_Allreduce(own.data(), all.data(), 2, MPI_UINT64_T, MPI_SUM, ranks.communicator());
+  std::array<std::uint64_t, 2> all{count_to_write(ranks, part), sum.value()};
+  MPI_Allreduce(MPI_IN_PLACE, all.data(), 2, MPI_UINT64_T, MPI_SUM, ranks.communicator());
   return {all[0], all[1]};
 }
 
@@ -128,8 +123,15 @@ Head read_head(const fs::path& name, std::size_t* start = nullptr) {
   return head;
 }
 
-void write(const MpiRanks& ranks, const fs::path& name, const RankSystem& part, Head head, const Simulation& simulation,
-           const std::string& mark) {
+}  // namespace
+
+std::size_t count_to_write(const MpiRanks& ranks, const RankSystem& part) {
+  return ranks.rank() == 0 ? part.points.size() - part.part.guests.size() : part.num_owned;
+}
+
+void write_checkpoint(const MpiRanks& ranks, const fs::path& name, const RankSystem& part, const System* whole,
+                      const Simulation& simulation, const std::string& mark) {
+  Head head = head_of(ranks, part, whole);
   const std::size_t count = count_to_write(ranks, part);
   const std::span<const Index> points(part.points.data(), count);
   const auto positions = simulation.positions().first(3 * count), velocities = simulation.velocities().first(3 * count);
@@ -154,8 +156,9 @@ void write(const MpiRanks& ranks, const fs::path& name, const RankSystem& part, 
     throw std::runtime_error("cannot write " + name.string() + ": " + std::generic_category().message(error));
 }
 
-void read(const MpiRanks& ranks, const fs::path& name, const RankSystem& part, const Head& expected,
-          Simulation* simulation) {
+void read_checkpoint(const MpiRanks& ranks, const fs::path& name, const RankSystem& part, const System* whole,
+                     Simulation* simulation) {
+  const Head expected = head_of(ranks, part, whole);
   SharedFile file(ranks, name, SharedFile::Mode::Read);
   std::size_t start = 0;
   const Head head = read_head(name, &start);
@@ -170,31 +173,6 @@ void read(const MpiRanks& ranks, const fs::path& name, const RankSystem& part, c
   if (sum_points(ranks, points, positions, velocities) != head.sum_of_points)
     refuse(name, "is damaged: the checksum of its points is another one");
   simulation->restore_progress(head.progress, positions, velocities);
-}
-
-}  // namespace
-
-std::size_t count_to_write(const MpiRanks& ranks, const RankSystem& part) {
-  return ranks.rank() == 0 ? part.points.size() - part.part.guests.size() : part.num_owned;
-}
-
-void write_checkpoint(const MpiRanks& ranks, const fs::path& name, const RankSystem& part, const System& whole,
-                      const Simulation& simulation, const std::string& mark) {
-  write(ranks, name, part, head_of(whole), simulation, mark);
-}
-
-void write_checkpoint(const MpiRanks& ranks, const fs::path& name, const RankSystem& part, const Simulation& simulation,
-                      const std::string& mark) {
-  write(ranks, name, part, head_of(ranks, part), simulation, mark);
-}
-
-void read_checkpoint(const MpiRanks& ranks, const fs::path& name, const RankSystem& part, const System& whole,
-                     Simulation* simulation) {
-  read(ranks, name, part, head_of(whole), simulation);
-}
-
-void read_checkpoint(const MpiRanks& ranks, const fs::path& name, const RankSystem& part, Simulation* simulation) {
-  read(ranks, name, part, head_of(ranks, part), simulation);
 }
 
 std::string read_checkpoint_mark(const fs::path& name) {

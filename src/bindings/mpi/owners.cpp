@@ -12,7 +12,7 @@
 #include "base/groups.hpp"
 #include "mpi/metis_counts.hpp"
 #include "mpi/tanor_mpi.hpp"
-#include "system/members.hpp"
+#include "system/chosen_members.hpp"
 
 namespace tanor {
 using namespace detail;
@@ -139,12 +139,10 @@ class Clusters {
       const Index first = join_all(points, &root_);
       if (first != nobody && points.size() > 1) bundled_.push_back(first);
     };
-    std::vector<Index> all(root_.size());
-    std::iota(all.begin(), all.end(), 0);
     for (const Force& force : system_.forces) {
       const auto* const pairs = std::get_if<PairForces>(&force);
       if (pairs == nullptr) continue;
-      const std::span<const Index> points(pairs->points.empty() ? all : pairs->points);
+      const std::vector<Index> points = points_of(system_, *pairs);
       const bool holds = std::ranges::any_of(points, [&](Index point) { return is_support(point); });
       if (islands == Islands::AreWhole || holds)
         bundle(points);

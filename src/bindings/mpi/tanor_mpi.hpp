@@ -90,21 +90,16 @@ class TANOR_API SharedFile {
 /// the first rank the supports too, so that the file has all of them.
 TANOR_API std::size_t count_to_write(const MpiRanks& ranks, const RankSystem& part);
 
-/// Saves a motion of `whole` so that it can be resumed on any number of ranks. The file is replaced when the disk has
-/// all of it. `mark` is what the host knows its input by, the same on every rank.
+/// Saves a motion so that it can be resumed: on any number of ranks if it is of a part of `whole`, else, as after
+/// `join_parts`, on the same parts. The file is replaced when the disk has all of it. `mark` is what the host knows its
+/// input by, the same on every rank.
 TANOR_API void write_checkpoint(const MpiRanks& ranks, const std::filesystem::path& name, const RankSystem& part,
-                                const System& whole, const Simulation& simulation, const std::string& mark = {});
-/// Does the same without a whole system that anybody knows, as after `join_parts`. The motion can be resumed on the
-/// same parts.
-TANOR_API void write_checkpoint(const MpiRanks& ranks, const std::filesystem::path& name, const RankSystem& part,
-                                const Simulation& simulation, const std::string& mark = {});
+                                const System* whole, const Simulation& simulation, const std::string& mark = {});
 /// Goes on from a checkpoint. Throws InputError if one byte of the file is not what was written, or if it is of a
 /// system with other points, masses, supports, members of constraints or kinds of entries. (What functions compute
 /// cannot be compared, so a host marks its files.)
 TANOR_API void read_checkpoint(const MpiRanks& ranks, const std::filesystem::path& name, const RankSystem& part,
-                               const System& whole, Simulation* simulation);
-TANOR_API void read_checkpoint(const MpiRanks& ranks, const std::filesystem::path& name, const RankSystem& part,
-                               Simulation* simulation);
+                               const System* whole, Simulation* simulation);
 /// Returns the mark of a file. Throws InputError if the file is no checkpoint, or its mark is damaged. Any rank reads
 /// it without the others.
 TANOR_API std::string read_checkpoint_mark(const std::filesystem::path& name);

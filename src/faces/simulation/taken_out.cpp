@@ -1,29 +1,15 @@
 #include "simulation/taken_out.hpp"
 
 #include <algorithm>
-#include <numeric>
 #include <string>
-#include <tuple>
+#include <type_traits>
 
 #include "base/text.hpp"
-#include "system/members.hpp"
+#include "system/chosen_members.hpp"
 
 namespace tanor::detail {
 
 namespace {
-
-/// Calls visit(parameter) for each field of a group that has a number for each member.
-template <class Group, class Visit>
-void for_each_parameter(Group& group, const Visit& visit) {
-  std::apply(
-      [&](const auto&... field) {
-        [[maybe_unused]] const auto see = [&](auto& value) {
-          if constexpr (std::is_same_v<std::remove_cvref_t<decltype(value)>, Parameter>) visit(value);
-        };
-        (see(group.*field.value), ...);
-      },
-      KindOf<Group>::fields);
-}
 
 /// Takes things out one by one.
 class Remover {
@@ -31,10 +17,8 @@ class Remover {
   explicit Remover(const System& system) : given_(system), result_(system) {
     result_.supports.push_back({.name = "taken out"});
     if (result_.velocities.empty()) result_.velocities.resize(3 * system.num_points());
-    std::vector<Index> all(system.num_points());
-    std::iota(all.begin(), all.end(), 0);
     for (Force& force : result_.forces)
-      if (auto* pairs = std::get_if<PairForces>(&force); pairs && pairs->points.empty()) pairs->points = all;
+      if (auto* pairs = std::get_if<PairForces>(&force)) pairs->points = points_of(system, *pairs);
   }
 
   void take(const Thing& thing) {
@@ -64,15 +48,11 @@ class Remover {
     std::visit(
         [&]<class Group>(Group& group) {
           if constexpr (requires { KindOf<Group>::members; }) {
-            auto& list = group.*KindOf<Group>::members;
             // Members that went before are no longer there.
-            auto k = static_cast<std::ptrdiff_t>(thing.member.value_or(0));
+            std::size_t gone = thing.member.value_or(0);
             for (const Thing& before : erased_)
-              if (before.index == thing.index && *before.member < *thing.member) --k;
-            for_each_parameter(group, [&](Parameter& parameter) {
-              if (parameter.constants.size() == list.size()) parameter.constants.erase(parameter.constants.begin() + k);
-            });
-            list.erase(list.begin() + k);
+              if (before.index == thing.index && *before.member < *thing.member) --gone;
+            group = with_members_if(group, [gone](std::size_t k) { return k != gone; });
           }
         },
         result_.forces[thing.index]);
@@ -84,10 +64,13 @@ class Remover {
         [&]<class Group>(Group& group) {
           auto& list = group.*KindOf<Group>::members;
           const std::size_t count = list.size(), k = *thing.member;
-          for_each_parameter(group, [&](Parameter& parameter) {
-            if (parameter.functions.empty()) return;
-            if (parameter.functions.size() == 1) parameter.functions.assign(count, parameter.functions[0]);
-            parameter.functions[k] = parameter.functions[k](0.0).value();
+          for_each_field<Group>([&](const auto& field) {
+            if constexpr (std::is_same_v<std::remove_cvref_t<decltype(group.*field.value)>, Parameter>) {
+              std::vector<ScalarFunction>& functions = (group.*field.value).functions;
+              if (functions.empty()) return;
+              if (functions.size() == 1) functions.assign(count, functions[0]);
+              functions[k] = functions[k](0.0).value();
+            }
           });
           if constexpr (has_single_points<Group>) {
             list[k] = add_outside(list[k]);

@@ -11,6 +11,7 @@
 
 #include "base/text.hpp"
 #include "dynamics/decisions.hpp"
+#include "system/chosen_members.hpp"
 #include "system/loops.hpp"
 #include "system/members.hpp"
 #include "system/neighbourhoods.hpp"
@@ -25,55 +26,6 @@ std::unique_ptr<SharedRows> Ranks::make_shared_rows(std::size_t, std::span<const
 }
 
 namespace {
-
-/// Keeps the values of chosen members if there is one for each of `count`. Values shared by all stay.
-template <class Value>
-void select(const std::vector<std::size_t>& members, std::size_t count, std::vector<Value>* values) {
-  if (values->size() != count || count == 1) return;
-  std::vector<Value> chosen;
-  for (const std::size_t k : members) chosen.push_back((*values)[k]);
-  *values = std::move(chosen);
-}
-
-void select(const std::vector<std::size_t>& members, std::size_t count, Parameter* parameter) {
-  select(members, count, &parameter->constants);
-  select(members, count, &parameter->functions);
-}
-
-/// Returns the numbers of chosen things, `width` for each; none if there are no numbers.
-template <class Number>
-std::vector<double> rows_of(const std::vector<double>& numbers, const std::vector<Number>& chosen, std::size_t width) {
-  std::vector<double> rows;
-  if (numbers.empty()) return rows;
-  for (const Number k : chosen) {
-    const auto first = numbers.begin() + static_cast<std::ptrdiff_t>(width * static_cast<std::size_t>(k));
-    rows.insert(rows.end(), first, first + static_cast<std::ptrdiff_t>(width));
-  }
-  return rows;
-}
-
-/// Returns a group with some of its members and all that belongs to these.
-template <class Group>
-Group with_members(const Group& group, const std::vector<std::size_t>& members) {
-  Group result = group;
-  const std::size_t count = num_members(group);
-  auto& list = result.*KindOf<Group>::members;
-  list.clear();
-  for (const std::size_t k : members) list.push_back(list_of(group)[k]);
-  for_each_field<Group>([&](const auto& field) {
-    if constexpr (std::is_same_v<std::remove_cvref_t<decltype(group.*field.value)>, Parameter>)
-      select(members, count, &(result.*field.value));
-  });
-  if constexpr (requires { result.offsets; }) select(members, count, &result.offsets);
-  if constexpr (std::is_same_v<Group, Potential>) {
-    for (std::vector<double>& constant : result.constants) select(members, count, &constant);
-  }
-  if constexpr (std::is_same_v<Group, UserCoordinates>) {
-    for (std::vector<double>* const numbers : {&result.q, &result.q_dot})
-      *numbers = rows_of(*numbers, members, static_cast<std::size_t>(group.kernel.num_coordinates));
-  }
-  return result;
-}
 
 /// True if the group means all points, as an empty list of single points does.
 template <class Group>
@@ -159,7 +111,7 @@ class PartTaker {
     for_each_tuple(whole_, visit_member);
     const auto visit_single_points = [&]<class Group>(const Group& group) {
       if constexpr (std::is_same_v<Group, PairForces>) {
-        const std::vector<Index> points = points_of(group);
+        const std::vector<Index> points = points_of(whole_, group);
         if (!has_cutoff(group) || owners_of(points).size() <= 1) visit_member(points);
       } else if constexpr (requires { KindOf<Group>::members; }) {
         if (!has_single_points<Group>) return;  // these are tuples, see above
@@ -254,13 +206,12 @@ class PartTaker {
     own.name = name;
     if constexpr (requires { KindOf<Group>::members; }) {
       if (!is_on_all) {
-        std::vector<std::size_t> members;
-        for (std::size_t k = 0; k < num_members(group); ++k)
-          if (has(owners_of(member_points(group, k)))) members.push_back(k);
-        if (members.empty()) return;
-        own = with_local_points(with_members(own, members));
+        own = with_members_if(own, [&](std::size_t k) { return has(owners_of(member_points(group, k))); });
+        if (list_of(own).empty()) return;
+        own = with_local_points(std::move(own));
       } else if constexpr (has_single_points<Group>) {
-        list_own_points(&own);  // guests belong to others
+        for (std::size_t i = 0; i < result_.num_owned; ++i)  // guests belong to others
+          (own.*KindOf<Group>::members).push_back(static_cast<Index>(i));
         if (list_of(own).empty()) return;
       }
     }
@@ -293,24 +244,11 @@ class PartTaker {
     if (chosen.empty()) return;
     Group own;
     if constexpr (requires { own.tuples; })
-      select(chosen, group.tuples.size(), &(own = group).tuples);
+      choose(chosen, group.tuples.size(), &(own = group).tuples);
     else
       own = with_members(group, chosen);
     own.name = name;
     result_.system.forces.emplace_back(with_local_points(std::move(own)));
-  }
-
-  template <class Group>
-  void list_own_points(Group* group) const {
-    for (std::size_t i = 0; i < result_.num_owned; ++i)
-      ((*group).*KindOf<Group>::members).push_back(static_cast<Index>(i));
-  }
-
-  std::vector<Index> points_of(const PairForces& pairs) const {
-    if (!pairs.points.empty()) return pairs.points;
-    std::vector<Index> all(whole_.num_points());
-    std::iota(all.begin(), all.end(), 0);
-    return all;
   }
 
   /// Takes all pairs of one rank's points. If several ranks have points, takes the pairs of own points, and shares the
@@ -318,7 +256,7 @@ class PartTaker {
   void take_pairs(const PairForces& group, const std::string& name, const std::string& where) {
     PairForces own = group;
     own.name = name;
-    own.points = points_of(group);
+    own.points = points_of(whole_, group);
     const std::vector<int> owners = owners_of(own.points);
     if (owners.size() > 1) require_moving(own, name, where);
     if (owners.size() > 1 && has_cutoff(own)) {
@@ -390,12 +328,10 @@ class PartTaker {
     for (std::size_t k = 0; k < whole_.coordinates.size(); ++k) {
       std::visit(
           [&]<class Group>(const Group& group) {
-            std::vector<std::size_t> members;
-            for (std::size_t m = 0; m < num_members(group); ++m)
-              if (has_whole(member_points(group, m), k)) members.push_back(m);
+            Group own = with_members_if(group, [&](std::size_t m) { return has_whole(member_points(group, m), k); });
             if constexpr (requires { KindOf<Group>::tied_points(group); }) (void)has_whole(group.points, k);
-            if (members.empty()) return;
-            Group own = with_local_points(with_members(group, members));
+            if (list_of(own).empty()) return;
+            own = with_local_points(std::move(own));
             own.name = coordinates_name(whole_, k);
             if constexpr (requires { own.anchor; }) own.anchor = local(own.anchor);
             result_.system.coordinates.emplace_back(std::move(own));

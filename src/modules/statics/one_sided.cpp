@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/text.hpp"
+#include "system/chosen_members.hpp"
 #include "system/enum_check.hpp"
 #include "system/members.hpp"
 
@@ -40,31 +41,6 @@ std::vector<int> find_sides(const System& system, const std::vector<OneSided>& g
   return result;
 }
 
-template <class List, class Keep>
-void keep_some(List* list, const Keep& keep) {
-  std::size_t kept = 0;
-  for (std::size_t k = 0; k < list->size(); ++k) {
-    if (keep(k)) (*list)[kept++] = (*list)[k];
-  }
-  list->resize(kept);
-}
-
-/// Removes some members of a group, and the data of these members alone.
-template <class Group, class Keep>
-void keep_members(Group* group, const Keep& keep) {
-  const std::size_t members = num_members(*group);
-  const auto keep_each = [&](auto* list) {
-    if (list->size() == members && members > 1) keep_some(list, keep);
-  };
-  if constexpr (requires { KindOf<Group>::parameter; }) {
-    Parameter& parameter = group->*KindOf<Group>::parameter;
-    keep_each(&parameter.constants);
-    keep_each(&parameter.functions);
-  }
-  if constexpr (requires { group->offsets; }) keep_each(&group->offsets);
-  keep_some(&(group->*KindOf<Group>::members), keep);
-}
-
 }  // namespace
 
 System without_open_constraints(const System& system, const std::vector<bool>& open) {
@@ -77,8 +53,9 @@ System without_open_constraints(const System& system, const std::vector<bool>& o
   for (Constraint& constraint : result.constraints) {
     const auto [members, rows] = shape_of(constraint);
     const std::size_t first = row, each = rows;
-    std::visit([&](auto& group) { keep_members(&group, [&](std::size_t k) { return !open[first + k * each]; }); },
-               constraint);
+    std::visit(
+        [&](auto& group) { group = with_members_if(group, [&](std::size_t k) { return !open[first + k * each]; }); },
+        constraint);
     row += members * rows;
   }
   return result;
@@ -111,8 +88,9 @@ class OneSidedRows {
 
   /// Convert between the rows of all constraints and those of the closed system; `spread` sets open rows to 0.
   std::vector<double> keep(const std::vector<double>& all) const {
-    std::vector<double> result = all;
-    keep_some(&result, [&](std::size_t row) { return !open_[row]; });
+    std::vector<double> result;
+    for (std::size_t row = 0; row < all.size(); ++row)
+      if (!open_[row]) result.push_back(all[row]);
     return result;
   }
   std::vector<double> spread(const std::vector<double>& kept) const {

@@ -22,17 +22,9 @@ double seconds_since(RunPlan::Clock::time_point begin) {
 }
 
 report::RunFacts collect_facts(const RunPlan& plan, const scene::Scene& scene, const Simulation& simulation) {
-  report::RunFacts facts;
-  facts.scene = scene.name;
-  facts.source = scene.source;
+  report::RunFacts facts = report::facts_of(scene, count_threads(), simulation.outcome().ok());
   facts.scene_checksum = plan.scene_checksum;
-  facts.left_out = scene.left_out;
   facts.cell = simulation.system().cell;
-  facts.threads = scene.solver.threads > 0 ? scene.solver.threads : count_threads();
-  facts.t_start = scene.t_start;
-  facts.t_end = scene.t_end;
-  facts.has_started = simulation.outcome().ok();
-  facts.wants_certificate = scene.certificate.when != scene::CertificatePolicy::When::Off;
   return facts;
 }
 

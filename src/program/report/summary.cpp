@@ -56,6 +56,19 @@ void add_final(const std::filesystem::path& directory, const RunFacts& facts, co
 
 }  // namespace
 
+RunFacts facts_of(const scene::Scene& scene, int threads, bool has_started) {
+  RunFacts facts;
+  facts.scene = scene.name;
+  facts.source = scene.source;
+  facts.left_out = scene.left_out;
+  facts.threads = scene.solver.threads > 0 ? scene.solver.threads : threads;
+  facts.t_start = scene.t_start;
+  facts.t_end = scene.t_end;
+  facts.has_started = has_started;
+  facts.wants_certificate = scene.certificate.when != scene::CertificatePolicy::When::Off;
+  return facts;
+}
+
 void write_summary(const std::filesystem::path& directory, const RunFacts& facts, const RunEnd& end) {
   const MotionReport& report = end.report;
   const bool has_friction = end.contacts > 0;

@@ -9,6 +9,7 @@
 #include <tanor/motion.hpp>
 
 #include "report/motion_extent.hpp"
+#include "scene/scene.hpp"
 
 namespace tanor::report {
 
@@ -36,6 +37,9 @@ struct RunFacts {
   std::optional<Cell> cell;                ///< periodic box
   WallTimes wall;
 };
+
+/// Returns what a scene tells of its run.
+RunFacts facts_of(const scene::Scene& scene, int threads, bool has_started);
 
 inline constexpr const char* summary_name = "summary.json";
 

@@ -9,7 +9,9 @@
 #include <vector>
 
 #include <tanor/enum_names.hpp>
+#include <tanor/report_fields.hpp>
 
+#include "base/member_names.hpp"
 #include "cli/messages.hpp"
 #include "mpi/program/together.hpp"
 #include "report/checkpoint.hpp"
@@ -48,21 +50,16 @@ std::string name_run(const fs::path& name) {
 
 /// Throws InputError, the same on every rank, if a rank asks for another motion than the first one.
 void require_same_motion(MpiRanks& ranks, const fs::path& name, const scene::Scene& own) {
-  const MotionOptions& motion = own.motion;
   std::vector<std::string> places, values;
-  const auto add = [&](const char* place, const auto& value) {
+  const auto add = [&]<class Value>(std::string_view place, const Value& value) {
     places.emplace_back(place);
-    values.push_back(fmt::format("{}", value));
+    if constexpr (std::is_enum_v<Value>)
+      values.emplace_back(name_of(value));
+    else
+      values.push_back(fmt::format("{}", value));
   };
-  add("method", name_of(motion.method));
-  add("step", motion.step);
-  add("max_step", motion.max_step);
-  add("rtol", motion.rtol);
-  add("atol", motion.atol);
-  add("stabilisation", name_of(motion.stabilisation));
-  add("start", name_of(motion.start));
-  add("order", motion.order);
-  add("spectral_radius", motion.spectral_radius);
+  fields_of<MotionOptions>.for_each(
+      [&](auto field) { add(detail::name_of_member<field.member>(), own.motion.*field.member); });
   add("t_start", own.t_start);
   add("t_end", own.t_end);
   add("output_every", own.output_every);
@@ -155,20 +152,6 @@ std::string Division::name_difference(std::string_view before) const {
   std::size_t first = 0;
   while (first + 1 < scenes.size() && old_scenes[first] == scenes[first]) ++first;
   return report::name_difference(old_scenes[first], scenes[first]);
-}
-
-void Division::write_checkpoint(const std::filesystem::path& name, const Simulation& simulation) const {
-  if (has_whole_)
-    tanor::write_checkpoint(ranks_, name, part_, scene_.system, simulation, mark_);
-  else
-    tanor::write_checkpoint(ranks_, name, part_, simulation, mark_);
-}
-
-void Division::read_checkpoint(const std::filesystem::path& name, Simulation* simulation) const {
-  if (has_whole_)
-    tanor::read_checkpoint(ranks_, name, part_, scene_.system, simulation);
-  else
-    tanor::read_checkpoint(ranks_, name, part_, simulation);
 }
 
 }  // namespace tanor::mpi

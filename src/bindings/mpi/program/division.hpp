@@ -31,8 +31,6 @@ class Division {
   const std::string& mark() const { return mark_; }
   /// Says how the mark of another run differs from this one.
   std::string name_difference(std::string_view before) const;
-  void write_checkpoint(const std::filesystem::path& name, const Simulation& simulation) const;
-  void read_checkpoint(const std::filesystem::path& name, Simulation* simulation) const;
 
  private:
   void divide(const std::filesystem::path& name, const ReadScene& read);

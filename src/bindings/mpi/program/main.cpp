@@ -135,7 +135,7 @@ class Run {
       if (const std::string mark = read_checkpoint_mark(checkpoint_); mark != division_.mark())
         throw InputError(checkpoint_.string(), division_.name_difference(mark) + "; run without --resume");
     });
-    division_.read_checkpoint(checkpoint_, &simulation_);
+    read_checkpoint(ranks_, checkpoint_, division_.part(), division_.whole(), &simulation_);
     if (simulation_.time() > scene_.t_end)
       throw InputError(folder_.string(), fmt::format("the run already reached t = {}, its end was to be {}",
                                                      in_time(simulation_.time()), in_time(scene_.t_end)));
@@ -150,7 +150,7 @@ class Run {
   void write_frame() {
     const auto begin = Clock::now();
     mpi::write_frame(ranks_, folder_, division_.part(), division_.num_points(), simulation_, &times_);
-    division_.write_checkpoint(checkpoint_, simulation_);
+    write_checkpoint(ranks_, checkpoint_, division_.part(), division_.whole(), simulation_, division_.mark());
     output_ += seconds_since(begin);
   }
 
@@ -159,13 +159,7 @@ class Run {
     const WholeRun whole(ranks_, division_, simulation_);
     if (ranks_.rank() != 0) return ExitCode::Done;
     const MotionReport& report = simulation_.report();
-    report::RunFacts facts;
-    facts.scene = scene_.name;
-    facts.source = scene_.source;
-    facts.left_out = scene_.left_out;
-    facts.threads = scene_.solver.threads > 0 ? scene_.solver.threads : omp_get_max_threads();
-    facts.t_end = scene_.t_end;
-    facts.has_started = outcome.ok() || report.steps > 0;
+    report::RunFacts facts = report::facts_of(scene_, omp_get_max_threads(), outcome.ok() || report.steps > 0);
     facts.stopped_by = outcome.what;
     const auto write_summary = [&] {
       facts.certificates = facts.certificate ? 1 : 0;
@@ -173,8 +167,7 @@ class Run {
       report::write_summary(folder_, facts, whole.end());
     };
     write_summary();  // the certificate, for which one rank holds the whole system, may end the program
-    if (outcome.ok() && scene_.certificate.when != scene::CertificatePolicy::When::Off)
-      facts.certificate = prove(whole);
+    if (outcome.ok() && facts.wants_certificate) facts.certificate = prove(whole);
     if (facts.certificate) write_summary();
     if (!report.accuracy_warning.empty())
       cli::print_message(options_.scene.string() + ": warning: " + report.accuracy_warning);
