@@ -13,6 +13,7 @@
 #include <tanor/statics_names.hpp>
 
 #include "cli/format_page.hpp"
+#include "report/field_json.hpp"
 
 namespace tanor::cli {
 namespace {
@@ -140,6 +141,21 @@ template <class... Groups>
 void expect_kinds(const std::vector<Table>& tables, const std::string& list,
                   std::type_identity<std::variant<Groups...>>) {
   (expect_rows<Groups>(tables, list), ...);
+}
+
+/// The row of a report on the page names each key of its table of fields.
+template <class Report>
+void expect_keys_in_row(const char* mark, const char* row) {
+  const Names named = find_tables(mark).at(0).words.at(row);
+  const report::Json fields = report::json_of(Report());
+  for (const auto& [key, value] : fields.items()) EXPECT_TRUE(named.contains(key)) << row << ": " << key;
+}
+
+TEST(SceneFormatPage, RowsOfListsNameEachKeyOfTheirTables) {
+  expect_keys_in_row<Observed>("result of run", "observables");
+  expect_keys_in_row<Passage>("result of run", "passages");
+  expect_keys_in_row<RankChanges>("result of run", "rank_changes");
+  expect_keys_in_row<FrictionReport>("result of solve", "friction_report");
 }
 
 TEST(SceneFormatPage, FieldsOfKindsHaveTheUnitsRangesAndDefaultsOfTheirTables) {
