@@ -191,6 +191,30 @@ TEST(ConditionsOnGroups, EachThingTellsItsOwnEnergy) {
   EXPECT_EQ(same[1].energy_lost, 0.0);
 }
 
+/// The second of three springs breaks; the others stay at their own rest lengths.
+TEST(ConditionsOnGroups, WhatIsLeftOfAGroupKeepsItsOwnNumbers) {
+  System system;
+  const Point wall = system.add_support({0.0, 0.0, 0.0});
+  Springs springs{.name = "springs", .stiffness = 16.0, .rest_length = std::vector{1.0, 2.0, 3.0}};
+  for (const double place : springs.rest_length.constants) {
+    const Vector3 velocity{place == 2.0 ? 2.0 : 0.0, 0.0, 0.0};
+    springs.pairs.push_back(
+        {wall.index, system.add_point({.position = {place, 0.0, 0.0}, .velocity = velocity, .mass = 1.0}).index});
+  }
+  system.forces.push_back(springs);
+  Simulation simulation(system, {.method = Method::Dop853, .rtol = 1e-12});
+  simulation.add_event({.when = "any tension(springs) > 4.8", .action = EventAction::Break});
+
+  const Outcome outcome = simulation.advance_to(1.0);
+
+  ASSERT_TRUE(outcome.ok()) << outcome.what;
+  ASSERT_EQ(simulation.passages().size(), 1u);
+  EXPECT_EQ(simulation.passages()[0].member, "springs[1]");
+  EXPECT_NEAR(simulation.positions()[3], 1.0, 1e-12);
+  EXPECT_GT(simulation.positions()[6], 2.3);
+  EXPECT_NEAR(simulation.positions()[9], 3.0, 1e-12);
+}
+
 /// Two rods in a line between supports hold their point by prestress alone once the third one, which lies obliquely,
 /// is gone.
 TEST(ConditionsOnGroups, ARestThatPrestressHoldsIsSingular) {
