@@ -22,17 +22,13 @@ chain = tanor.System(start, numpy.full(n, 0.1), supports=[tanor.Support([0, n - 
 rest = tanor.find_equilibrium(chain)
 if not rest.ok:
     sys.exit(rest.outcome.what)
-modes = tanor.modes(chain, rest.positions, tanor.ModesOptions(count=6), multipliers=rest.multipliers)
+modes = tanor.modes(chain, rest.positions, count=6, multipliers=rest.multipliers)
 if not modes.ok:
     sys.exit(modes.outcome.what)
 
-figure, axes = plt.subplots(2, 3, figsize=(11, 6), sharex=True, layout="constrained")
-for k, picture in enumerate(axes.flat):
-    shape = modes.shapes[k]
-    in_plane = abs(shape[:, 1]).max() < abs(shape[:, 2]).max()
-    moved = rest.positions + 0.3 / abs(shape).max() * shape
-    picture.plot(rest.positions[:, 0], rest.positions[:, 2], color="0.7")
-    picture.plot(moved[:, 0], moved[:, 2] if in_plane else moved[:, 1], ".-")
-    picture.set(title=f"{modes.omega[k]:.4f} rad/s, {'in the plane' if in_plane else 'across, from above'}")
+figure = plt.figure(figsize=(11, 7), layout="constrained")
+for k in range(6):
+    in_plane = abs(modes.shapes[k, :, 1]).max() < abs(modes.shapes[k, :, 2]).max()
+    tanor.plot.modes(modes, k, axes=figure.add_subplot(2, 3, k + 1, projection=None if in_plane else "3d"))
 figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "modes.png", dpi=100)
 print(f"{rest.status} after {rest.iterations} iterations; omega = {modes.omega}")

@@ -64,12 +64,9 @@ class Observables(unittest.TestCase):
         numpy.testing.assert_allclose(rest["links"].tension, 0.5 * 9.81 * numpy.array([4, 3, 2, 1]), rtol=1e-9)
         numpy.testing.assert_allclose(rest["load(hook)"], [0, 0, -0.5 * 9.81 * 4], atol=1e-9)
         self.assertAlmostEqual(rest["max tension(links)"], 0.5 * 9.81 * 4, 9)
-        self.assertEqual(repr(rest["links"]), "Group('links', 4 members at rest)")
+        self.assertEqual(repr(rest["links"]), "Group('links', 4 members)")
         with self.assertRaisesRegex(KeyError, "load"):
             rest["lod(hook)"]
-
-    def test_reprs_stay_short(self):
-        self.assertLess(len(repr(make_cable(30000))), 400)
 
     def test_a_run_that_the_numbers_end_raises(self):
         system = tanor.System([[0, 0, 0], [1, 0, 0]], velocities=[[0, 0, 0], [-1, 0, 0]], supports=[tanor.Support([0])],
@@ -79,17 +76,6 @@ class Observables(unittest.TestCase):
         self.assertIn("rod", str(raised.exception))
         self.assertGreater(len(raised.exception.trajectory.times), 1)
         self.assertFalse(tanor.run(tanor.Simulation(system), 2.0, check=False).outcome.ok)
-
-    def test_plots(self):
-        try:
-            import matplotlib
-        except ImportError:
-            self.skipTest("no matplotlib")
-        matplotlib.use("Agg")
-        import tanor.plot
-        run = tanor.run(tanor.Simulation(make_cable(4)), 0.2, 0.1)
-        self.assertEqual(len(tanor.plot.histories(run).lines), 5)
-        self.assertEqual(tanor.plot.tensions(run, "links").get_ylabel(), "members")
 
     def test_unknown_names_are_input_errors(self):
         simulation = tanor.Simulation(make_cable(2))

@@ -86,6 +86,17 @@ class SceneAsSystem(unittest.TestCase):
         numpy.testing.assert_allclose(run.positions[:, 0, 0], [t**3 / 6 - 12.5 * t - 125 / 3 for t in run.times], atol=1e-12)
         self.assertEqual(tanor.Simulation(scene, method="rk4", step=0.1).report.method, "rk4")
 
+    def test_options_of_a_scene_stay_beside_those_by_name(self):
+        hanging = {"points": {"positions": [[0, 0, 0], [0, 0, -1], [0, 0, -2]], "masses": 1}, "supports": [{"points": [0]}],
+                   "constraints": [{"name": "links", "kind": "rod", "pairs": [[0, 1], [1, 2]]}],
+                   "forces": [{"kind": "gravity", "acceleration": [0, 0, -10]}],
+                   "modes": {"count": "all"}, "equilibrium": {"prestress": {"links": 1.0}, "accept": "any"}}
+        with tempfile.TemporaryDirectory() as folder:
+            scene = tanor.Scene(write(folder, hanging))
+        self.assertTrue(tanor.find_equilibrium(scene, max_iterations=20).ok)
+        self.assertEqual(tanor.modes(scene, count=2).omega.shape, (2,))
+        self.assertEqual(tanor.modes(scene, tolerance=1e-9).omega.shape, (4,))
+
     def test_a_carried_value_stands_where_it_belongs(self):
         with tempfile.TemporaryDirectory() as folder:
             system = tanor.Scene(write(folder, CRANE)).system

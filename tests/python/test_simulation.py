@@ -41,7 +41,7 @@ class Motions(unittest.TestCase):
         solution = simulation.solution()
         # m v^2/L + m g cos: the pull of a pendulum of 1 kg on 1 m
         r, v = simulation.positions[1], simulation.velocities[1]
-        self.assertAlmostEqual(solution.tension(0, 0), v @ v - 9.81 * r[2], places=7)
+        self.assertAlmostEqual(solution["rod0"].tension[0], v @ v - 9.81 * r[2], places=7)
 
     def test_arrays_are_views_that_follow_the_motion(self):
         simulation = tanor.Simulation(hanging_chain())

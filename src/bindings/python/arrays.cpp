@@ -1,6 +1,7 @@
 #include "python/arrays.hpp"
 
 #include <algorithm>
+#include <string_view>
 #include <vector>
 
 namespace tanor::python {
@@ -58,14 +59,6 @@ void require_packed(const py::array& array, const Wanted& wanted) {
 }
 
 template <class Number>
-std::span<const Number> packed_to_read(const py::object& object, const Wanted& wanted) {
-  if (object.is_none()) return {};
-  const py::array array = take<Number>(object, wanted);
-  require_packed(array, wanted);
-  return {static_cast<const Number*>(array.data()), static_cast<std::size_t>(array.size())};
-}
-
-template <class Number>
 BasicPointArray<Number> points_of(const py::array& array, void* data, const Wanted& wanted,
                                   std::span<const Index> index) {
   if (array.shape(0) > 0 && array.strides(1) != number_size) {
@@ -99,8 +92,17 @@ PointArray points_to_write(const py::object& object, const Wanted& wanted, std::
   return points_of<double>(array, array.mutable_data(), wanted, index);
 }
 
-std::span<const double> numbers_to_read(const py::object& object, const Wanted& wanted) {
-  return packed_to_read<double>(object, wanted);
+PackedNumbers::PackedNumbers(const py::object& given, const Wanted& wanted) {
+  if (given.is_none()) return;
+  const auto raw = py::array::ensure(given);
+  PyErr_Clear();
+  const bool has_numbers = raw && std::string_view("fiub").find(raw.dtype().kind()) != std::string_view::npos;
+  const py::object numbers = has_numbers ? py::array_t<double, py::array::c_style | py::array::forcecast>(raw) : given;
+  array_ = take<double>(numbers, wanted);
+}
+
+std::span<const double> PackedNumbers::span() const {
+  return {array_.data(), static_cast<std::size_t>(array_.size())};
 }
 
 std::span<double> numbers_to_write(const py::object& object, const Wanted& wanted) {
@@ -112,7 +114,10 @@ std::span<double> numbers_to_write(const py::object& object, const Wanted& wante
 }
 
 std::span<const Index> index_to_read(const py::object& object, const Wanted& wanted) {
-  return packed_to_read<Index>(object, wanted);
+  if (object.is_none()) return {};
+  const py::array array = take<Index>(object, wanted);
+  require_packed(array, wanted);
+  return {static_cast<const Index*>(array.data()), static_cast<std::size_t>(array.size())};
 }
 
 py::array view(std::span<const double> numbers, py::ssize_t columns, py::handle owner) {

@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include <tanor/constrainer.hpp>
 
@@ -28,8 +29,20 @@ struct Wanted {
 ConstPointArray points_to_read(const py::object& array, const Wanted& wanted, std::span<const Index> index = {});
 PointArray points_to_write(const py::object& array, const Wanted& wanted, std::span<const Index> index = {});
 
-/// Return packed float64, or an empty span for None.
-std::span<const double> numbers_to_read(const py::object& array, const Wanted& wanted);
+/// Packed float64 that are only read: those of the argument itself, or a copy of a list, of other numbers and of arrays
+/// with gaps. None has no numbers.
+class PackedNumbers {
+ public:
+  PackedNumbers(const py::object& given, const Wanted& wanted);
+  /// Returns the numbers, which live as long as this object.
+  std::span<const double> span() const;
+  std::vector<double> copy() const { return {span().begin(), span().end()}; }
+
+ private:
+  py::array_t<double> array_;
+};
+
+/// Returns packed float64, or an empty span for None.
 std::span<double> numbers_to_write(const py::object& array, const Wanted& wanted);
 
 /// Returns packed int32 [rows], or an empty span for None.

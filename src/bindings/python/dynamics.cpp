@@ -11,6 +11,7 @@
 #include "python/bindings.hpp"
 #include "python/handle.hpp"
 #include "python/kinds.hpp"
+#include "python/records.hpp"
 
 namespace tanor::python {
 namespace {
@@ -26,7 +27,11 @@ class Problem : public Handle<Library> {
 
   const py::object system, options;
 
-  py::ssize_t num_points() const { return py::len(system.attr("masses")); }
+  /// Returns the system of the library's object, which was made.
+  const System& description() const { return this->made().system(); }
+  py::ssize_t num_points() {
+    return this->run([](const Library& made) { return static_cast<py::ssize_t>(made.system().num_points()); });
+  }
 
  private:
   Library make() override {
@@ -52,13 +57,20 @@ void bind_pickle(Class* type) {
                        [](const py::tuple& state) { return std::make_unique<Problem<Library>>(state[0], state[1]); }));
 }
 
-/// Returns the state of the arguments (positions, velocities, time) of a call.
-StateView state_of(const DynamicsProblem& self, const py::object& positions, const py::object& velocities,
-                   double time) {
-  return {.time = time,
-          .positions = numbers_to_read(positions, {"positions", self.num_points()}),
-          .velocities = numbers_to_read(velocities, {"velocities", self.num_points()})};
-}
+/// The state of the arguments (positions, velocities, time) of a call.
+class GivenState {
+ public:
+  GivenState(DynamicsProblem& self, const py::object& positions, const py::object& velocities, double time)
+      : positions_(positions, {"positions", self.num_points()}),
+        velocities_(velocities, {"velocities", self.num_points()}),
+        time_(time) {}
+
+  StateView view() const { return {.time = time_, .positions = positions_.span(), .velocities = velocities_.span()}; }
+
+ private:
+  PackedNumbers positions_, velocities_;
+  double time_;
+};
 
 SolveReport solve(DynamicsProblem& self, const py::object& positions, const py::object& velocities, double time,
                   const py::object& accelerations, const py::object& multipliers, const py::object& reactions,
@@ -74,16 +86,20 @@ SolveReport solve(DynamicsProblem& self, const py::object& positions, const py::
                            .support_forces = points("support_forces", support_forces),
                            .active_forces = points("active_forces", active_forces),
                            .friction_forces = points("friction_forces", friction_forces)};
-  const StateView at = state_of(self, positions, velocities, time);
-  return self.run([&](Dynamics& d) { return d.solve(at, wanted); });
+  const GivenState at(self, positions, velocities, time);
+  return self.run([&](Dynamics& d) { return d.solve(at.view(), wanted); });
 }
 
 /// Returns a function of the arguments (positions, velocities, time) that calls a method of Dynamics at that state.
 template <class Result>
 auto at_state(Result (Dynamics::*call)(const StateView&)) {
   return [call](DynamicsProblem& self, const py::object& positions, const py::object& velocities, double time) {
-    const StateView at = state_of(self, positions, velocities, time);
-    return self.run([&](Dynamics& d) { return (d.*call)(at); });
+    const GivenState at(self, positions, velocities, time);
+    auto result = self.run([&](Dynamics& d) { return (d.*call)(at.view()); });
+    if constexpr (std::is_same_v<Result, Solution>)
+      return keep(std::move(result), self.system, self.description());
+    else
+      return result;
   };
 }
 
@@ -94,8 +110,9 @@ ProjectionReport project_positions(DynamicsProblem& self, const py::object& posi
 
 ProjectionReport project_velocities(DynamicsProblem& self, const py::object& positions, const py::object& velocities,
                                     double time) {
+  const PackedNumbers at(positions, {"positions", self.num_points()});
   const MutableVelocities state{.time = time,
-                                .positions = numbers_to_read(positions, {"positions", self.num_points()}),
+                                .positions = at.span(),
                                 .velocities = numbers_to_write(velocities, {"velocities", self.num_points()})};
   return self.run([&](Dynamics& d) { return d.project_velocities(state); });
 }
@@ -110,24 +127,21 @@ StartReport start(DynamicsProblem& self, const py::object& positions, const py::
   return self.run([&](Dynamics& d) { return d.start(state, chosen); });
 }
 
-std::vector<double> packed(const py::object& array, const Wanted& wanted) {
-  const std::span<const double> numbers = numbers_to_read(array, wanted);
-  return {numbers.begin(), numbers.end()};
-}
-
 MotionForces evaluate(InverseProblem& self, const py::object& positions, const py::object& velocities,
                       const py::object& accelerations, double time) {
   const auto n = self.num_points();
-  const MotionState motion{packed(positions, {"positions", n}), packed(velocities, {"velocities", n}),
-                           packed(accelerations, {"accelerations", n})};
+  const MotionState motion{PackedNumbers(positions, {"positions", n}).copy(),
+                           PackedNumbers(velocities, {"velocities", n}).copy(),
+                           PackedNumbers(accelerations, {"accelerations", n}).copy()};
   return self.run([&](InverseDynamics& d) { return d.evaluate(time, motion); });
 }
 
 py::tuple place(InverseProblem& self, const py::object& q, const py::object& q_dot, const py::object& q_ddot,
                 double time) {
   const auto size = self.run([](const InverseDynamics& d) { return static_cast<py::ssize_t>(d.num_coordinates()); });
-  const MotionState coordinates{packed(q, {"q", size, 0}), packed(q_dot, {"q_dot", size, 0}),
-                                packed(q_ddot, {"q_ddot", size, 0})};
+  const MotionState coordinates{PackedNumbers(q, {"q", size, 0}).copy(),
+                                PackedNumbers(q_dot, {"q_dot", size, 0}).copy(),
+                                PackedNumbers(q_ddot, {"q_ddot", size, 0}).copy()};
   const MotionState points = self.run([&](InverseDynamics& d) { return d.place(time, coordinates); });
   return py::make_tuple(copy(points.value, 3), copy(points.rate, 3), copy(points.acceleration, 3));
 }
@@ -135,9 +149,10 @@ py::tuple place(InverseProblem& self, const py::object& q, const py::object& q_d
 constexpr const char* dynamics_doc = R"doc(
 Forward dynamics: accelerations and reactions of a system at one instant, for a time loop of your own.
 
-Arrays are packed float64 [n, 3] in the system's order, read and written in place; rows of multipliers stand in the order of
-`equation_name`. At supports positions and velocities are replaced by the prescribed motion. A wrong type of numbers is a
-TypeError, a wrong shape a ValueError. Call again at the state of the last call and nothing is solved anew.
+Arrays are [n, 3] in the system's order. What is read may be anything of which numpy makes float64, what is written is
+packed float64. Rows of multipliers stand in the order of `equation_names`. At supports positions and velocities are
+replaced by the prescribed motion. A wrong type of numbers is a TypeError, a wrong shape a ValueError. Call again at the
+state of the last call and nothing is solved anew.
 
 The interpreter's lock is released inside; an object serves one thread at a time. pickle and copy.deepcopy keep the
 description and make the solver anew where it is first used.
@@ -181,8 +196,8 @@ void bind_dynamics_calls(py::class_<DynamicsProblem>* type) {
       "rank",
       [](DynamicsProblem& self, const py::object& positions, const py::object& velocities, double time,
          bool thoroughly) {
-        const StateView at = state_of(self, positions, velocities, time);
-        return self.run([&](Dynamics& d) { return d.rank(at, thoroughly); });
+        const GivenState at(self, positions, velocities, time);
+        return self.run([&](Dynamics& d) { return d.rank(at.view(), thoroughly); });
       },
       arg("positions"), arg("velocities") = none, arg("time") = 0.0, arg("thoroughly") = false,
       "The rank of K: decided where there was a suspicion, or `thoroughly` in any case.");

@@ -311,7 +311,11 @@ System read_system(const py::object& object) {
   std::vector<Vector3> positions, velocities;
   read(given["name"], &system.name);
   read(given["positions"], &positions);
-  if (py::isinstance<py::float_>(object.attr("masses")) || py::isinstance<py::int_>(object.attr("masses"))) {
+  const py::module_ numpy = py::module_::import("numpy");
+  const auto has_dimensions = [&](const Given& each, int count) {
+    return numpy.attr("ndim")(each.value).equal(py::int_(count));
+  };
+  if (has_dimensions(given["masses"], 0)) {
     double mass = 0.0;
     read(given["masses"], &mass);
     system.masses.assign(positions.size(), mass);
@@ -328,7 +332,10 @@ System read_system(const py::object& object) {
     read(given["cell"], &edges);
     system.cell = Cell{.xx = edges[0], .yy = edges[1], .zz = edges[2]};
   }
-  if (!object.attr("velocities").is_none()) read(given["velocities"], &velocities);
+  Given all = given["velocities"];
+  if (has_dimensions(all, 1) && py::len(all.value) == 3)
+    all.value = numpy.attr("broadcast_to")(all.value, py::make_tuple(positions.size(), 3));
+  if (!all.value.is_none()) read(all, &velocities);
   for (const Vector3& r : positions) system.positions.insert(system.positions.end(), r.begin(), r.end());
   for (const Vector3& v : velocities) system.velocities.insert(system.velocities.end(), v.begin(), v.end());
   for (const Given& each : given["supports"].entries("a list of supports"))
@@ -359,25 +366,38 @@ py::object give_system(const System& system) {
   return py::module_::import("tanor").attr("System")(**fields);
 }
 
-py::object give_motion_options(const MotionOptions& options) {
-  return give_struct(options);
+template <class Options>
+py::object give_options(const py::object& system) {
+  return give_struct(choose_options<Options>(py::none(), system));
 }
-
-py::object give_solver_options(const SolverOptions& options) {
-  return give_struct(options);
-}
-
 template <class Options>
 Options choose_options(const py::object& options, const py::object& system) {
   if (!options.is_none()) return read_struct<Options>({options, Description<Options>::place});
   if (!py::isinstance<SceneFile>(system)) return {};
   return std::invoke(Description<Options>::of_scene, system.cast<SceneFile&>().read());
 }
+template <class Options>
+void take_named_options(const char* what, const py::object& system, const py::kwargs& named, py::object* options,
+                        py::object* solver) {
+  if (named.empty()) return;
+  if (options->is_none()) *options = give_options<Options>(system);
+  if (solver->is_none()) *solver = give_options<SolverOptions>(system);
+  const py::tuple both = py::module_::import("tanor.description").attr("split_options")(what, *options, *solver, named);
+  *options = both[0];
+  *solver = both[1];
+}
+
 template SolverOptions choose_options(const py::object&, const py::object&);
-template MotionOptions choose_options(const py::object&, const py::object&);
-template EquilibriumOptions choose_options(const py::object&, const py::object&);
-template ModesOptions choose_options(const py::object&, const py::object&);
-template BucklingOptions choose_options(const py::object&, const py::object&);
+template py::object give_options<SolverOptions>(const py::object&);
+#define TANOR_INSTANTIATE(Options)                                       \
+  template Options choose_options(const py::object&, const py::object&); \
+  template py::object give_options<Options>(const py::object&);          \
+  template void take_named_options<Options>(const char*, const py::object&, const py::kwargs&, py::object*, py::object*)
+TANOR_INSTANTIATE(MotionOptions);
+TANOR_INSTANTIATE(EquilibriumOptions);
+TANOR_INSTANTIATE(ModesOptions);
+TANOR_INSTANTIATE(BucklingOptions);
+#undef TANOR_INSTANTIATE
 
 double start_of_scene(const py::object& object) {
   return py::isinstance<SceneFile>(object) ? object.cast<SceneFile&>().read().t_start : 0.0;

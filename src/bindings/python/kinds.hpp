@@ -27,10 +27,16 @@ std::vector<Observable> choose_observables(const py::object& system_or_scene, co
 /// Returns name -> (first equation, members, equations a member) of each group of constraints.
 py::dict list_groups(const System& system);
 
-/// Return what C++ holds as objects of Python's classes: `read_system` of them is the same system.
+/// Returns what C++ holds as an object of Python's class: `read_system` of it is the same system.
 py::object give_system(const System& system);
-py::object give_motion_options(const MotionOptions& options);
-py::object give_solver_options(const SolverOptions& options);
+/// Returns the options of the file of a Scene, or the defaults, as an object of Python's class.
+template <class Options>
+py::object give_options(const py::object& system_or_scene);
+/// Puts options that stand by their fields' names, as in Simulation(system, rtol=1e-10), into those that were given
+/// whole or are those of the scene. Throws TypeError for a name that neither Options nor SolverOptions have.
+template <class Options>
+void take_named_options(const char* what, const py::object& system_or_scene, const py::kwargs& named,
+                        py::object* options, py::object* solver);
 
 /// Binds checks of a whole System, as the library has them.
 void bind_system_functions(py::module_& module);

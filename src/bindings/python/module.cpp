@@ -1,5 +1,7 @@
 #include <tanor/version.hpp>
 
+#include <string>
+
 #include "python/bindings.hpp"
 #include "python/kinds.hpp"
 
@@ -7,6 +9,10 @@
 PYBIND11_MODULE(_core, module) {
   using namespace tanor::python;
   module.doc() = "The compiled part of tanor.";
+  // Older versions of pybind11 read the types of numpy 2 wrongly.
+  const auto numpy = py::module_::import("numpy").attr("__version__").cast<std::string>();
+  if (PYBIND11_VERSION_HEX < 0x020C0000 && std::stoi(numpy) >= 2)
+    throw py::import_error("this build of tanor needs numpy 1, found numpy " + numpy);
   bind_errors(module);
   bind_reports(module);
   bind_scene(module);

@@ -15,6 +15,7 @@
 #include "base/member_names.hpp"
 #include "python/arrays.hpp"
 #include "python/header_docs.hpp"
+#include "python/kinds.hpp"
 
 /// \file
 /// Reports as small objects of Python. Their members are read-only attributes with the headers' own comments, and a
@@ -82,18 +83,12 @@ class Record {
   /// Makes the class. `otherwise` is its docstring if the header says nothing of the whole.
   explicit Record(py::module_& module, const char* otherwise = "")
       : name_(name_of_struct<Report>()),
-        type_(module, name_.c_str(), (header_doc(name_) + otherwise).c_str(), py::module_local()) {
+        type_(module, name_.c_str(), (header_doc(name_) + otherwise).c_str(), py::module_local(), py::dynamic_attr()) {
     type_.attr("_fields") = fields_;
-    type_.def("__repr__", [](const py::object& self) {
-      std::string text = py::type::of(self).attr("__name__").template cast<std::string>() + "(";
-      bool is_first = true;
-      for (const py::handle field : self.attr("_fields")) {
-        text += (is_first ? "" : ", ") + field.cast<std::string>() + "=" +
-                py::repr(self.attr(field)).template cast<std::string>();
-        is_first = false;
-      }
-      return text + ")";
-    });
+    for (const auto& [name, function] : {std::pair("__repr__", "short_repr"), std::pair("__reduce__", "reduce_report")})
+      type_.def(name, [function = function](const py::object& self) {
+        return py::module_::import("tanor.description").attr(function)(self);
+      });
     if constexpr (requires(Report report) { report.outcome.ok(); }) {
       property(
           "ok", [](const Report& self) { return self.outcome.ok(); }, "bool");
@@ -142,9 +137,11 @@ class Record {
     return property(name, get, type, name_ + "." + name);
   }
 
-  template <class Call, class... Arguments>
-  Record& method(const char* name, const Call& call, const char* text, const Arguments&... arguments) {
-    type_.def(name, call, text, arguments...);
+  /// Adds a value that `keep` stores with the report. It is None in a report without it.
+  Record& kept(const std::string& name, const std::string& type, const std::string& text) {
+    type_.def_property_readonly(
+        name.c_str(), [name](const py::object& self) { return py::object(self.attr("__dict__").attr("get")(name)); },
+        ("(" + type + ") " + text).c_str());
     return *this;
   }
 
@@ -180,5 +177,17 @@ class Record {
   py::class_<Report> type_;
   py::list fields_;
 };
+
+inline constexpr const char* groups_doc =
+    "first equation, members and equations a member of each group of constraints, by name";
+
+/// Returns a report as an object of Python with the system of which it speaks, and its groups of constraints.
+template <class Report>
+py::object keep(Report&& report, const py::object& system_as_given, const System& system) {
+  py::object result = py::cast(std::forward<Report>(report));
+  result.attr("__dict__")["system"] = system_as_given;
+  result.attr("__dict__")["groups"] = list_groups(system);
+  return result;
+}
 
 }  // namespace tanor::python

@@ -28,23 +28,7 @@ void bind_reports(py::module_& module) {
   Record<SingularPassages>(module, "Where a motion passed singular configurations.").table();
   Record<Observed>(module).table().property("columns", &column_names, "list");
   using S = Solution;
-  Record<S>(module)
-      .table()
-      .method(
-          "multiplier",
-          [](const S& self, std::size_t group, std::size_t number, std::size_t k) {
-            return self.multiplier({group, number}, k);
-          },
-          "lambda of a member of System.constraints[group], of its k-th equation. Raises InputError where there is "
-          "none.",
-          py::arg("group"), py::arg("number"), py::arg("k") = 0)
-      .method(
-          "tension",
-          [](const S& self, std::size_t group, std::size_t number) {
-            return self.tension({group, number});
-          },
-          "N: what a rod of System.constraints[group] pulls with; negative where it pushes.", py::arg("group"),
-          py::arg("number"));
+  Record<S>(module).table().kept("groups", "dict", groups_doc).kept("system", "System | Scene", "as it was given");
   using M = MotionReport;
   using V = Violations;
   using Nearest = NearestToSingular;

@@ -94,10 +94,10 @@ void bind_scene(py::module_& module) {
           "system", [](SceneFile& self) { return give_system(self.read().system); },
           "(System) what the file describes, as objects of one's own to read and to change")
       .def_property_readonly(
-          "motion", [](SceneFile& self) { return give_motion_options(self.read().motion); },
+          "motion", [](const py::object& self) { return give_options<MotionOptions>(self); },
           "(MotionOptions) how the file asks for steps")
       .def_property_readonly(
-          "solver", [](SceneFile& self) { return give_solver_options(self.read().solver); },
+          "solver", [](const py::object& self) { return give_options<SolverOptions>(self); },
           "(SolverOptions) how the file asks for solutions")
       .def_property_readonly(
           "num_points", [](SceneFile& self) { return self.read().system.num_points(); }, "(int) supports included")

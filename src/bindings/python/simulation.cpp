@@ -13,6 +13,7 @@
 #include "python/functions.hpp"
 #include "python/handle.hpp"
 #include "python/kinds.hpp"
+#include "python/records.hpp"
 
 namespace tanor::python {
 namespace {
@@ -115,6 +116,12 @@ std::size_t add_observable(Run& self, const std::string& what, const std::string
       [&](Simulation& s) { return s.add_observable({.name = name, .text = what, .every_step = every_step}); });
 }
 
+py::dict letters_of(const Units& units) {
+  using namespace py::literals;
+  return py::dict("length"_a = units.length, "mass"_a = units.mass, "time"_a = units.time, "force"_a = units.force,
+                  "energy"_a = units.energy, "temperature"_a = units.temperature, "pressure"_a = units.pressure);
+}
+
 std::vector<Observed> observe(Run& self) {
   return self.run([](Simulation& s) { return list_of(s.observe()); });
 }
@@ -180,13 +187,7 @@ void bind_simulation(py::module_& module) {
   py::class_<Run> type(module, "Simulation", simulation_doc);
   type.def(py::init([](const py::object& system, py::object motion, py::object solver, std::optional<double> t_start,
                        const py::kwargs& options) {
-             if (!options.empty()) {
-               const py::tuple both = py::module_::import("tanor.description")
-                                          .attr("split_options")(system, motion, solver, options)
-                                          .cast<py::tuple>();
-               motion = both[0];
-               solver = both[1];
-             }
+             take_named_options<MotionOptions>("Simulation", system, options, &motion, &solver);
              return std::make_unique<Run>(system, motion, solver, t_start);
            }),
            arg("system"), arg("motion") = none, arg("solver") = none, arg("t_start") = none)
@@ -217,13 +218,17 @@ do         "report", "stop", "break" (a rod, rope, spring or bond is taken out),
 of         what is taken out; "": the member of which the condition speaks)doc")
       .def_property_readonly(
           "groups", [](const Run& self) { return list_groups(self.now().system()); },
-          "(dict[str, tuple]) first equation, members and equations a member of each group of "
-          "constraints, by name")
+          (std::string("(dict[str, tuple]) ") + groups_doc).c_str())
+      .def_property_readonly(
+          "units", [](const Run& self) { return letters_of(self.now().system().units); },
+          "(dict[str, str]) letters of length, mass, time, force, energy, temperature and pressure; empty if not known")
       .def_property_readonly(
           "passages", [](Run& self) { return list_of(self.now().passages()); },
           "(list[Passage]) of events, in the order of time")
-      .def("solution", &ask<Run, &Simulation::solution>,
-           "The present state as a value, also inside a progress callback.")
+      .def(
+          "solution",
+          [](Run& self) { return keep(ask<Run, &Simulation::solution>(self), self.system, self.now().system()); },
+          "The present state as a value, also inside a progress callback.")
       .def(
           "friction_forces",
           [](Run& self) { return copy(self.run([](Simulation& s) { return s.friction_forces(); }), 3); },
@@ -242,7 +247,10 @@ of         what is taken out; "": the member of which the condition speaks)doc")
       .def_property_readonly("report", &present<&Simulation::report>, "(MotionReport) of the motion so far")
       .def_property_readonly("time", &present<&Simulation::time>, "(float) s")
       .def("__repr__", [](const py::object& self) {
-        return "Simulation(time=" + std::to_string(self.cast<const Run&>().now().time()) + ")";
+        const Simulation& now = self.cast<const Run&>().now();
+        return py::str("Simulation({!r}, {} points, t = {:g}, {})")
+            .format(now.system().name, now.system().num_points(), now.time(),
+                    std::string(name_of(now.report().method)));
       });
   bind_arrays(&type);
 }

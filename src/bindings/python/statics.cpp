@@ -16,7 +16,9 @@ namespace tanor::python {
 namespace {
 
 template <class Options>
-Options read_options(const py::object& options, const py::object& solver, const py::object& system) {
+Options read_options(const char* what, py::object options, py::object solver, const py::kwargs& named,
+                     const py::object& system) {
+  take_named_options<Options>(what, system, named, &options, &solver);
   auto chosen = choose_options<Options>(options, system);
   chosen.solver = choose_options<SolverOptions>(solver, system);
   return chosen;
@@ -25,24 +27,18 @@ Options read_options(const py::object& options, const py::object& solver, const 
 /// Returns the positions that the user gave, or those of the description.
 std::vector<double> positions_of(const System& system, const py::object& positions) {
   if (positions.is_none()) return system.positions;
-  const auto numbers = numbers_to_read(positions, {"positions", static_cast<py::ssize_t>(system.num_points())});
-  return {numbers.begin(), numbers.end()};
+  return PackedNumbers(positions, {"positions", static_cast<py::ssize_t>(system.num_points())}).copy();
 }
 
-/// A state of rest with its tensions and loads by name.
-struct EquilibriumResult : tanor::EquilibriumResult {
-  std::vector<Observed> observables;  ///< of the scene, or those of a run; empty if no equilibrium was accepted
-  py::dict groups;                    ///< first equation, members and equations a member of each group of constraints
-};
-
-EquilibriumResult rest(const py::object& object, const py::object& options, const py::object& solver) {
+py::object rest(const py::object& object, const py::object& options, const py::object& solver,
+                const py::kwargs& named) {
   const System system = read_system(object);
-  const auto chosen = read_options<EquilibriumOptions>(options, solver, object);
+  const auto chosen = read_options<EquilibriumOptions>("find_equilibrium", options, solver, named, object);
   const std::vector<Observable> wanted = choose_observables(object, system);
-  EquilibriumResult result;
-  static_cast<tanor::EquilibriumResult&>(result) = without_lock([&] { return find_equilibrium(system, chosen); });
-  result.groups = list_groups(system);
-  if (result.outcome.ok()) result.observables = observe(system, wanted, state_at_rest(result, chosen.at));
+  const EquilibriumResult found = without_lock([&] { return find_equilibrium(system, chosen); });
+  py::object result = keep(found, object, system);
+  result.attr("__dict__")["observables"] =
+      found.outcome.ok() ? observe(system, wanted, state_at_rest(found, chosen.at)) : std::vector<Observed>{};
   return result;
 }
 
@@ -53,26 +49,28 @@ std::vector<bool> flags_to_read(const py::object& flags) {
   return std::vector<bool>(given.data(), given.data() + given.size());
 }
 
-Modes vibrate(const py::object& object, const py::object& positions, const py::object& options,
-              const py::object& multipliers, const py::object& open_rows, const py::object& solver) {
+py::object vibrate(const py::object& object, const py::object& positions, const py::object& options,
+                   const py::object& multipliers, const py::object& open_rows, const py::object& solver,
+                   const py::kwargs& named) {
   const System system = read_system(object);
   const std::vector<bool> open = flags_to_read(open_rows);
   const System held = without_open_constraints(system, open);
-  auto chosen = read_options<ModesOptions>(options, solver, object);
+  auto chosen = read_options<ModesOptions>("modes", options, solver, named, object);
   const std::vector<double> at = positions_of(system, positions);
-  const std::span<const double> given =
-      numbers_to_read(multipliers, {"multipliers", static_cast<py::ssize_t>(num_equations(system)), 0});
-  for (std::size_t row = 0; row < given.size(); ++row) {
-    if (open.empty() || !open[row]) chosen.multipliers.push_back(given[row]);
+  const PackedNumbers given(multipliers, {"multipliers", static_cast<py::ssize_t>(num_equations(system)), 0});
+  for (std::size_t row = 0; row < given.span().size(); ++row) {
+    if (open.empty() || !open[row]) chosen.multipliers.push_back(given.span()[row]);
   }
-  return without_lock([&] { return modes(held, at, chosen); });
+  py::object result = keep(without_lock([&] { return modes(held, at, chosen); }), object, held);
+  result.attr("__dict__")["positions"] = copy(at, 3);
+  return result;
 }
 
 Buckling buckle(const py::object& object, const py::object& options, const py::object& positions,
-                const py::object& open_rows, const py::object& solver) {
+                const py::object& open_rows, const py::object& solver, const py::kwargs& named) {
   const System system = read_system(object);
   const System held = without_open_constraints(system, flags_to_read(open_rows));
-  const auto chosen = read_options<BucklingOptions>(options, solver, object);
+  const auto chosen = read_options<BucklingOptions>("find_buckling", options, solver, named, object);
   const std::vector<double> at = positions_of(system, positions);
   return without_lock([&] { return find_buckling(held, at, chosen); });
 }
@@ -86,7 +84,7 @@ py::array shapes_of(const py::object& self) {
   return py::array(view(found.*numbers, 0, self).attr("reshape")(count, points, 3));
 }
 
-template <std::vector<bool> tanor::EquilibriumResult::*member>
+template <std::vector<bool> EquilibriumResult::*member>
 py::array_t<bool> flags_of(const EquilibriumResult& found) {
   const std::vector<bool>& given = found.*member;
   py::array_t<bool> flags(static_cast<py::ssize_t>(given.size()));
@@ -107,16 +105,20 @@ void bind_records(py::module_& module) {
       .fields<&E::self_stress_states, &E::dependences, &E::residual_force, &E::largest_force, &E::violation,
               &E::energy>()
       .property("open", &flags_of<&E::open>, "numpy.ndarray")
-      .fields<&E::left_out, &E::observables>()
-      .property(
-          "groups", [](const E& self) { return self.groups; }, "dict");
+      .fields<&E::left_out>()
+      .kept("observables", "list", "Observed of the scene, or those of a run; empty if no equilibrium was accepted")
+      .kept("groups", "dict", groups_doc)
+      .kept("system", "System | Scene", "as it was given");
   using M = Modes;
   Record<M>(module)
       .fields<&M::outcome, &M::omega, &M::decay>()
       .property("shapes", &shapes_of<&M::shapes>, "numpy.ndarray")
       .property("shapes_imaginary", &shapes_of<&M::shapes_imaginary>, "numpy.ndarray")
       .fields<&M::residual_max, &M::degrees_of_freedom, &M::unstable_directions, &M::zero_modes, &M::rigid_zero_modes,
-              &M::multipliers, &M::left_out>();
+              &M::multipliers, &M::left_out>()
+      .kept("positions", "numpy.ndarray", "float64 [n, 3], m, about which they swing")
+      .kept("groups", "dict", groups_doc)
+      .kept("system", "System | Scene", "as it was given");
   Record<Buckling>(module).table();
 }
 
@@ -134,6 +136,7 @@ whether it stays there. Velocities are not read.
 system   a System or a Scene
 options  EquilibriumOptions; None: those of the scene, or the defaults
 solver   SolverOptions; likewise
+Fields of both may stand by name: find_equilibrium(system, force_tolerance=1e-12).
 Returns an EquilibriumResult: whether an equilibrium was found and accepted is in `ok`, else why not in `outcome.what`.
 Raises InputError, naming the place, for wrong input, Coulomb friction and coordinates.)doc");
   module.def("modes", &vibrate, arg("system"), arg("positions") = none, arg("options") = none, py::kw_only(),
@@ -146,6 +149,7 @@ options      ModesOptions; None: those of the scene, or the defaults
 multipliers  float64 [num_equations], lambda of the equilibrium; None: the smallest of f + K lambda = 0
 open         bool [num_equations], one-sided constraints that take no part (EquilibriumResult.open); None: no one
 solver       SolverOptions; None: those of the scene, or the defaults
+Fields of the options may stand by name: modes(system, rest.positions, count=4).
 Returns Modes. Raises InputError where the positions are no equilibrium, naming the point with the largest force.)doc");
   module.def("find_buckling", &buckle, arg("system"), arg("options") = none, arg("positions") = none, py::kw_only(),
              arg("open") = none, arg("solver") = none, R"doc(
@@ -156,6 +160,7 @@ options    BucklingOptions, which name the loads; None: those of the scene
 positions  float64 [n, 3], m, of the equilibrium; None: those of the system
 open       bool [num_equations], one-sided constraints that take no part; None: no one
 solver     SolverOptions; None: those of the scene, or the defaults
+Fields of the options may stand by name: find_buckling(system, loads="weight").
 Returns a Buckling. Raises InputError where no load is named, and where the positions are no equilibrium.)doc");
 }
 

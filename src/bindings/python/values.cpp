@@ -11,7 +11,8 @@ namespace tanor::python {
 namespace {
 
 bool is_number(const py::object& value) {
-  return PyFloat_Check(value.ptr()) != 0 ||
+  const auto* const array = py::isinstance<py::array>(value) ? py::detail::array_proxy(value.ptr()) : nullptr;
+  return PyFloat_Check(value.ptr()) != 0 || (array != nullptr && array->nd == 0) ||
          (PyNumber_Check(value.ptr()) != 0 && !py::isinstance<py::str>(value) && PySequence_Check(value.ptr()) == 0);
 }
 
@@ -19,9 +20,10 @@ using WholeNumbers = py::array_t<std::int64_t, py::array::c_style | py::array::f
 
 /// Returns an array of whole numbers. An empty list is one.
 WholeNumbers whole_numbers(const Given& given, py::ssize_t dimensions, const char* wanted) {
-  const auto array = py::array::ensure(given.value);
+  auto array = py::array::ensure(given.value);
   PyErr_Clear();
   if (array && array.size() == 0) return {};
+  if (array && array.ndim() == 0 && dimensions == 1) array = array.reshape({1});  // a number is a list of one
   if (!array || (array.dtype().kind() != 'i' && array.dtype().kind() != 'u') || array.ndim() != dimensions)
     given.fail(wanted);
   return WholeNumbers::ensure(array);

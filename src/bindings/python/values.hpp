@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <ranges>
 #include <string>
@@ -81,6 +82,8 @@ template <class Value>
 py::object default_of(const Value& value) {
   if constexpr (std::is_enum_v<Value>) {
     return py::str(std::string(name_of(value)));
+  } else if constexpr (std::is_same_v<Value, std::size_t>) {
+    return value == std::numeric_limits<std::size_t>::max() ? py::object(py::str("all")) : py::object(py::int_(value));
   } else if constexpr (std::is_same_v<Value, Vector3>) {
     return py::make_tuple(value[0], value[1], value[2]);
   } else if constexpr (std::is_same_v<Value, std::array<Vector3, 2>>) {

@@ -21,6 +21,8 @@ from typing import Any
 import numpy
 from numpy.typing import ArrayLike
 
+from . import plot as plot
+
 TimeFunction = str | Formula | Table | Callable[[float], tuple[Any, Any, Any]]
 VectorLike = ArrayLike | Sequence[float | TimeFunction] | Table | Callable[[float], tuple[Any, Any, Any]]
 ParameterLike = None | float | ArrayLike | TimeFunction | Sequence[float | TimeFunction]
@@ -40,6 +42,7 @@ ARGUMENTS = {"masses": "ArrayLike", "constraints": "Sequence[Any]", "cell": "Arr
              "ids": "ArrayLike", "lengths": "ArrayLike", "rates": "ArrayLike | None", "points": "ArrayLike",
              "from_": "ArrayLike", "flags": "ArrayLike", "function": "Callable[[float, numpy.ndarray, numpy.ndarray], float]", "saved": "bytes"}
 OPTIONS = {"find_equilibrium": "EquilibriumOptions", "modes": "ModesOptions", "find_buckling": "BucklingOptions"}
+RESULTS = {"find_equilibrium": "EquilibriumResult", "modes": "Modes", "solution": "Solution"}
 EXCEPTIONS = {"InputError": "    where: str\n", "Failed": "    outcome: Outcome\n    trajectory: Trajectory\n"}
 NUMBERS = {"step", "max_step", "rtol", "atol", "t_end", "threads"}
 
@@ -85,8 +88,18 @@ def compiled(name: str, doc: str, indent: str) -> str:
     arguments = arguments.replace("self: _core.", "self: ").replace("tanor._core.", "")
     arguments = re.sub(r"self: [\w.:<>]+", "self", arguments)
     result = result if re.fullmatch(r"[\w\[\], .|]+", result) else "Any"
-    result = {"tuple": "tuple[numpy.ndarray, numpy.ndarray, numpy.ndarray]"}.get(result, result)
+    result = {"tuple": "tuple[numpy.ndarray, numpy.ndarray, numpy.ndarray]", "object": RESULTS.get(name, "Any")}.get(result, result)
     return f"{indent}def {name}({arguments}) -> {result}: ...\n"
+
+
+def own_members(cls: type) -> str:
+    """What a class has that is written in Python: methods, properties, and what it is asked in brackets."""
+    lines = ""
+    for name, member in vars(cls).items():
+        get = member.fget if isinstance(member, property) else member
+        if inspect.isfunction(get) and (name == "__getitem__" or not name.startswith("_")):
+            lines += "    @property\n" * (get is not member) + "    " + function(name, get)
+    return lines
 
 
 def compiled_class(cls: type) -> str:
@@ -99,6 +112,7 @@ def compiled_class(cls: type) -> str:
             lines += compiled(name, member.__doc__, "    ")
         elif not name.startswith("_") and callable(member):
             lines += compiled(name, member.__doc__, "    ")
+    lines += own_members(cls)
     return f"class {cls.__name__}:\n{lines or '    ...' + chr(10)}"
 
 
@@ -119,7 +133,7 @@ def data_class(cls: type) -> str:
             has_star = True
         has_default = field.default is not dataclasses.MISSING or field.default_factory is not dataclasses.MISSING
         arguments.append(f"{field.name}: {kind}" + (f" = {written(field.default)}" if has_default else ""))
-    return f"class {cls.__name__}:\n{lines}    def __init__({', '.join(arguments)}) -> None: ...\n"
+    return f"class {cls.__name__}:\n{lines}    def __init__({', '.join(arguments)}) -> None: ...\n{own_members(cls)}"
 
 
 def function(name: str, member: object) -> str:

@@ -9,11 +9,10 @@ from ._core import *  # noqa: F403
 from ._core import InputError, __version__  # noqa: F401
 from .description import KINDS as _KINDS
 from .description import Definition, Formula, System, Table  # noqa: F401
-from .runs import at_rest as _at_rest
+from . import plot  # noqa: F401
 from .runs import Failed, Group, Trajectory, run, run_scene  # noqa: F401
 
 globals().update(_KINDS)
-EquilibriumResult.__getitem__ = _at_rest  # noqa: F405
 Scene._repr_html_ = lambda self: self.system._repr_html_()  # noqa: F405
 __all__ = sorted(name for name in globals() if name[0].isupper()) + [
     "equation_names", "find_buckling", "find_equilibrium", "modes", "num_equations", "run", "run_scene", "validate"]

@@ -6,6 +6,7 @@ The classes of the kinds are made of the library's own tables, so a kind that th
 import dataclasses
 import difflib
 import html
+import types
 from typing import Any
 
 from . import _core
@@ -56,30 +57,35 @@ class Table:
 def _short(value: Any) -> str:
     """A repr that stays short: arrays and long lists by their shapes."""
     shape = getattr(value, "shape", None)
-    if shape is None and isinstance(value, (list, tuple)) and len(value) > 8:
+    if shape is None and isinstance(value, (list, tuple, dict)) and len(value) > 8:
         shape = (len(value),)
     if shape is not None and (len(shape) != 1 or shape[0] > 8):
         return "<" + " x ".join(str(size) for size in shape) + ">"
     return repr(value)
 
 
-def _short_repr(self: Any) -> str:
-    fields = [(field.name, getattr(self, field.name)) for field in dataclasses.fields(self)]
-    said = [f"{name}={_short(value)}" for name, value in fields if value is not None and not (isinstance(value, (str, list)) and not value)]
+def short_repr(self: Any) -> str:
+    """The repr of a kind, of options or of a report: fields that hold nothing are left out."""
+    names = getattr(self, "_fields", None) or [field.name for field in dataclasses.fields(self)]
+    fields = [(name, getattr(self, name)) for name in names]
+    said = [f"{name}={_short(value)}" for name, value in fields if value is not None and not (hasattr(value, "__len__") and len(value) == 0)]
     return f"{type(self).__name__}({', '.join(said)})"
 
 
-def split_options(system: Any, motion: Any, solver: Any, options: dict) -> tuple:
-    """MotionOptions and SolverOptions from their fields by name; what was given whole is kept and changed in a copy."""
-    if isinstance(system, _core.Scene):
-        motion, solver = motion or system.motion, solver or system.solver
-    parts = [motion or KINDS["MotionOptions"](), solver or KINDS["SolverOptions"]()]
+def reduce_report(self: Any) -> tuple:
+    """How pickle and copy keep a report: as a plain namespace with the same fields."""
+    return types.SimpleNamespace, (), {**vars(self), **{name: getattr(self, name) for name in self._fields}}
+
+
+def split_options(what: str, first: Any, solver: Any, named: dict) -> tuple:
+    """Options from their fields by name; what was given whole is kept and changed in a copy."""
+    parts = [first, solver]
     names = [{field.name for field in dataclasses.fields(part)} for part in parts]
-    for name in options:
+    for name in named:
         if name not in names[0] | names[1]:
             near = difflib.get_close_matches(name, names[0] | names[1], 1)
-            raise TypeError(f"Simulation has no option {name!r}" + (f" (did you mean {near[0]}?)" if near else ""))
-    return tuple(dataclasses.replace(part, **{name: value for name, value in options.items() if name in known})
+            raise TypeError(f"{what} has no option {name!r}" + (f" (did you mean {near[0]}?)" if near else ""))
+    return tuple(dataclasses.replace(part, **{name: value for name, value in named.items() if name in known})
                  for part, known in zip(parts, names))
 
 
@@ -98,10 +104,10 @@ def _make_class(table: dict) -> type:
     for name, annotation, text in _EXTRA.get(table["name"], ()):
         fields.append((name, annotation, dataclasses.field(kw_only=True)))
         lines.append(f"{name}: {text}")
-    namespace = {"__doc__": "\n".join(lines), "__module__": "tanor", "__repr__": _short_repr}
+    namespace = {"__doc__": "\n".join(lines), "__module__": "tanor", "__repr__": short_repr}
     if table["kind"]:
         namespace["kind"] = table["kind"]
-    return dataclasses.make_dataclass(table["name"], fields, namespace=namespace, eq=False)
+    return dataclasses.make_dataclass(table["name"], fields, namespace=namespace, eq=False, slots=True)
 
 
 # What the library reads off a kernel, and Python must be told.
@@ -113,13 +119,13 @@ _EXTRA = {
 KINDS = {table["name"]: _make_class(table) for table in _core._descriptions()}
 
 
-@dataclasses.dataclass(eq=False)
+@dataclasses.dataclass(eq=False, slots=True)
 class System:
     """What is simulated: points, supports, constraints, forces, friction, coordinates.
 
     positions    float [n, 3], m
     masses       float [n], or one number for all, kg, > 0 (of supports: ignored)
-    velocities   float [n, 3], m/s; None: at rest
+    velocities   float [n, 3], or [3] for all, m/s; None: at rest
     supports     list of Support: points whose motion is prescribed
     constraints  list of Rods, Planes, ...
     forces       list of Gravity, Springs, ...
@@ -146,9 +152,9 @@ class System:
     units: str = dataclasses.field(default="none", kw_only=True)
 
     def __repr__(self) -> str:
-        return f"System({self.name!r}, {len(self.positions)} points, constraints={self.constraints!r}, forces={self.forces!r})"
+        return (f"System({self.name!r}, {len(self.positions)} points, constraints={_short(self.constraints)}, "
+                f"forces={_short(self.forces)})")
 
     def _repr_html_(self) -> str:
         from .plot import picture_of
-        pairs = [pair for group in self.constraints for pair in getattr(group, "pairs", ())]
-        return f"<p>{html.escape(repr(self))}</p>" + picture_of(self.positions, pairs)
+        return f"<p>{html.escape(repr(self))}</p>" + picture_of(self)

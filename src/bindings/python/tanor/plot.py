@@ -1,50 +1,71 @@
-"""Pictures of runs by matplotlib: histories, histograms of tensions, modes, error against time."""
+"""Pictures by matplotlib: histories, histograms of tensions, modes, error against time."""
 
 import csv
 import os
 
 import numpy
 
-from .runs import Trajectory
 
-
-def _axes(axes):
+def _axes(axes, **keywords):
     if axes is not None:
         return axes
     from matplotlib import pyplot
-    return pyplot.subplots()[1]
+    return pyplot.subplots(subplot_kw=keywords)[1]
 
 
-def histories(run: Trajectory, names: list[str] | None = None, axes=None):
-    """Draws observables over time, with their units; all of them if no names are given. Returns the axes."""
+def _with_unit(name: str, unit: str) -> str:
+    return f"{name} [{unit}]" if unit else name
+
+
+def histories(run: "Trajectory", names: str | list[str] | None = None, axes=None):  # noqa: F821
+    """Draws observables over time, with their units: "load(hook)", or a column of one, "load(hook).x"; all of them if no names are given.
+
+    Of an observable with many numbers the first twelve are drawn, and the legend says so. Returns the axes.
+    """
     axes = _axes(axes)
-    for name in names or run.observables.dtype.names[1:]:
-        values = run.observables[name].reshape(len(run.times), -1)
-        unit = run.units.get(name, "")
-        for k in range(min(values.shape[1], 12)):
-            axes.plot(run.times, values[:, k], label=(name if values.shape[1] == 1 else f"{name} {k}") + (f" [{unit}]" if unit else ""))
-    axes.set_xlabel("t")
+    most = 12
+    for name in [names] if isinstance(names, str) else names or run.columns:
+        columns = run.columns.get(name, [name])
+        unit = run.units.get(next((each for each, parts in run.columns.items() if name in parts), name), "")
+        for column in columns[:most]:
+            axes.plot(run.times, run[column], label=_with_unit(column, unit))
+        if len(columns) > most:
+            axes.plot([], [], " ", label=f"and {len(columns) - most} more of {name}")
+    axes.set_xlabel(_with_unit("t", run.units["t"]))
     axes.legend()
     return axes
 
 
-def tensions(run: Trajectory, group: str, time: int = -1, bins: int = 40, axes=None):
-    """Draws the histogram of a group's tensions at one of the run's times. Returns the axes."""
+def tensions(run: "Trajectory | EquilibriumResult", group: str, time: int = -1, bins: int = 40, axes=None):  # noqa: F821
+    """Draws the histogram of a group's tensions at one of the run's times, or at rest. Returns the axes."""
     axes = _axes(axes)
-    axes.hist(run[group].tension[time], bins=bins)
-    axes.set_xlabel(f"tension of {group} at t = {run.times[time]:g}")
+    axes.hist(numpy.atleast_2d(run[group].tension)[time], bins=bins)
+    axes.set_xlabel(f"tension of {group}" + (f" at t = {run.times[time]:g}" if hasattr(run, "times") else ""))
     axes.set_ylabel("members")
     return axes
 
 
-def modes(result, number: int = 0, positions=None, scale: float = 1.0, axes=None):
-    """Draws the shape of a mode over the positions of rest [n, 3], in the x-z plane. Returns the axes."""
-    axes = _axes(axes)
-    shape = numpy.asarray(result.shapes)[number]
-    rest = numpy.zeros_like(shape) if positions is None else numpy.asarray(positions)
-    axes.plot(rest[:, 0], rest[:, 2], "o", color="0.7", label="rest")
-    moved = rest + scale * shape
-    axes.plot(moved[:, 0], moved[:, 2], "o", label=f"omega = {numpy.asarray(result.omega)[number]:.6g}")
+def modes(result: "Modes", number: int = 0, scale: float | None = None, axes=None):  # noqa: F821
+    """Draws the shape of a mode over the state of rest: in the plane in which it lies, else in space. Returns the axes.
+
+    scale  factor of the shape, whose q'Mq is 1; None: the largest deflection is a tenth of the size
+    """
+    rest, shape = result.positions, result.shapes[number]
+    size, largest = numpy.ptp(rest, axis=0).max(), abs(shape).max()
+    moved = rest + (0.1 * (size or 1.0) / largest if scale is None else scale) * shape
+    spans = numpy.ptp(numpy.concatenate([rest, moved]), axis=0)
+    is_space = (spans > 1e-6 * spans.max()).all() if axes is None else hasattr(axes, "zaxis")
+    seen = [0, 1, 2] if is_space else sorted(numpy.argsort(-spans, kind="stable")[:2])
+    axes = _axes(axes, **({"projection": "3d"} if is_space else {}))
+    pairs = _pairs_of(result.system)
+    for points, colour, label in ((rest, "0.7", "rest"), (moved, "C0", f"omega = {result.omega[number]:.6g}")):
+        lines = numpy.full((len(pairs), 3, 3), numpy.nan)  # a gap after each rod
+        lines[:, :2] = points[pairs]
+        axes.plot(*lines.reshape(-1, 3)[:, seen].T, "-", color=colour)
+        axes.plot(*points[:, seen].T, "o", color=colour, markersize=3, label=label)
+    for name, axis in zip("xyz", seen):
+        getattr(axes, f"set_{name}label")("xyz"[axis])
+    axes.set_aspect("equal")
     axes.legend()
     return axes
 
@@ -55,10 +76,8 @@ def error_time(file: str | os.PathLike, axes=None):
     curves: dict[str, list] = {}
     with open(file, newline="", encoding="utf-8") as table:
         for row in csv.DictReader(table):
-            try:
+            if not row["trouble"] and float(row["error_m"]) > 0:
                 curves.setdefault(row["method"], []).append((float(row["wall_s"]), float(row["error_m"])))
-            except (KeyError, TypeError, ValueError):
-                continue
     for method, points in curves.items():
         axes.loglog(*numpy.array(points).T, "o-", label=method)
     axes.set_xlabel("seconds")
@@ -67,18 +86,28 @@ def error_time(file: str | os.PathLike, axes=None):
     return axes
 
 
-def picture_of(positions: numpy.ndarray, pairs: numpy.ndarray = (), size: int = 320) -> str:
-    """Points [n, 3] and the rods between pairs of them as a small SVG, along y, or along z where all lie in the plane of x and y.
+def _pairs_of(system: "System | Scene") -> numpy.ndarray:  # noqa: F821
+    """The pairs of points [k, 2] that rods, springs and bonds join."""
+    system = getattr(system, "system", system)
+    pairs = [numpy.reshape(getattr(group, "pairs", ()), (-1, 2)) for group in (*system.constraints, *system.forces)]
+    return numpy.concatenate([numpy.zeros((0, 2), int), *pairs]).astype(int)
+
+
+def picture_of(system: "System | Scene", positions: numpy.ndarray | None = None, size: int = 320) -> str:  # noqa: F821
+    """A system as a small SVG, at other positions [n, 3] if they are given: along y, or along z where all lie in the plane of x and y.
 
     Of many thousands some two thousand are drawn.
     """
     most = 2000
-    positions = numpy.asarray(positions, float).reshape(-1, 3)
+    positions = numpy.asarray(getattr(system, "system", system).positions if positions is None else positions, float).reshape(-1, 3)
+    if len(positions) == 0:
+        return ""
     low, high = positions.min(axis=0), positions.max(axis=0)
     axes = [0, 1] if high[2] - low[2] < 1e-9 * (high - low).max() else [0, 2]
     extent = float(max((high - low)[axes].max(), 1e-300))
     at = (positions - 0.5 * (low + high))[:, axes] / extent * [0.9 * size, -0.9 * size] + 0.5 * size
-    rods = numpy.asarray(pairs, int).reshape(-1, 2)
+    rods = _pairs_of(system)
     lines = "".join(f'<path d="M{at[i][0]:.1f} {at[i][1]:.1f}L{at[j][0]:.1f} {at[j][1]:.1f}"/>' for i, j in rods[:: max(1, len(rods) // most)])
     dots = "".join(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="2"/>' for x, y in at[:: max(1, len(at) // most)])
-    return f'<svg width="{size}" height="{size}" viewBox="0 0 {size} {size}"><g stroke="#888">{lines}</g>{dots}</svg>'
+    return (f'<svg width="{size}" height="{size}" viewBox="0 0 {size} {size}" fill="currentColor">'
+            f'<g stroke="#888">{lines}</g>{dots}</svg>')

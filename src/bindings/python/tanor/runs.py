@@ -1,14 +1,16 @@
 """Whole runs, kept as arrays."""
 
 import dataclasses
+import difflib
 import html
 import os
 import sys
+import time
 from collections.abc import Callable
 
 import numpy
 
-from ._core import EquilibriumResult, MotionReport, Observed, Outcome, Scene, Simulation
+from ._core import EquilibriumResult, Modes, MotionReport, Observed, Outcome, Scene, Simulation, Solution
 
 
 class Failed(RuntimeError):
@@ -23,13 +25,16 @@ class Failed(RuntimeError):
         self.outcome = outcome
         self.trajectory = trajectory
 
+    def __reduce__(self) -> tuple:
+        return Failed, (self.outcome, self.trajectory)
+
 
 @dataclasses.dataclass(eq=False)
 class Group:
-    """A group of constraints along a run, or at rest.
+    """A group of constraints along a run, or at one instant.
 
     name         as in the system
-    multipliers  float64 [k, members, equations a member]; at rest without k
+    multipliers  float64 [k, members, equations a member]; at one instant without k
     """
 
     name: str
@@ -37,31 +42,51 @@ class Group:
 
     @property
     def tension(self) -> numpy.ndarray:
-        """float64 [k, members], at rest [members], N: -lambda, of rods and ropes."""
+        """float64 [k, members], at one instant [members], N: -lambda, of rods and ropes."""
         if self.multipliers.shape[-1] != 1:
             raise AttributeError(f"{self.name} has {self.multipliers.shape[-1]} equations a member and no tension")
         return -self.multipliers[..., 0]
 
     def __repr__(self) -> str:
-        times = f"{self.multipliers.shape[0]} times" if self.multipliers.ndim > 2 else "rest"
-        return f"Group({self.name!r}, {self.multipliers.shape[-2]} members at {times})"
+        times = f" at {self.multipliers.shape[0]} times" if self.multipliers.ndim > 2 else ""
+        return f"Group({self.name!r}, {self.multipliers.shape[-2]} members{times})"
+
+
+def _look_up(result, name: str, observed: dict[str, numpy.ndarray], columns: dict[str, list[str]]):
+    """What result[name] is: an observable, a column of one ("load(hook).x"), or a group of constraints."""
+    if name in observed:
+        return observed[name]
+    if name in result.groups:
+        row, members, rows = result.groups[name]
+        part = result.multipliers[..., row:row + members * rows]
+        return Group(name, part.reshape(*part.shape[:-1], members, rows))
+    for each, names in columns.items():
+        if name in names:
+            values = numpy.asarray(observed[each])
+            return values.reshape(*result.multipliers.shape[:-1], len(names))[..., names.index(name)]
+    known = [*observed, *result.groups]
+    near = difflib.get_close_matches(name, known, 1)
+    raise KeyError(f"{name}: there are {', '.join(known)}" + (f"; did you mean {near[0]}?" if near else ""))
 
 
 @dataclasses.dataclass(eq=False)
 class Trajectory:
     """What a run went through.
 
-    times       float64 [k], s
-    positions   float64 [k, n, 3], m
-    velocities  float64 [k, n, 3], m/s
-    outcome     Outcome of the run
-    report      MotionReport at its end
+    times        float64 [k], s
+    positions    float64 [k, n, 3], m
+    velocities   float64 [k, n, 3], m/s
+    outcome      Outcome of the run
+    report       MotionReport at its end
     observables  structured array [k]: the time `t` and a field for each observable
-    units        units of the observables by name
+    units        units of `t` and of the observables by name
+    columns      names of the numbers of each observable, as in observables.csv: "load(hook).x"
     multipliers  float64 [k, equations]
     groups       first equation, members and equations a member of each group of constraints, by name
+    system       System or Scene, as it was given
 
-    run["torque"] is an observable over time, run["links"].tension those of a group of rods.
+    run["torque"] is an observable over time, run["load(hook).x"] a column of one, run["links"].tension that of a group
+    of rods.
     """
 
     times: numpy.ndarray
@@ -71,36 +96,38 @@ class Trajectory:
     report: MotionReport
     observables: numpy.ndarray
     units: dict[str, str]
+    columns: dict[str, list[str]]
     multipliers: numpy.ndarray
     groups: dict[str, tuple]
+    system: "System | Scene"  # noqa: F821
 
     def __getitem__(self, name: str) -> "numpy.ndarray | Group":
-        if name in self.observables.dtype.names:
-            return self.observables[name]
-        if name in self.groups:
-            row, members, rows = self.groups[name]
-            part = self.multipliers[:, row:row + members * rows]
-            return Group(name, part.reshape(len(self.times), members, rows))
-        raise KeyError(f"{name}: there are {', '.join([*self.observables.dtype.names, *self.groups])}")
+        return _look_up(self, name, {each: self.observables[each] for each in self.observables.dtype.names}, self.columns)
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return [*self.observables.dtype.names, *self.groups]
 
     def to_pandas(self) -> "pandas.DataFrame":  # noqa: F821
-        """The observables as a table with a column for each number; the index is the time."""
+        """The observables as a table with a column for each number; the index is the time, `attrs["units"]` has the units."""
         import pandas
-        columns = {}
-        for name in self.observables.dtype.names[1:]:
-            values = self.observables[name].reshape(len(self.times), -1)
-            for k in range(values.shape[1]):
-                columns[name if values.shape[1] == 1 else f"{name}.{k}"] = values[:, k]
-        return pandas.DataFrame(columns, index=pandas.Index(self.times, name="t"))
+        columns = {column: self[column] for names in self.columns.values() for column in names}
+        table = pandas.DataFrame(columns, index=pandas.Index(self.times, name="t"))
+        table.attrs["units"] = self.units
+        return table
 
     def __repr__(self) -> str:
-        names = ", ".join(self.observables.dtype.names[1:])
+        names = [*self.columns]
+        said = ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")
         return (f"Trajectory({len(self.times)} times to t = {self.times[-1]:g}, {self.positions.shape[1]} points, "
-                f"{'ok' if self.outcome.ok else self.outcome.what}; observables {names})")
+                f"{'ok' if self.outcome.ok else self.outcome.what}; observables {said})")
 
     def _repr_html_(self) -> str:
-        from .plot import picture_of
-        return f"<p>{html.escape(repr(self))}</p>" + picture_of(self.positions[-1])
+        return _html_of(self, self.positions[-1])
+
+
+def _html_of(result, positions: numpy.ndarray) -> str:
+    from .plot import picture_of
+    return f"<p>{html.escape(repr(result))}</p>" + picture_of(result.system, positions)
 
 
 def _shape_of(each: Observed) -> tuple:
@@ -112,46 +139,60 @@ def _record_of(observed: list) -> numpy.dtype:
     return numpy.dtype([("t", "<f8"), *((each.name, "<f8", _shape_of(each)) for each in observed)])
 
 
-def at_rest(rest: EquilibriumResult, name: str) -> "numpy.ndarray | float | Group":
-    """rest["load(hook)"] is an observable of a state of rest, rest["links"].tension those of a group of rods."""
-    observed = {each.name: each for each in rest.observables}
-    if name in observed:
-        return numpy.reshape(observed[name].values, _shape_of(observed[name]))[()]
-    if name in rest.groups:
-        row, members, rows = rest.groups[name]
-        return Group(name, rest.multipliers[row:row + members * rows].reshape(members, rows))
-    raise KeyError(f"{name}: there are {', '.join([*observed, *rest.groups])}")
+def _at_one_instant(self, name: str) -> "numpy.ndarray | float | Group":
+    """report["load(hook)"] is an observable of a state, report["links"].tension that of a group of rods."""
+    is_group = name in self.groups
+    observed = [] if is_group else self.observe() if isinstance(self, Simulation) else getattr(self, "observables", [])
+    values = {each.name: numpy.reshape(each.values, _shape_of(each))[()] for each in observed}
+    return _look_up(self, name, values, {each.name: each.columns for each in observed})
+
+
+for _kind in (Simulation, Solution, EquilibriumResult, Modes):
+    _kind.__getitem__ = _at_one_instant
+    _kind._ipython_key_completions_ = lambda self: [*self.groups]
+    _kind._repr_html_ = lambda self: _html_of(self, self.positions)
 
 
 class _Line:
-    """Tells on one line of the terminal, or of a notebook's cell, how far a run is."""
+    """Tells how far a run is: on one line of a terminal or of a notebook's cell, line by line in a file."""
 
     def __init__(self, begin: float, end: float) -> None:
-        self.begin, self.end_time, self.shown = begin, end, -1
+        self.begin, self.end_time, self.shown, self.started = begin, end, -1, time.monotonic()
+        is_notebook = type(sys.stdout).__module__.startswith("ipykernel")
+        self.file = sys.stdout if is_notebook else sys.stderr
+        self.rewrites = is_notebook or self.file.isatty()
+        self.said = ""
 
     def __call__(self, report: MotionReport) -> None:
-        percent = int(100.0 * (report.time - self.begin) / (self.end_time - self.begin))
-        if percent != self.shown:
-            self.shown = percent
-            print(f"\r{percent:3d} %, {report.steps} steps of {report.method}", end="", file=sys.stderr, flush=True)
+        part = (report.time - self.begin) / (self.end_time - self.begin)
+        shown = int(100 * part) if self.rewrites else 10 * int(10 * part)
+        if shown == self.shown:
+            return
+        self.shown = shown
+        left = (time.monotonic() - self.started) * (1 / part - 1)
+        said = f"{shown:3d} %, {report.steps} steps of {report.method}, {left:.0f} s left"
+        print(f"\r{said:{len(self.said)}}" if self.rewrites else said, end="" if self.rewrites else "\n", file=self.file, flush=True)
+        self.said = said
 
     def end(self) -> None:
-        print(file=sys.stderr)
+        if self.rewrites and self.said:
+            print(file=self.file)
 
 
-def run(simulation: Simulation, t_end: float, every: float = 0.0,
+def run(simulation: Simulation, t_end: "float | ArrayLike", every: float = 0.0,  # noqa: F821
         progress: Callable[[MotionReport], bool | None] | bool | None = None, check: bool = True) -> Trajectory:
     """Steps a Simulation to t_end and keeps the state at the start, at the multiples of `every` and at the end.
 
-    t_end     s
+    t_end     s; or the increasing instants [k] at which the state is kept, in place of `every`
     every     s; 0: start and end only
     progress  called with a MotionReport after every step; False ends the run there. True: a line tells how far it is
     check     raises Failed where the numbers end the run; False: see `outcome`
 
     An event that stops ends the run, too; see `simulation.time`.
     """
+    instants = _instants(simulation.time, t_end, every)
     if progress is True:
-        progress = _Line(simulation.time, t_end)
+        progress = _Line(simulation.time, max(instants, default=0.0))
     times, positions, velocities, rows, multipliers = [], [], [], [], []
     observed = simulation.observe()
     record = _record_of(observed)
@@ -165,37 +206,38 @@ def run(simulation: Simulation, t_end: float, every: float = 0.0,
         rows.append((simulation.time, *values))
 
     keep()
-    outcome, t_end = simulation.outcome, end_at_output(t_end, every)
-    while outcome.ok and simulation.time < t_end:
-        end = next_output_time(simulation.time, every, t_end)
-        outcome = simulation.advance_to(end, progress)
-        keep()
-        if simulation.time < end:
-            break
-    if isinstance(progress, _Line):
-        progress.end()
+    outcome = simulation.outcome
+    try:
+        for end in instants if outcome.ok else ():
+            outcome = simulation.advance_to(end, progress)
+            keep()
+            if not outcome.ok or simulation.time < end:
+                break
+    finally:
+        if isinstance(progress, _Line):
+            progress.end()
+    units = {"t": simulation.units["time"], **{each.name: each.unit for each in observed}}
     result = Trajectory(numpy.array(times), numpy.array(positions), numpy.array(velocities), outcome, simulation.report,
-                        numpy.array(rows, record), {each.name: each.unit for each in observed},
-                        numpy.array(multipliers), simulation.groups)
+                        numpy.array(rows, record), units, {each.name: each.columns for each in observed},
+                        numpy.array(multipliers), simulation.groups, simulation.system)
     if check and not outcome.ok:
         raise Failed(outcome, result)
     return result
 
 
-def end_at_output(t_end: float, every: float) -> float:
-    """The multiple of `every` that t_end is up to rounding, as the program `tanor` finds it, else t_end."""
-    if every <= 0.0:
-        return t_end
-    nearest = float(numpy.round(t_end / every)) * every
-    return nearest if abs(nearest - t_end) <= 4.0 * numpy.finfo(float).eps * abs(t_end) else t_end
-
-
-def next_output_time(time: float, every: float, t_end: float) -> float:
-    """The first multiple of `every` behind `time`, as the program `tanor` finds it, or t_end."""
-    if every <= 0.0:
-        return t_end
-    following = (numpy.floor(time / every + 1e-6) + 1.0) * every
-    return float(following) if following < t_end - 1e-6 * every else t_end
+def _instants(begin: float, t_end: "float | ArrayLike", every: float) -> list[float]:  # noqa: F821
+    """Instants of one's own, or the multiples of `every` behind `begin`, as the program `tanor` finds them, and t_end."""
+    if numpy.ndim(t_end) > 0:
+        instants = [t for t in numpy.ravel(t_end).tolist() if t != begin]
+        if (numpy.diff([begin, *instants]) <= 0).any():
+            raise ValueError("t_end: the instants must increase, from the time of the simulation on")
+        return instants
+    multiples = numpy.zeros(0)
+    if every > 0.0:
+        nearest = float(numpy.round(t_end / every)) * every
+        t_end = nearest if abs(nearest - t_end) <= 4.0 * numpy.finfo(float).eps * abs(t_end) else t_end
+        multiples = every * numpy.arange(numpy.floor(begin / every + 1e-6) + 1.0, numpy.ceil(t_end / every) + 1.0)
+    return [t for t in (*multiples[multiples < t_end - 1e-6 * every].tolist(), t_end) if t > begin]
 
 
 def run_scene(scene: Scene | str | os.PathLike, progress: Callable[[MotionReport], bool | None] | bool | None = None,
