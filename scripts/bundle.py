@@ -98,7 +98,7 @@ def make_wheel(root: pathlib.Path, version: str):
     shutil.copy(root / "share/doc/tanor/LICENSE", about / "licenses")
     (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: tanor\nVersion: {version}\n"
                                     "Summary: Motion and reactions of large systems of points under constraints\n"
-                                    "Requires-Python: >=3.11\nRequires-Dist: numpy\n")
+                                    "Requires-Python: >=3.11\nRequires-Dist: numpy<2\n")  # pybind11 before 2.12 does not know numpy 2
     (about / "WHEEL").write_text(f"Wheel-Version: 1.0\nGenerator: tanor\nRoot-Is-Purelib: false\nTag: {tag}\n")
     files = sorted(file for file in staged.rglob("*") if file.is_file())
     with zipfile.ZipFile(root / f"tanor-{version}-{tag}.whl", "w", zipfile.ZIP_DEFLATED) as wheel:
