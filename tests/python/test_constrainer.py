@@ -110,6 +110,11 @@ class StepsOnTheHostsArrays(unittest.TestCase):
         self.assertEqual((most.name, most.largest[0].time, most.largest[0].member), ("most", 2.5, "rods[0]"))
         self.assertAlmostEqual(load.values[0], -9.81, 12)
         self.assertEqual(load.columns, ["load(support0).z"])
+        constrainer.add_observable("load(support0)", name="load")
+        constrainer.observe(host.r, host.v, host.f)
+        self.assertEqual((constrainer["most"], constrainer["load(support0).z"]), (most.values[0], load.values[0]))
+        self.assertEqual((constrainer["load"].shape, constrainer["load.z"]), ((3,), load.values[0]))
+        constrainer.remove_observable(2)
         with self.assertRaisesRegex(tanor.InputError, "column 13: no constraints or forces are named 'rod'.*mean rods"):
             constrainer.add_observable("max tension(rod)")
         constrainer.remove_observable(0)

@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy
 
-from ._core import EquilibriumResult, Modes, MotionReport, Observed, Outcome, Scene, Simulation, Solution
+from ._core import Constrainer, EquilibriumResult, Modes, MotionReport, Observed, Outcome, Scene, Simulation, Solution
 
 
 class Failed(RuntimeError):
@@ -52,19 +52,20 @@ class Group:
         return f"Group({self.name!r}, {self.multipliers.shape[-2]} members{times})"
 
 
-def _look_up(result, name: str, observed: dict[str, numpy.ndarray], columns: dict[str, list[str]]):
+def _look_up(name: str, observed: dict[str, numpy.ndarray], columns: dict[str, list[str]], groups: dict[str, tuple],
+             multipliers: numpy.ndarray):
     """What result[name] is: an observable, a column of one ("load(hook).x"), or a group of constraints."""
     if name in observed:
         return observed[name]
-    if name in result.groups:
-        row, members, rows = result.groups[name]
-        part = result.multipliers[..., row:row + members * rows]
+    if name in groups:
+        row, members, rows = groups[name]
+        part = multipliers[..., row:row + members * rows]
         return Group(name, part.reshape(*part.shape[:-1], members, rows))
     for each, names in columns.items():
         if name in names:
             values = numpy.asarray(observed[each])
-            return values.reshape(*result.multipliers.shape[:-1], len(names))[..., names.index(name)]
-    known = [*observed, *result.groups]
+            return values.reshape(*multipliers.shape[:-1], len(names))[..., names.index(name)]
+    known = [*observed, *groups]
     near = difflib.get_close_matches(name, known, 1)
     raise KeyError(f"{name}: there are {', '.join(known)}" + (f"; did you mean {near[0]}?" if near else ""))
 
@@ -102,7 +103,8 @@ class Trajectory:
     system: "System | Scene"  # noqa: F821
 
     def __getitem__(self, name: str) -> "numpy.ndarray | Group":
-        return _look_up(self, name, {each: self.observables[each] for each in self.observables.dtype.names}, self.columns)
+        observed = {each: self.observables[each] for each in self.observables.dtype.names}
+        return _look_up(name, observed, self.columns, self.groups, self.multipliers)
 
     def _ipython_key_completions_(self) -> list[str]:
         return [*self.observables.dtype.names, *self.groups]
@@ -141,12 +143,17 @@ def _record_of(observed: list) -> numpy.dtype:
 
 def _at_one_instant(self, name: str) -> "numpy.ndarray | float | Group":
     """report["load(hook)"] is an observable of a state, report["links"].tension that of a group of rods."""
-    is_group = name in self.groups
-    observed = [] if is_group else self.observe() if isinstance(self, Simulation) else getattr(self, "observables", [])
+    if isinstance(self, Constrainer):
+        groups, multipliers, observed = {}, numpy.zeros(0), self.observed
+    else:
+        groups, multipliers = self.groups, self.multipliers
+        ask = self.observe if isinstance(self, Simulation) else lambda: getattr(self, "observables", [])
+        observed = [] if name in groups else ask()
     values = {each.name: numpy.reshape(each.values, _shape_of(each))[()] for each in observed}
-    return _look_up(self, name, values, {each.name: each.columns for each in observed})
+    return _look_up(name, values, {each.name: each.columns for each in observed}, groups, multipliers)
 
 
+Constrainer.__getitem__ = _at_one_instant
 for _kind in (Simulation, Solution, EquilibriumResult, Modes):
     _kind.__getitem__ = _at_one_instant
     _kind._ipython_key_completions_ = lambda self: [*self.groups]
