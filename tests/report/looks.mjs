@@ -13,7 +13,7 @@ export async function tryLooks(browser) {
     const p = tanorPage.camera.position.clone().fromBufferAttribute(a, 0).project(tanorPage.camera);
     return [box.x + (box.width * (p.x + 1)) / 2, box.y + (box.height * (1 - p.y)) / 2];
   })()`;
-  await browser.ask(`document.getElementById("fit").click(); tanorPage.choose(1); scrollTo(0, 0)`);
+  await browser.ask(`document.getElementById("fit").click(); tanorPage.choose({ kind: "rod", number: 1 }); scrollTo(0, 0)`);
   const [x, y] = await browser.ask(where);
   for (const type of ["mousePressed", "mouseReleased"]) await browser.call("Input.dispatchMouseEvent", { type, x, y, button: "left", clickCount: 1 });
   browser.expect(await browser.wait(`tanorPage.chosen.kind === "point"`, 5), `a click on a support chooses ${JSON.stringify(await browser.ask("tanorPage.chosen"))}`);

@@ -384,7 +384,7 @@ function findDistance(point, a, b) {
 async function tryNames(browser, folder, titles) {
   await browser.open(pathToFileURL(resolve(join(folder, "report.html"))).href);
   for (const [k, choice] of [`{ kind: "rod", number: 1 }`, `{ kind: "point", number: 0 }`].entries()) {
-    const title = await browser.ask(`(tanorPage.dbg.choose(${choice}), document.querySelector("#chosen h3").textContent)`);
+    const title = await browser.ask(`(tanorPage.choose(${choice}), document.querySelector("#chosen h3").textContent)`);
     browser.expect(title === titles[k], `the chart is of the ${title}, not of the ${titles[k]}`);
   }
 }
