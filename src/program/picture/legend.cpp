@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <stdexcept>
 #include <vector>
@@ -23,11 +24,11 @@ struct Destroy {
   void operator()(cairo_t* context) const { cairo_destroy(context); }
 };
 
-/// Returns a number with at most four digits and a typographic minus sign.
+/// Returns a number with at most four digits.
 std::string words(double number) {
   char text[32];
-  std::snprintf(text, sizeof text, "%.4g", std::abs(number));
-  return (number < 0.0 ? "\u2212" : "") + std::string(text);
+  std::snprintf(text, sizeof text, "%.4g", number);
+  return text;
 }
 
 std::string join(const std::string& what, const char* between, const std::string& unit) {
@@ -145,7 +146,9 @@ std::string finish_picture(const Picture& picture, const Layout& layout, const K
   cairo_t* const c = context.get();
   if (picture.style.shows_legend) {
     const double font = layout.font;
-    cairo_select_font_face(c, "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
+    // A system without fonts makes cairo complain; its own letters, which are ASCII, serve there.
+    const char* const family = std::filesystem::exists("/etc/fonts/fonts.conf") ? "sans-serif" : "@cairo:";
+    cairo_select_font_face(c, family, CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
     cairo_set_font_size(c, font);
     set_colour(c, ink);
     write(c, font, 1.6 * font, "t = " + join(words(picture.frame.time), " ", picture.frame.time_unit));
