@@ -42,6 +42,10 @@ if(TANOR_BUILD_PROGRAM)
       install(TARGETS ${module} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/tanor COMPONENT program)
     endif()
   endforeach()
+  # Scenes that need no file that is fetched, and short programs of Python.
+  install(DIRECTORY examples/ DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/tanor/examples COMPONENT program
+    FILES_MATCHING PATTERN "*.json" PATTERN "answers/*.py" PATTERN "python/*.py"
+    PATTERN melt.json EXCLUDE PATTERN protein.json EXCLUDE PATTERN liggghts EXCLUDE PATTERN yade EXCLUDE)
   if(TARGET tanor_manual)
     set(manual ${PROJECT_BINARY_DIR}/manual)
     install(DIRECTORY ${manual}/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT program

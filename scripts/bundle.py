@@ -1,15 +1,16 @@
 #!/usr/bin/python3
-"""Makes an installed tanor run on any x86-64 Linux of glibc 2.36 or later: puts the libraries that it needs beside it.
+"""Installs tanor with the libraries that it needs beside it, for any x86-64 Linux of glibc 2.36 or later.
 
-    bundle.py ROOT VERSION
+    bundle.py BUILD ROOT
 
-ROOT is what `cmake --install` made. Libraries of C and C++ are those of the system, as in manylinux (PEP 600); all
-others go into ROOT/lib, with their licences in ROOT/share/doc/tanor/licences. Programs and libraries find each other by
+Libraries of C and C++ are those of the system, as in manylinux (PEP 600); all others go into ROOT/lib, with their
+licences, and those of what is compiled in, in ROOT/share/doc/tanor/licences. Programs and libraries find each other by
 paths relative to themselves. The package of Python becomes a wheel, ROOT/*.whl.
 """
 
 import base64
 import hashlib
+import os
 import pathlib
 import re
 import shutil
@@ -18,10 +19,15 @@ import sys
 import zipfile
 
 OF_THE_SYSTEM = re.compile(r"ld-linux|lib(c|m|dl|rt|pthread|resolv|util|mvec|stdc\+\+|gcc_s)\.so")
+# Headers of which code lies in the binaries: the Debian packages that have them, and those of them for Python.
+OF_PYTHON = ["libeigen3-dev", "libspectra-dev", "nlohmann-json3-dev", "pybind11-dev"]
+COMPILED_IN = [*OF_PYTHON, "libcli11-dev"]
+# CHOLMOD is linked with a BLAS, which tanor never calls: the smallest one, whichever stands here as the alternative.
+REFERENCE_BLAS = "/usr/lib/x86_64-linux-gnu/blas:/usr/lib/x86_64-linux-gnu/lapack"
 
 
-def output_of(*command) -> str:
-    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+def output_of(*command, **options) -> str:
+    return subprocess.run(command, check=True, capture_output=True, text=True, **options).stdout
 
 
 def is_elf(file: pathlib.Path) -> bool:
@@ -37,7 +43,8 @@ def list_libraries(binaries: list, own: pathlib.Path) -> dict:
     """Returns the files of all libraries that the binaries load, by name, without those of the system and `own`."""
     libraries = {}
     for binary in binaries:
-        for name, file in re.findall(r"^\s*(\S+) => (.*?) \(0x", output_of("ldd", binary), re.MULTILINE):
+        listed = output_of("ldd", binary, env=os.environ | {"LD_LIBRARY_PATH": REFERENCE_BLAS})
+        for name, file in re.findall(r"^\s*(\S+) => (.*?) \(0x", listed, re.MULTILINE):
             if not OF_THE_SYSTEM.match(name) and own not in pathlib.Path(file).resolve().parents:
                 libraries[name] = pathlib.Path(file)
     missing = [name for name, file in libraries.items() if not file.is_file()]
@@ -52,27 +59,30 @@ def set_search_path(binary: pathlib.Path, folder: pathlib.Path):
     subprocess.run(["patchelf", "--set-rpath", path, binary], check=True)
 
 
-def copy_licence(library: pathlib.Path, folder: pathlib.Path):
-    """Copies the copyright file of the Debian package that a library is of."""
+def find_package(library: pathlib.Path) -> str:
     for file in (library, library.resolve()):
         owner = subprocess.run(["dpkg", "-S", file], capture_output=True, text=True, check=False).stdout
         if not owner and file.is_relative_to("/lib"):
             owner = subprocess.run(["dpkg", "-S", f"/usr{file}"], capture_output=True, text=True, check=False).stdout
         if owner:
-            package = owner.split(":")[0]
-            shutil.copy(f"/usr/share/doc/{package}/copyright", folder / package)
-            return
+            return owner.split(":")[0]
     sys.exit(f"bundle.py: no package has {library}")
 
 
-def bundle(binaries: list, own: pathlib.Path, folder: pathlib.Path, licences: pathlib.Path):
+def copy_licence(package: str, folder: pathlib.Path):
+    shutil.copy(f"/usr/share/doc/{package}/copyright", folder / package)
+
+
+def bundle(binaries: list, own: pathlib.Path, folder: pathlib.Path, licences: pathlib.Path, compiled_in: list):
     """Puts what `binaries` load from outside `own` into `folder`, and lets all of them look there."""
     folder.mkdir(parents=True, exist_ok=True)
     licences.mkdir(parents=True, exist_ok=True)
+    for package in compiled_in:
+        copy_licence(package, licences)
     for name, file in list_libraries(binaries, own).items():
         shutil.copy(file, folder / name)
         (folder / name).chmod(0o755)
-        copy_licence(file, licences)
+        copy_licence(find_package(file), licences)
         set_search_path(folder / name, folder)
     for binary in binaries:
         set_search_path(binary, folder)
@@ -94,7 +104,7 @@ def make_wheel(root: pathlib.Path, version: str):
     tag = f"cp{python}-cp{python}-manylinux_2_36_x86_64"
     about = staged / f"tanor-{version}.dist-info"
     about.mkdir()
-    bundle(own, staged, folder, about / "licenses")
+    bundle(own, staged, folder, about / "licenses", OF_PYTHON)
     shutil.copy(root / "share/doc/tanor/LICENSE", about / "licenses")
     (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: tanor\nVersion: {version}\n"
                                     "Summary: Motion and reactions of large systems of points under constraints\n"
@@ -115,10 +125,16 @@ def make_wheel(root: pathlib.Path, version: str):
 def main():
     if len(sys.argv) != 3:
         sys.exit(__doc__)
-    root, version = pathlib.Path(sys.argv[1]).resolve(), sys.argv[2]
+    build, root = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2]).resolve()
+    cache = (build / "CMakeCache.txt").read_text()
+    cmake, version = (re.search(f"^{name}:.*?=(.*)$", cache, re.MULTILINE)[1]
+                      for name in ("CMAKE_COMMAND", "CMAKE_PROJECT_VERSION"))
+    for component in ("runtime", "development", "program", "python"):
+        output_of(cmake, "--install", build, "--component", component, "--prefix", root, "--strip")
     if any(root.glob("lib/python3*")):
         make_wheel(root, version)
-    bundle(list_binaries(root), root, root / "lib", root / "share/doc/tanor/licences")
+    shutil.copy(pathlib.Path(__file__).parents[1] / "docs/portable.md", root / "README.md")
+    bundle(list_binaries(root), root, root / "lib", root / "share/doc/tanor/licences", COMPILED_IN)
 
 
 main()
