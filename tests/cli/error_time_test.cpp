@@ -38,17 +38,17 @@ TEST(ErrorTimeTest, ReferencesAreBetterThanTheRows) {
   const Ended ended = run_program(folder, {"error-time", "s.json", "--methods", "rk4,dopri5", "--quiet"});
 
   ASSERT_EQ(ended.code, 0) << ended.err;
-  EXPECT_EQ(list_names(folder.path()), (Words{"a_b.out", "s.json"})) << "a folder as run has it";
-  const std::vector<double> errors = read_column(folder / "a_b.out/error_time.csv", "error_m");
-  const std::vector<double> uncertainties = read_column(folder / "a_b.out/error_time.csv", "reference_error_m");
+  EXPECT_EQ(list_names(folder.path()), (Words{"s.json", "s.out"})) << "a folder as run has it";
+  const std::vector<double> errors = read_column(folder / "s.out/error_time.csv", "error_m");
+  const std::vector<double> uncertainties = read_column(folder / "s.out/error_time.csv", "reference_error_m");
   ASSERT_EQ(errors.size(), 8u);
   for (std::size_t k = 0; k < errors.size(); ++k) EXPECT_GT(errors[k], 3.0 * uncertainties[k]) << ended.out;
   EXPECT_FALSE(contains(ended.out.substr(0, ended.out.find("compared with")), "<=")) << ended.out;
   EXPECT_TRUE(contains(ended.out, "whose own error is <= ")) << ended.out;
   EXPECT_TRUE(contains(ended.out, "rk4 is compared with taylor with rtol")) << ended.out;
   // Each step has four stages with one factor each, and positions are projected once more.
-  const std::vector<double> steps = read_column(folder / "a_b.out/error_time.csv", "steps");
-  const std::vector<double> factorizations = read_column(folder / "a_b.out/error_time.csv", "factorizations");
+  const std::vector<double> steps = read_column(folder / "s.out/error_time.csv", "steps");
+  const std::vector<double> factorizations = read_column(folder / "s.out/error_time.csv", "factorizations");
   EXPECT_GE(factorizations[0], 4.0 * steps[0]) << ended.out;
 }
 

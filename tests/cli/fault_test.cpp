@@ -277,14 +277,14 @@ TEST(FolderTest, CommandsOfOneSceneHaveFoldersOfTheirOwn) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(R"("t_end": 0.1)"));
   ASSERT_EQ(run_program(folder, {"run", "s.json"}).code, 0);
-  const Words written = list_names(folder / "pendulum.out");
+  const Words written = list_names(folder / "s.out");
 
   ASSERT_EQ(run_program(folder, {"equilibrium", "s.json"}).code, 0);
-  ASSERT_EQ(run_program(folder, {"modes", "pendulum.equilibrium.out/equilibrium.json"}).code, 0);
+  ASSERT_EQ(run_program(folder, {"modes", "s.equilibrium.out/equilibrium.json"}).code, 0);
 
-  EXPECT_EQ(list_names(folder / "pendulum.out"), written);
+  EXPECT_EQ(list_names(folder / "s.out"), written);
   EXPECT_EQ(list_names(folder.path()),
-            (Words{"pendulum.equilibrium.out", "pendulum.modes.out", "pendulum.out", "s.json"}));
+            (Words{"equilibrium.modes.out", "s.equilibrium.out", "s.json", "s.out"}));
 }
 
 /// A run may be the work of hours, so that other commands do not replace its results.

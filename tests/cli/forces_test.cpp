@@ -71,7 +71,7 @@ TEST(ForcesTest, AMotionOfCoordinatesIsTakenWhereTheSceneHasSome) {
   const Ended ended = run_program(folder, {"forces", "s.json", "--motion", "q.csv"});
 
   ASSERT_EQ(ended.code, 0) << ended.err;
-  const json forces = read_json(folder / "slide.out/forces.json");
+  const json forces = read_json(folder / "s.out/forces.json");
   EXPECT_EQ(forces["given"], "coordinates");
   EXPECT_NEAR(forces["control_forces"][10][0], 6.0, 1e-9);  // m q''
   EXPECT_NEAR(forces["reactions"][10][1], 19.62, 1e-12);

@@ -148,14 +148,16 @@ TEST(SmallDiskTest, EveryFormatEndsWithTheReasonAndGoesOnWhereThereIsRoom) {
   }
 }
 
-TEST(FolderTest, IsNamedByTheSceneWithoutForbiddenCharacters) {
-  for (const auto& [name, made] :
-       {std::pair{R"(../a)", "_._a.out"}, {R"(.hidden)", "_hidden.out"}, {R"(a\nb)", "a_b.out"}}) {
+/// The name of a scene may be a sentence; its folder is where one looks for it, beside those of other files.
+TEST(FolderTest, IsNamedByTheFileOfTheSceneAndLiesHere) {
+  for (const auto& [file, made] :
+       {std::pair{"scenes/a b.json", "a b.out"}, {"scenes/.hidden.json", "_hidden.out"}, {"scenes/a.b", "a.out"}}) {
     const Folder folder;
-    write_text(folder / "s.json", std::string(R"({"tanor_scene": 1, "name": ")") + name +
-                                      R"(", "points": {"positions": [[0,0,0]]}, "motion": {"t_end": 1}})");
-    ASSERT_EQ(run_program(folder, {"run", "s.json", "--quiet"}).code, 0) << name;
-    EXPECT_EQ(list_names(folder.path()), (Words{made, "s.json"}));
+    std::filesystem::create_directory(folder / "scenes");
+    write_text(folder / file, R"({"tanor_scene": 1, "name": "a ball / that falls", "points": {"positions": [[0,0,0]]},
+      "motion": {"t_end": 1}})");
+    ASSERT_EQ(run_program(folder, {"run", file, "--quiet"}).code, 0) << file;
+    EXPECT_EQ(list_names(folder.path()), (Words{made, "scenes"}));
   }
 }
 

@@ -73,7 +73,7 @@ std::vector<double> multipliers_of_closed(const EquilibriumResult& found) {
 ExitCode execute_equilibrium(const Options& options) {
   const scene::Scene scene = prepare(scene::load_scene(options.scene));
   const EquilibriumOptions search = scene::equilibrium_options(scene);
-  const OutputFolder folder(choose_folder(options.out, scene, ".equilibrium.out"), "equilibrium");
+  const OutputFolder folder(choose_folder(options.out, scene.file, ".equilibrium.out"), "equilibrium");
   const fs::path& directory = folder.path();
   require_no_run(directory, "equilibrium");
   require_results_not_read(directory, scene.files);

@@ -56,7 +56,7 @@ ExitCode execute_error_time(const Options& options) {
   if (options.reference) reference = scene::read_reference_state(*options.reference, scene.system, scene.t_end);
   const std::vector<Method> methods = naming_file(options.scene, [&] { return choose_methods(wanted, scene); });
   catch_interrupts();  // before there is a folder that a signal would leave behind
-  const OutputFolder folder(choose_folder(options.out, scene), "error-time");
+  const OutputFolder folder(choose_folder(options.out, scene.file), "error-time");
   const report::ErrorTimeTable table = naming_file(options.scene, [&] {
     return report::measure_error_time(scene, methods, reference ? &*reference : nullptr,
                                       {.say = say, .goes_on = [] { return !caught_interrupt(); }});

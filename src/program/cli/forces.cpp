@@ -134,7 +134,7 @@ std::string find_trouble(const report::ForcesOfMotion& forces, std::size_t worst
 
 ExitCode execute_forces(const Options& options) {
   scene::Scene scene = prepare(scene::load_scene(options.scene));
-  const OutputFolder folder(choose_folder(options.out, scene), "forces");
+  const OutputFolder folder(choose_folder(options.out, scene.file), "forces");
   const fs::path& directory = folder.path();
   InverseDynamics problem =
       naming_file(options.scene, [&] { return InverseDynamics(std::move(scene.system), scene.solver); });

@@ -1,25 +1,19 @@
 #pragma once
 
-#include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "cli/folder_lock.hpp"
-#include "scene/scene.hpp"
 
 namespace tanor::cli {
 
-/// Returns where a command writes: --out, else the scene's name with an ending. Characters that a folder's name must
-/// not have are replaced.
-inline std::filesystem::path choose_folder(const std::optional<std::filesystem::path>& out, const scene::Scene& scene,
-                                           const char* ending = ".out") {
+/// Returns where a command writes: --out, else the name of the scene's file with another ending.
+inline std::filesystem::path choose_folder(const std::optional<std::filesystem::path>& out,
+                                           const std::filesystem::path& scene, const char* ending = ".out") {
   if (out) return *out;
-  std::string name = scene.name;
-  std::ranges::replace_if(
-      name, [](unsigned char c) { return c == '/' || std::iscntrl(c) != 0; }, '_');
+  std::string name = scene.stem().string();
   if (name.starts_with('.')) name[0] = '_';  // nobody would find a hidden folder
   return name + ending;
 }

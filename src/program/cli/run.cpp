@@ -52,7 +52,7 @@ void require_no_interrupted(const RunPlan& plan, double t_start, const std::stri
 RunPlan plan_run(const Options& options, const scene::Scene& scene, RunPlan::Clock::time_point begin) {
   RunPlan plan;
   plan.begin = begin;
-  plan.directory = choose_folder(options.out, scene);
+  plan.directory = choose_folder(options.out, scene.file);
   const std::chrono::duration<double> checkpoint_every(options.checkpoint_every.value_or(60.0));
   plan.checkpoint_every = std::chrono::duration_cast<RunPlan::Clock::duration>(checkpoint_every);
   plan.has_html_page = options.report && report::has_html_page();

@@ -34,20 +34,6 @@ fs::path name_part(const fs::path& name, int rank) {
   return part;
 }
 
-/// Returns "melt" of "melt-{rank}.json", without the sign that set the rank apart.
-std::string name_run(const fs::path& name) {
-  constexpr std::string_view signs = "-_.";
-  std::string stem = name.stem().string();
-  for (std::size_t at = 0; (at = stem.find(rank_word)) != std::string::npos;) {
-    stem.erase(at, rank_word.size());
-    if (at > 0 && signs.find(stem[at - 1]) != signs.npos)
-      stem.erase(at - 1, 1);
-    else if (at == 0 && !stem.empty() && signs.find(stem[0]) != signs.npos)
-      stem.erase(0, 1);
-  }
-  return stem.empty() ? "parts" : stem;
-}
-
 /// Throws InputError, the same on every rank, if a rank asks for another motion than the first one.
 void require_same_motion(MpiRanks& ranks, const fs::path& name, const scene::Scene& own) {
   std::vector<std::string> places, values;
@@ -88,7 +74,7 @@ std::vector<std::string> gather_different(MpiRanks& ranks, const std::vector<std
 /// "melt", and tells the first rank what it does not know of the others' points. Throws InputError on all ranks.
 void merge_scenes(MpiRanks& ranks, const fs::path& name, scene::Scene* own) {
   require_same_motion(ranks, name, *own);
-  own->name = name_run(name);
+  own->name = name_run(name).stem().string();
   own->left_out = gather_different(ranks, own->left_out);
   own->source = fmt::format("{}", fmt::join(gather_different(ranks, {own->source}), ", "));
 }
@@ -111,6 +97,19 @@ std::string mark_of(const scene::Scene& scene) {
 }
 
 }  // namespace
+
+fs::path name_run(const fs::path& name) {
+  constexpr std::string_view signs = "-_.";
+  std::string stem = name.stem().string();
+  for (std::size_t at = 0; (at = stem.find(rank_word)) != std::string::npos;) {
+    stem.erase(at, rank_word.size());
+    if (at > 0 && signs.find(stem[at - 1]) != signs.npos)
+      stem.erase(at - 1, 1);
+    else if (at == 0 && !stem.empty() && signs.find(stem[0]) != signs.npos)
+      stem.erase(0, 1);
+  }
+  return (stem.empty() ? "parts" : stem) + ".json";
+}
 
 Division::Division(MpiRanks& ranks, const fs::path& name, const ReadScene& read) : ranks_(ranks) {
   has_whole_ = name.string().find(rank_word) == std::string::npos;

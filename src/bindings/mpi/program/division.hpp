@@ -11,6 +11,9 @@
 
 namespace tanor::mpi {
 
+/// Returns "melt.json" of "melt-{rank}.json": the name without the rank and the sign that set it apart.
+std::filesystem::path name_run(const std::filesystem::path& name);
+
 /// The system of a run, divided over the ranks.
 class Division {
  public:

@@ -52,7 +52,7 @@ class Run {
         options_(options),
         division_(ranks, options.scene, [&](const fs::path& name) { return read(name); }),
         scene_(division_.scene()),
-        folder_(cli::choose_folder(options.out, scene_)),
+        folder_(cli::choose_folder(options.out, name_run(options.scene))),
         checkpoint_(folder_ / cli::mpi_checkpoint_name),
         simulation_(cli::naming_file(options.scene, [&] {
           const RankSystem& part = division_.part();
