@@ -189,6 +189,33 @@ TEST(PictureTest, AReactionIsAnArrowAlongItsForce) {
   EXPECT_EQ(bound_colour(paint(picture), force, 30).count, 0);
 }
 
+/// One of fifty frames has a force ten times as large as the others, as where a whip cracks.
+TEST(PictureTest, ArrowsStayInThePictureAndACutOneHasAGap) {
+  Picture picture = make_rod(5.0);
+  picture.frame.guide_forces = {0, 3, 0, 0, 0, 0};
+  std::vector<report::StoredFrame> frames(50, picture.frame);
+  frames[7].guide_forces[1] = 30.0;
+  picture.extent = report::measure_motion(frames);
+  const auto measure_arrow = [&](const report::StoredFrame& frame) {
+    picture.frame = frame;
+    const Decoded painted = decode(draw(picture).png);
+    const Bounds arrow = bound_colour(painted, force, 30);
+    int empty_rows = 0;
+    for (int y = arrow.top; y <= arrow.bottom; ++y)
+      empty_rows +=
+          bound(painted, [&](int x, int row) { return row == y && x < 100 && !painted.is_ground(x, y); }).count == 0;
+    EXPECT_GT(arrow.top, 0);
+    return std::pair(arrow.bottom - arrow.top, empty_rows);
+  };
+
+  const auto [usual, gap_of_usual] = measure_arrow(frames[0]);
+  const auto [cut, gap_of_cut] = measure_arrow(frames[7]);
+
+  EXPECT_EQ(gap_of_usual, 0);
+  EXPECT_GT(gap_of_cut, 1);
+  EXPECT_NEAR(cut, 1.5 * usual, 6);
+}
+
 TEST(PictureTest, FrictionHasArrowsOfItsOwn) {
   Picture picture = make_rod(5.0);
   picture.style.width = 1200;
@@ -350,6 +377,14 @@ TEST(PictureTest, TheBarHasNumbersAtBothEnds) {
       }
     }
   }
+}
+
+TEST(PictureTest, ALongUnitBesideTheBarIsNotCut) {
+  Picture picture = make_rod(5.0);
+  picture.style = {.width = 800, .height = 600};
+  picture.frame.force_unit = "epsilon/sigma";
+  const Decoded painted = paint(picture);
+  EXPECT_EQ(bound(painted, [&](int x, int y) { return x > 796 && painted.at(x, y)[0] < 200; }).count, 0);
 }
 
 TEST(PictureTest, ALargePictureShowsTheSameAsASmallOne) {

@@ -72,7 +72,11 @@ void draw_bar(cairo_t* c, const Layout& layout, const Key& key) {
   cairo_set_line_width(c, std::max(1.0, 0.05 * font));
   cairo_rectangle(c, x, std::round(top), width, rows);
   cairo_stroke(c);
-  write(c, x - 0.2 * font, top - 0.9 * font, join("tension", ", ", key.force_unit));
+  const std::string what = join("tension", ", ", key.force_unit);
+  cairo_text_extents_t extents;
+  cairo_text_extents(c, what.c_str(), &extents);
+  const double edge = layout.motion.left + layout.motion.width + (bar_columns - 0.3) * font;
+  write(c, std::min(x - 0.2 * font, edge - extents.x_advance), top - 0.9 * font, what);
   for (const double tick : choose_ticks(key.tensions, 1.2 * font / height * range)) {
     const double y = top + height * (most - tick) / range;
     cairo_move_to(c, x + width, y);

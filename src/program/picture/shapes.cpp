@@ -11,7 +11,7 @@ namespace tanor::picture {
 
 namespace {
 
-constexpr double largest_arrow = 0.13, least_arrow = 0.004;
+constexpr double least_arrow = 0.004;
 constexpr double largest_bead = 0.015;
 
 Vec3 point(const std::vector<double>& rows, std::size_t k) {
@@ -21,16 +21,6 @@ Vec3 point(const std::vector<double>& rows, std::size_t k) {
 /// Returns a position relative to the middle in units of the motion's size.
 Vec3 scaled(const Scale& scale, Vec3 place) {
   return (1.0 / scale.size) * (place - scale.middle);
-}
-
-/// Extends the outline by the tips of the arrows.
-void take_arrows(const Picture& picture, Scale* scale) {
-  const report::MotionExtent& extent = picture.extent;
-  for (std::size_t k = 0; k < extent.held.size(); ++k) {
-    const Vec3 force = make_vec3(extent.forces[k]);
-    const double longest = std::min(1.0, 1.3 * extent.largest_force / norm(force));
-    scale->outline.push_back(scaled(*scale, make_vec3(extent.held[k])) + scale->arrow * longest * force);
-  }
 }
 
 void add_rods(const Picture& picture, const Scale& scale, const Camera& camera, Shapes* shapes) {
@@ -98,8 +88,10 @@ void add_ground(const Picture& picture, const Scale& scale, const Camera& camera
 }
 
 /// Adds an arrow that begins beside a point, so that the ball there hides none of it. It has a shaft and a head, which
-/// takes almost half of a short arrow.
-void add_arrow(Vec3 place, double radius, Vec3 arrow, double thickness, Rgb colour, Shapes* shapes) {
+/// takes almost half of a short arrow. The shaft of an arrow that is cut has a gap.
+void add_arrow(Vec3 place, double radius, Vec3 arrow, double longest, double thickness, Rgb colour, Shapes* shapes) {
+  const bool is_cut = norm(arrow) > longest;
+  if (is_cut) arrow = (longest / norm(arrow)) * arrow;
   const double length = norm(arrow);
   if (length < least_arrow) return;
   const Vec3 foot = place + (radius / length) * arrow;
@@ -107,7 +99,9 @@ void add_arrow(Vec3 place, double radius, Vec3 arrow, double thickness, Rgb colo
   const Vec3 neck = foot + ((length - head) / length) * arrow, tip = foot + arrow;
   // Short arrows are thinner, but at most by half, so that they stay visible.
   const double shaft = 0.32 * thickness * std::max(0.5, head / (3.4 * thickness));
-  shapes->cones.push_back({foot, neck, shaft, shaft, colour});
+  const Vec3 gap = (is_cut ? 0.5 : 1.0) * (neck - foot), after = (is_cut ? 0.65 : 1.0) * (neck - foot);
+  shapes->cones.push_back({foot, foot + gap, shaft, shaft, colour});
+  if (is_cut) shapes->cones.push_back({foot + after, neck, shaft, shaft, colour});
   shapes->cones.push_back({neck, tip, 3.1 * shaft, 0.0, colour});
 }
 
@@ -120,7 +114,8 @@ void add_forces(const Picture& picture, const std::vector<double>& forces, Rgb c
     const Vec3 place = camera.turn(scaled(scale, point(picture.frame.positions, k)));
     const double radius =
         picture.style.shows_points ? find_radius(place, picture.frame.is_support[k], scale, camera) : 0.0;
-    add_arrow(place, radius, camera.turn_direction(scale.arrow * force), thickness, colour, shapes);
+    add_arrow(place, radius, camera.turn_direction(scale.arrow * force), picture.extent.longest_arrow / scale.size,
+              thickness, colour, shapes);
   }
 }
 
@@ -185,7 +180,7 @@ Scale choose_scale(const Picture& picture) {
   scale.middle = 0.5 * (make_vec3(extent.least) + make_vec3(extent.most));
   for (const Vector3& place : extent.outline) scale.outline.push_back(scaled(scale, make_vec3(place)));
   const bool shows_forces = picture.style.shows_normal || (picture.style.shows_tangent && extent.has_friction);
-  if (shows_forces && extent.largest_force > 0.0) scale.arrow = largest_arrow / extent.largest_force;
+  if (shows_forces) scale.arrow = extent.arrow / scale.size;
   if (picture.style.shows_rods && !picture.frame.rods.empty()) {
     scale.tensions = extent.tensions;
     if (const auto& end = picture.style.tension_scale) scale.tensions = extent.tensions.with_end(*end);
@@ -197,7 +192,8 @@ Scale choose_scale(const Picture& picture) {
   visit_ground(picture, scale, [&](Vec3 place, Vec3 foot) {
     for (const Vec3 end : {foot, 2.0 * place - foot}) scale.outline.push_back(end);
   });
-  if (scale.arrow > 0.0) take_arrows(picture, &scale);
+  if (scale.arrow > 0.0)
+    for (const Vector3& tip : extent.tips) scale.outline.push_back(scaled(scale, make_vec3(tip)));
   return scale;
 }
 

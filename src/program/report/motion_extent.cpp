@@ -14,12 +14,14 @@ namespace {
 constexpr double typical = 0.97;          // part of the forces for which arrows are scaled
 constexpr double typical_tension = 0.99;  // of those that pull, and of those that push, for colours
 constexpr double rounding = 1e-6;         // of a force or tension, relative to the typical largest one
-constexpr std::size_t most_arrows = 20'000;
+constexpr double typical_arrow = 0.13;    // length of a typical largest force, relative to the motion
+constexpr double longest_arrow = 1.5;     // relative to that one
 
-/// Returns the number below which a part of them is, and puts it there.
+/// Returns the least number above which no more than the other part of them is, and puts it there.
 double quantile(std::span<double> numbers, double part) {
   if (numbers.empty()) return 0.0;
-  const auto place = numbers.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(numbers.size() - 1));
+  const auto place =
+      numbers.begin() + static_cast<std::ptrdiff_t>(std::ceil(part * static_cast<double>(numbers.size()))) - 1;
   std::nth_element(numbers.begin(), place, numbers.end());
   return *place;
 }
@@ -137,22 +139,29 @@ void visit_forces(const std::vector<StoredFrame>& frames, const Take& take) {
   }
 }
 
-/// Collects the forces, without the rounding errors of points at which no force acts.
-void collect_forces(const std::vector<StoredFrame>& frames, MotionExtent* extent) {
+/// Measures the forces, without the rounding errors of points at which no force acts.
+void measure_forces(const std::vector<StoredFrame>& frames, double size, MotionExtent* extent) {
   double largest = extent->tensions.end();
   visit_forces(frames,
                [&](const Vector3&, const Vector3& force, bool) { largest = std::max(largest, distance(force, {})); });
   std::vector<double> normal, friction;
-  visit_forces(frames, [&](const Vector3& place, const Vector3& force, bool is_friction) {
-    const double size = distance(force, {});
-    if (!(size > rounding * largest)) return;
-    extent->has_friction = extent->has_friction || is_friction;
-    (is_friction ? friction : normal).push_back(size);
-    if (extent->held.size() >= most_arrows) return;
-    extent->held.push_back(place);
-    extent->forces.push_back(force);
+  visit_forces(frames, [&](const Vector3&, const Vector3& force, bool is_friction) {
+    const double newtons = distance(force, {});
+    if (newtons > rounding * largest) (is_friction ? friction : normal).push_back(newtons);
   });
+  extent->has_friction = !friction.empty();
   extent->largest_force = std::max(quantile(normal, typical), quantile(friction, typical));
+  if (!(extent->largest_force > 0.0)) return;
+  extent->arrow = typical_arrow * size / extent->largest_force;
+  extent->longest_arrow = longest_arrow * typical_arrow * size;
+  Outline tips;
+  visit_forces(frames, [&](const Vector3& place, const Vector3& force, bool) {
+    const double newtons = distance(force, {});
+    if (!(newtons > rounding * largest)) return;
+    const double part = std::min(extent->arrow, extent->longest_arrow / newtons);
+    tips.take({place[0] + part * force[0], place[1] + part * force[1], place[2] + part * force[2]});
+  });
+  extent->tips = tips.places();
 }
 
 }  // namespace
@@ -183,7 +192,8 @@ MotionExtent measure_motion(const std::vector<StoredFrame>& frames) {
   extent.outline = outline.places();
   collect_supports(frames, size, &extent);
   measure_rods(frames, &extent);
-  collect_forces(frames, &extent);
+  const double diagonal = distance(extent.least, extent.most);
+  measure_forces(frames, diagonal > 0.0 ? diagonal : 1.0, &extent);
   return extent;
 }
 

@@ -30,10 +30,11 @@ struct MotionExtent {
   std::vector<Vector3> outline{};  ///< farthest positions in all directions, m: they must be in a picture
   TensionScale tensions{};         ///< of all rods
   double largest_force = 0.0;      ///< N, of guides, supports and friction, without the extreme 3 %
+  double arrow = 0.0;              ///< m, of a force of 1 N
+  double longest_arrow = 0.0;      ///< m, at which arrows are cut
+  std::vector<Vector3> tips{};     ///< m, farthest ends of arrows in all directions: they must be in a picture
   bool has_friction = false;       ///< true if friction acts somewhere
   double rod_length = 0.0;         ///< median, m; 0 without rods
-  std::vector<Vector3> held{};     ///< m, points of attack of the forces
-  std::vector<Vector3> forces{};   ///< N, at these points
   /// Places of the first 500 supports at the frames, m; one place of a support that stands.
   std::vector<std::vector<Vector3>> supports{};
 };
