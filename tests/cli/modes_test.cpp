@@ -67,6 +67,23 @@ TEST(ModesTest, DrawsEachModeForParaView) {
   EXPECT_EQ(list_names(folder / "answer/mode_3").size(), 24u);
   EXPECT_EQ(count(read_text(folder / "answer/mode_3.pvd"), "<DataSet"), 24u);
   EXPECT_FALSE(std::filesystem::exists(folder / "answer/mode_4.pvd"));
+  const auto draw = [&](const Words& more) {
+    Words words{"picture", "answer", "--size", "200x150", "--quiet"};
+    words.insert(words.end(), more.begin(), more.end());
+    const Ended ended = run_program(folder, words);
+    return ended.code == 0 || contains(ended.err, "built without cairo") ? "" : ended.err;
+  };
+  EXPECT_EQ(draw({}), "");
+  EXPECT_EQ(draw({"--mode", "1"}), "");
+  EXPECT_EQ(draw({"--mode", "3"}), "");
+  if (!std::filesystem::exists(folder / "answer/picture.png")) GTEST_SKIP() << "this program draws nothing";
+  const std::string rest = read_text(folder / "answer/picture.png");
+  EXPECT_NE(read_text(folder / "answer/mode_1.png"), rest);
+  EXPECT_NE(read_text(folder / "answer/mode_3.png"), read_text(folder / "answer/mode_1.png"));
+  EXPECT_TRUE(contains(draw({"--mode", "4"}),
+                       "answer: there is no mode_4.pvd; tanor modes SCENE --pictures --out answer makes it"));
+  ASSERT_EQ(run_modes(folder, hanging_scene, {}).code, 0);
+  EXPECT_FALSE(std::filesystem::exists(folder / "answer/mode_1.png")) << "of the modes before";
 }
 
 TEST(ModesTest, TellsHowMuchOfALoadBuckles) {

@@ -37,19 +37,19 @@ TEST(PictureCommandTest, DrawsAnInstantAndSaysBetweenWhichFrames) {
   simulate(folder);
 
   const Ended ended =
-      run_program(folder, {"picture", "swing.out", "--time", "0.25", "--out", "p.png", "--size", "320x200"});
+      run_program(folder, {"picture", "s.out", "--time", "0.25", "--out", "p.png", "--size", "320x200"});
   EXPECT_EQ(ended.code, 0) << ended.err;
   EXPECT_EQ(ended.err, "tanor: t = 0.25 in p.png, between the frames at 0.2 and 0.3\n");
   EXPECT_EQ(read_size(read_text(folder / "p.png")), (std::array{320, 200}));
 
-  const Ended frame = run_program(folder, {"picture", "swing.out", "--time", "0.3", "--json"});
+  const Ended frame = run_program(folder, {"picture", "s.out", "--time", "0.3", "--json"});
   const json facts = json::parse(frame.out);
-  EXPECT_EQ(facts["file"], "swing.out/picture.png");
+  EXPECT_EQ(facts["file"], "s.out/picture.png");
   EXPECT_EQ(facts["frames"][0], facts["frames"][1]);
   EXPECT_EQ(facts["width"], 1600);
   EXPECT_GT(facts["tension_scale"].get<double>(), 10.0);
   EXPECT_GT(facts["arrow"].get<double>(), 0.0);
-  EXPECT_EQ(read_size(read_text(folder / "swing.out/picture.png")), (std::array{1600, 1000}));
+  EXPECT_EQ(read_size(read_text(folder / "s.out/picture.png")), (std::array{1600, 1000}));
 }
 
 /// Runs the lines of README.md that make a picture as they stand there.
@@ -99,8 +99,8 @@ TEST(PictureCommandTest, SaysWhichGuidesItDoesNotDraw) {
                                       constraints + R"(],
       "motion": {"t_end": 0.1}})");
     EXPECT_EQ(run_program(folder, {"run", "s.json", "--quiet"}).code, 0);
-    const Ended said = run_program(folder, {"picture", "guides.out", "--size", "100x100"});
-    const json facts = json::parse(run_program(folder, {"picture", "guides.out", "--json", "--size", "100x100"}).out);
+    const Ended said = run_program(folder, {"picture", "s.out", "--size", "100x100"});
+    const json facts = json::parse(run_program(folder, {"picture", "s.out", "--json", "--size", "100x100"}).out);
     return std::pair{said.err, facts["guides_left_out"].get<int>()};
   };
 

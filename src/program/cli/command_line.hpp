@@ -41,7 +41,10 @@ struct Options {
     int port = 0;  ///< on 127.0.0.1; 0 for any that is free
     bool no_open = false;
   } server;
-  std::optional<double> time;  ///< s; default: the last frame
+  struct Instant {
+    std::optional<double> time;  ///< s; default: the last frame
+    int mode = 0;                ///< whose period is shown, from 1; 0: the motion
+  } instant;
   picture::Style style;
 
   std::string topic;  ///< of `help` and `manual`: a command, or empty for all; of `completion`: a shell

@@ -147,7 +147,7 @@ Command describe_run(Options* options) {
                "Ctrl-C ends the step and leaves all files whole; --resume goes on there. Options win over the scene. "
                "With --quiet the page of numbers is in report.txt alone.",
        .arguments = {scene_argument(options)},
-       .options = {{"--out", "DIR", text(Word::Folder, &options->out), "folder of the results; default <name>.out"},
+       .options = {{"--out", "DIR", text(Word::Folder, &options->out), "folder of the results; default <scene>.out"},
                    {"--method", "METHOD", method(&over->method),
                     "how to step, one of those that tanor --methods lists; default auto"},
                    {"--step",
@@ -202,7 +202,7 @@ Command describe_forces(Options* options) {
        .arguments = {scene_argument(options)},
        .options = {{"--motion", "FILE", text(Word::File, &options->motion),
                     "the motion, .csv or .npy, rows t, x1, y1, z1, x2, …", true},
-                   {"--out", "DIR", text(Word::Folder, &options->out), "folder of the results; default <name>.out"}},
+                   {"--out", "DIR", text(Word::Folder, &options->out), "folder of the results; default <scene>.out"}},
        .examples = {{"tanor forces crane.json --motion drive.csv", "what the drives of the crane must do"}}});
 }
 
@@ -246,7 +246,7 @@ Command describe_error_time(Options* options) {
        .options = {{"--methods", "LIST", offer(names_of_methods(), list(&options->methods), Word::Choices),
                     "names between commas; default " + list_compared_methods() + " (the scene's own)"},
                    {"--out", "DIR", text(Word::Folder, &options->out),
-                    "folder of tables and plots; default <name>.out"},
+                    "folder of tables and plots; default <scene>.out"},
                    {"--reference", "FILE", text(Word::File, &options->reference),
                     "file with the state at the end; default: another method"},
                    {"--step", "H", positive(&over->step), "coarsest fixed step, s"},
@@ -277,7 +277,7 @@ Command describe_equilibrium(Options* options) {
        .arguments = {scene_argument(options)},
        .options = {{"--modes", "N", count_of_modes(&options->num_modes), "the lowest modes about it too; all"},
                    {"--out", "DIR", text(Word::Folder, &options->out),
-                    "folder of the results; default <name>.equilibrium.out"}},
+                    "folder of the results; default <scene>.equilibrium.out"}},
        .examples = {{"tanor equilibrium net.json", "where does it hang?"},
                     {"tanor run net.equilibrium.out/equilibrium.json --t-end 1", "does it stay there?"}}});
 }
@@ -292,9 +292,9 @@ Command describe_modes(Options* options) {
                 .options = {{"--count", "N", count_of_modes(&options->num_modes),
                              "modes, the lowest ones; all; default: that of the scene, or 10"},
                             {"--out", "DIR", text(Word::Folder, &options->out),
-                             "folder of the results; default <name>.modes.out"},
+                             "folder of the results; default <scene>.modes.out"},
                             {"--pictures", "", yes(&options->pictures),
-                             "write the vibration in each mode for ParaView, mode_<k>.pvd"}},
+                             "write the vibration in each mode, mode_<k>.pvd, for tanor picture --mode and ParaView"}},
                 .examples = {{"tanor modes hanging.json --count 20", "how does it swing?"}}});
 }
 
@@ -310,9 +310,11 @@ Command describe_view(Options* options) {
   return complete(
       options,
       {.name = "view",
-       .summary = "show the page of a run in the browser, also while it goes on",
-       .text = "Serves the folder of a run that was started with --report, to this machine alone and read-only, and "
-               "opens the browser. The page of a run that goes on follows it. Ctrl-C ends the server.",
+       .summary = "show the page of a run, a state of rest or modes in the browser",
+       .text =
+           "Serves the folder of equilibrium, of modes, or of a run that was started with --report, to this machine "
+           "alone "
+           "and read-only, and opens the browser. The page of a run that goes on follows it. Ctrl-C ends the server.",
        .arguments = {{"DIR", text(Word::Folder, &options->folder), "folder of the results, such as net.out"}},
        .options = {{"--port", "PORT", whole(0, 65535, "0 (= any that is free) to 65535", &options->server.port),
                     "port on 127.0.0.1; default: any that is free"},
@@ -326,14 +328,16 @@ Command describe_picture(Options* options) {
   return complete(
       options,
       {.name = "picture",
-       .summary = "an instant of a run as a picture, PNG, for papers",
+       .summary = "an instant of a run, a state of rest or a mode as a picture, PNG, for papers",
        .text =
            "Draws the points, the rods in the colours of their tension, the forces as arrows, and the guides, from the "
            "frames in trajectory.pvd; all pictures of a run have the same colours, arrows and view. Between frames "
            "positions follow a cubic polynomial, forces a straight line.",
        .arguments = {{"DIR", text(Word::Folder, &options->folder), "folder of the results, such as net.out"}},
        .options =
-           {{"--time", "T", number(&options->time), "the instant, s; default: the last frame"},
+           {{"--time", "T", number(&options->instant.time), "the instant, s; default: the last frame"},
+            {"--mode", "K", whole(1, 1'000'000, "> 0", &options->instant.mode),
+             "a mode, of tanor modes --pictures, at its largest moves"},
             {"--out", "FILE", text(Word::File, &options->out), "the picture; default DIR/picture.png"},
             {"--size", "WxH", size_of_picture(style), "pixels; default 1600x1000"},
             {"--view", "VIEW", view_of_picture(style),
@@ -347,6 +351,7 @@ Command describe_picture(Options* options) {
              "all"}},
        .examples = {{"tanor picture net.out --time 0.25", "net.out/picture.png"},
                     {"tanor picture net.out --time 0.25 --view 30,15 --size 2400x1600 --out net.png", "for a paper"},
+                    {"tanor picture net.modes.out --mode 2", "net.modes.out/mode_2.png"},
                     {"tanor picture net.out --show rods,legend", "the last frame, rods alone"}}});
 }
 

@@ -84,7 +84,7 @@ ExitCode execute_modes(const Options& options) {
   const scene::Scene scene = prepare(scene::load_scene(options.scene));
   ModesOptions wanted = scene::modes_options(scene);
   if (options.num_modes) wanted.count = *options.num_modes;
-  const OutputFolder folder(choose_folder(options.out, scene, ".modes.out"), "modes");
+  const OutputFolder folder(choose_folder(options.out, scene.file, ".modes.out"), "modes");
   const fs::path& directory = folder.path();
   require_no_run(directory, "modes");
   require_results_not_read(directory, scene.files);
@@ -110,7 +110,7 @@ ExitCode execute_modes(const Options& options) {
   report::write_modes(directory, facts, found);
   show(directory, scene, system, state, found);
   if (!found.outcome.ok()) return tell(options.scene, found.outcome.what);
-  if (options.pictures) report::write_mode_pictures(directory, scene.system, scene.system.positions, found);
+  if (options.pictures) report::write_mode_pictures(directory, system, state, found);
   if (options.json) print_json_file(directory / "summary.json");
   const std::string page = report::write_observables_at_rest(directory, scene.name, describe(found, scene.system.units),
                                                              facts.observed, system.units, scene.modes.time);

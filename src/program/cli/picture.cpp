@@ -12,6 +12,7 @@
 #include "cli/command_line.hpp"
 #include "cli/messages.hpp"
 #include "picture/draw.hpp"
+#include "report/modes.hpp"
 #include "report/module.hpp"
 #include "report/output_file.hpp"
 #include "report/stored_motion.hpp"
@@ -34,9 +35,10 @@ picture::Drawn draw(const picture::Picture& picture) {
   return drawn;
 }
 
-/// Returns the time that is asked for, or the last one if none is.
+/// Returns the time that is asked for, or else the last one, of a mode that of its largest moves.
 double choose_time(const Options& options, const report::StoredMotion& motion) {
-  const double begin = motion.begin(), end = motion.end(), time = options.time.value_or(end);
+  const double begin = motion.begin(), end = motion.end(),
+               time = options.instant.time.value_or(options.instant.mode > 0 ? begin : end);
   // A time may have been printed with few digits.
   const double rounding = 1e-9 * (end - begin);
   if (!(time >= begin - rounding && time <= end + rounding)) {
@@ -53,9 +55,12 @@ double choose_time(const Options& options, const report::StoredMotion& motion) {
 ExitCode execute_picture(const Options& options) {
   if (options.out && options.out->extension() != ".png")
     throw InputError("--out", fmt::format("found {}, wanted a name that ends in .png", options.out->string()));
-  const report::StoredMotion motion(options.folder);
+  const report::StoredMotion motion(options.folder, options.instant.mode);
   const report::StoredMotion::Instant instant = motion.at(choose_time(options, motion));
-  const std::filesystem::path file = options.out.value_or(options.folder / report::picture_name);
+  const std::filesystem::path file = options.out.value_or(
+      options.folder / (options.instant.mode > 0
+                            ? report::name_mode(static_cast<std::size_t>(options.instant.mode)) + ".png"
+                            : report::picture_name));
   const picture::Drawn drawn = draw({.frame = instant.frame, .extent = motion.measure(), .style = options.style});
   report::replace_file(file, [&](report::OutputFile* png) { png->write(std::string_view(drawn.png)); });
 

@@ -11,6 +11,7 @@
 #include <tanor/version.hpp>
 
 #include "report/field_json.hpp"
+#include "report/guides.hpp"
 #include "report/npy.hpp"
 #include "report/output_file.hpp"
 #include "report/page.hpp"
@@ -27,7 +28,7 @@ namespace {
 constexpr const char *shapes_name = "shapes.npy", *imaginary_name = "shapes_imaginary.npy";
 constexpr std::string_view picture_prefix = "mode_";
 constexpr int frames_of_period = 24;
-constexpr double largest_move = 0.05;  // relative to the scene's size, in pictures
+constexpr double largest_move = 0.2;  // relative to half of the scene's size, in pictures
 
 Json frequencies(const Modes& modes) {
   return list_of(modes.omega,
@@ -48,15 +49,17 @@ double measure_move(std::span<const double> shape) {
 }
 
 /// Writes r + a q cos(omega t) over one period, and its derivatives. Of damped modes q is the real part.
-void write_picture(const fs::path& directory, const ShownParts& shown, std::span<const double> positions,
+void write_picture(const fs::path& directory, const System& system, const ShownParts& shown, const Solution& rest,
                    const Modes& modes, std::size_t mode) {
-  const std::string name = fmt::format("{}{}", picture_prefix, mode + 1);
+  const std::string name = name_mode(mode + 1);
+  const std::vector<double>& positions = rest.positions;
   make_folder(directory / name);
   const std::span<const double> shape = modes.shape(mode);
   const double size = measure_move(shape), amplitude = size > 0.0 ? largest_move * measure_size(positions) / size : 0.0;
   const double omega = modes.omega[mode] > 0.0 ? modes.omega[mode] : 2.0 * std::numbers::pi;
   std::vector<double> places(positions.size()), velocities(positions.size()), accelerations(positions.size());
   const std::vector<double> tensions = find_tensions(shown, modes.multipliers);
+  const std::vector<Guide> guides = list_guides(system, shown, rest.time, rest.time);
   std::string list(VtpTrajectory::list_head);
   for (int k = 0; k < frames_of_period; ++k) {
     const double phase = 2.0 * std::numbers::pi * k / frames_of_period, time = phase / omega;
@@ -72,7 +75,9 @@ void write_picture(const fs::path& directory, const ShownParts& shown, std::span
                .positions = places,
                .velocities = velocities,
                .accelerations = accelerations,
-               .tensions = tensions});
+               .tensions = tensions,
+               .guides = guides,
+               .gravity = find_gravity(system)});
     list += VtpTrajectory::list_frame(time, frame);
   }
   list += VtpTrajectory::list_tail;
@@ -133,17 +138,22 @@ std::vector<fs::path> list_modes(const fs::path& directory) {
     const bool is_numbered =
         stem.starts_with(picture_prefix) && stem.size() > picture_prefix.size() &&
         std::ranges::all_of(stem.substr(picture_prefix.size()), [](unsigned char c) { return std::isdigit(c); });
-    if (!is_numbered || entry.path().extension() != ".pvd") continue;
+    const std::string ending = entry.path().extension().string();
+    if (!is_numbered || (ending != ".pvd" && ending != ".png")) continue;
     files.push_back(entry.path());
-    std::ranges::copy(list_frames(fs::path(entry.path()).replace_extension()), std::back_inserter(files));
+    if (ending == ".pvd")
+      std::ranges::copy(list_frames(fs::path(entry.path()).replace_extension()), std::back_inserter(files));
   }
   return files;
 }
 
-void write_mode_pictures(const fs::path& directory, const System& system, std::span<const double> positions,
-                         const Modes& modes) {
+std::string name_mode(std::size_t number) {
+  return fmt::format("{}{}", picture_prefix, number);
+}
+
+void write_mode_pictures(const fs::path& directory, const System& system, const Solution& rest, const Modes& modes) {
   const ShownParts shown = choose_parts(system, {});
-  for (std::size_t mode = 0; mode < modes.count(); ++mode) write_picture(directory, shown, positions, modes, mode);
+  for (std::size_t mode = 0; mode < modes.count(); ++mode) write_picture(directory, system, shown, rest, modes, mode);
 }
 
 }  // namespace tanor::report

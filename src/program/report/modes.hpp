@@ -28,11 +28,14 @@ struct ModesFacts {
 /// Writes `directory/summary.json` and the shapes beside it.
 void write_modes(const std::filesystem::path& directory, const ModesFacts& facts, const Modes& modes);
 
-/// Writes the vibration of each mode for ParaView: `directory/mode_<k>.pvd`, k = 1, 2, …, and the frames that it names
-/// in `mode_<k>`. They show one period, with moves enlarged to a twentieth of the scene's size; the period is 1 s if
-/// omega is not a frequency.
-void write_mode_pictures(const std::filesystem::path& directory, const System& system,
-                         std::span<const double> positions, const Modes& modes);
+/// Returns "mode_<k>", k = 1, 2, …
+std::string name_mode(std::size_t number);
+
+/// Writes the vibration of each mode for pictures and ParaView: `directory/mode_<k>.pvd` and the frames that it names
+/// in `mode_<k>`. They show one period, with moves enlarged to a tenth of the scene's size; the period is 1 s if omega
+/// is not a frequency.
+void write_mode_pictures(const std::filesystem::path& directory, const System& system, const Solution& rest,
+                         const Modes& modes);
 
 /// Returns the names that shapes and pictures of modes may have in a folder.
 std::vector<std::filesystem::path> list_modes(const std::filesystem::path& directory);

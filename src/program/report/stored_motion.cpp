@@ -13,6 +13,7 @@
 
 #include "report/html_page.hpp"
 #include "report/json_text.hpp"
+#include "report/modes.hpp"
 #include "report/summary.hpp"
 #include "report/vtp_frame.hpp"
 
@@ -67,14 +68,17 @@ std::optional<TensionScale> read_colours(const fs::path& directory) {
 
 }  // namespace
 
-StoredMotion::StoredMotion(const fs::path& directory) : directory_(directory) {
-  const fs::path list = directory / VtpTrajectory::list_name;
+StoredMotion::StoredMotion(const fs::path& directory, int mode) : directory_(directory) {
+  const std::string list_name =
+      mode > 0 ? name_mode(static_cast<std::size_t>(mode)) + ".pvd" : VtpTrajectory::list_name;
+  const fs::path list = directory / list_name;
   const std::string name = directory.string();
   if (!fs::exists(directory)) throw InputError(name, "there is no such folder");
   if (!fs::is_directory(directory)) throw InputError(name, "is a file; wanted the folder of a run, such as net.out");
   if (!fs::exists(list)) {
-    throw InputError(name, fmt::format("there is no {}; tanor run SCENE --out {} --trajectory xyz,vtp makes it",
-                                       VtpTrajectory::list_name, name));
+    throw InputError(name, fmt::format("there is no {}; tanor {} makes it", list_name,
+                                       mode > 0 ? "modes SCENE --pictures --out " + name
+                                                : "run SCENE --out " + name + " --trajectory xyz,vtp"));
   }
   frames_ = read_frame_list(list);
   if (frames_.empty()) throw InputError(list.string(), "names no frames");

@@ -14,8 +14,8 @@ inline constexpr const char* picture_name = "picture.png";
 /// The motion that a run has stored in its folder (`trajectory.pvd`), at any time. A run that goes on may be read too.
 class StoredMotion {
  public:
-  /// Throws InputError if the folder holds no frames.
-  explicit StoredMotion(const std::filesystem::path& directory);
+  /// Takes the motion, or the period of a mode, from 1. Throws InputError if the folder holds no frames of it.
+  explicit StoredMotion(const std::filesystem::path& directory, int mode = 0);
 
   double begin() const { return frames_.front().time; }
   double end() const { return frames_.back().time; }
