@@ -104,7 +104,7 @@ TEST(LeftOut, Equation36_OneMassNeedsNoSecondFactor) {
 
   EXPECT_TRUE(split.outcome.ok());
   EXPECT_EQ(solved.dynamics.counters().split_factorizations, 0U);
-  EXPECT_TRUE(says(solved.dynamics.plan(), "second matrix"));
+  EXPECT_TRUE(says(solved.dynamics.plan(), "second factorization"));
 }
 
 TEST(LeftOut, Equation44_MassCouplingIsMeasuredWhereItHoldsAndWhereItDoesNot) {

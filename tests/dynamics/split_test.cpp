@@ -139,7 +139,7 @@ TEST(Split, GammaIsMadeOnlyWhereTheSplitIsAskedFor) {
   EXPECT_TRUE(solved.split().outcome.ok());
 
   EXPECT_EQ(solved.dynamics.counters().split_factorizations, 1U);
-  EXPECT_EQ(count(solved.dynamics, "second matrix for the split: all points have one mass"), 0U);
+  EXPECT_EQ(count(solved.dynamics, "second factorization for the parts along and across the motion: all points have one mass"), 0U);
 }
 
 TEST(Split, PlanSaysThatGammaIsLeftOutWithOneMass) {
@@ -147,7 +147,7 @@ TEST(Split, PlanSaysThatGammaIsLeftOutWithOneMass) {
   std::fill(random.system.masses.begin(), random.system.masses.end(), 0.3);
   const Dynamics dynamics(random.system);
 
-  EXPECT_EQ(count(dynamics, "second matrix for the split: all points have one mass"), 1U);
+  EXPECT_EQ(count(dynamics, "second factorization for the parts along and across the motion: all points have one mass"), 1U);
 }
 
 TEST(Split, NeedsNoSolveBeforehand) {

@@ -64,9 +64,9 @@ TEST(UserConstraintsValidation, EachFaultIsNamed) {
   EXPECT_EQ(with_constraint([](auto& user) { user.kernel = formula_constraint("log(t - 0.5) + x2", 2); }),
             "/constraints/0/points/0: [0, 1]: the function is -inf at the start");
   EXPECT_EQ(with_constraint([](auto& user) { user.kernel = formula_constraint("x2 + sqrt(t - 0.5)", 2); }),
-            "/constraints/0/points/0: [0, 1]: its rate K'v + xi_t is inf at the start");
+            "/constraints/0/points/0: [0, 1]: its rate is inf at the start");
   EXPECT_EQ(with_constraint([](auto& user) { user.kernel = formula_constraint("z1 + x2^1.5*0 + (x2-1)^1.5", 2); }),
-            "/constraints/0/points/0: [0, 1]: its curvature phi is nan at the start");
+            "/constraints/0/points/0: [0, 1]: its curvature is nan at the start");
   EXPECT_EQ(with_constraint([](auto& user) { user.kernel = formula_constraint("z2^2 + x1^2", 2); }),
             "/constraints/0/points/0: [0, 1]: its gradient is zero at the start: it holds nothing there");
 }

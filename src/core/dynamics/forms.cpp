@@ -60,7 +60,7 @@ void Forms::make_plan() {
   auto& left_out = plan.left_out;
   if (!model.has_friction()) left_out.push_back("friction: constraints are ideal");
   if (model.num_rows() > 0 && has_one_mass(model))
-    left_out.push_back("second matrix for the split: all points have one mass");
+    left_out.push_back("second factorization for the parts along and across the motion: all points have one mass");
   if (tangent == nullptr) left_out.push_back("coordinates: none are given");
   if (normal == nullptr) left_out.push_back("constraints: none are given");
   if (normal != nullptr && tangent != nullptr)

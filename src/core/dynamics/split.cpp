@@ -59,8 +59,8 @@ Outcome NormalSpace::factorize(double t, const double* r, const double* blocks) 
     quality = solver_->factorize(model_.parallel);
   }
   if (quality.positive_definite && quality.reciprocal_condition > GramSolver::singular_below) return {};
-  return {Status::Singular, "Gamma = K'K is singular at t = " + text(t) + ": " + work_.name_row(quality.weakest_row) +
-                                " depends on other constraints, or its gradient vanishes"};
+  return {Status::Singular, "the gradients of the constraints depend on one another at t = " + text(t) + ": " +
+                                work_.name_row(quality.weakest_row) + " follows from others, or its gradient vanishes"};
 }
 
 void NormalSpace::find_least(const double* c, double* x, double* mu) {

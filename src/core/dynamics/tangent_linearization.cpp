@@ -40,7 +40,7 @@ Outcome TangentLinearization::factorize(double t) {
   const GramSolver::Quality quality = work_.factorize(&solver_, blocks_.data());
   reciprocal_condition_ = quality.reciprocal_condition;
   if (quality.positive_definite && quality.reciprocal_condition > GramSolver::singular_below) return {};
-  return {Status::Singular, "H = A'MA is singular at t = " + text(t) + ": coordinate " +
+  return {Status::Singular, "the coordinates are singular at t = " + text(t) + ": coordinate " +
                                 work_.coordinates.name_coordinate(model_.system, quality.weakest_row) +
                                 " moves no point, or others move the points the same way"};
 }

@@ -107,7 +107,7 @@ void check_constraints(Workspace& work, const TangentLinearization& at) {
         along = part;
         point = static_cast<std::size_t>(i.point);
       }
-      throw InputError("/coordinates", "K'A is not 0: the coordinates move along the gradient of " + name_worst(rows) +
+      throw InputError("/coordinates", "the coordinates move along the gradient of " + name_worst(rows) +
                                            ", at point " + text(model.numbering.user_point[point]) +
                                            ": they are wider than the constraints; both must describe the same motion");
     }

@@ -161,7 +161,7 @@ class Validation {
   void check_values(const UserConstraints& user, const TupleValues& values, std::size_t k,
                     const std::string& where) const {
     const std::pair<const char*, double> numbers[] = {
-        {"the function", values.xi[k]}, {"its rate K'v + xi_t", values.rate[k]}, {"its curvature phi", values.phi[k]}};
+        {"the function", values.xi[k]}, {"its rate", values.rate[k]}, {"its curvature", values.phi[k]}};
     const std::size_t member = values.first + k;
     for (const auto& [noun, number] : numbers) {
       if (!is_in_range(number)) fail_member(user, member, where, noun + (" is " + text(number)) + " at the start");

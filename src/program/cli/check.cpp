@@ -67,12 +67,14 @@ Findings find(scene::Scene* scene) {
   return found;
 }
 
-void print_start(const Findings& found) {
+void print_start(const Findings& found, bool is_verbose) {
   print_heading("Start");
   print("positions violate",
-        fmt::format("{} (largest |xi|/|gradient|/length)", in_words(found.position_violation, "{:.2e}")));
-  print("velocities violate", fmt::format("{} (largest |K'v + xi_t|/|gradient| over the velocity scale)",
-                                          in_words(found.velocity_violation, "{:.2e}")));
+        fmt::format("{} ({})", in_words(found.position_violation, "{:.2e}"),
+                    is_verbose ? "largest |xi|/|gradient|/length" : "largest, relative to lengths"));
+  print("velocities violate", fmt::format("{} ({})", in_words(found.velocity_violation, "{:.2e}"),
+                                          is_verbose ? "largest |K'v + xi_t|/|gradient| over the velocity scale"
+                                                     : "largest, relative to the speed of the scene"));
   if (!found.start) return;
   print("start", fmt::format("corrected by {} and {}",
                              with_unit(in_words(found.start->position_correction, "{:.2g}"), found.units.length),
@@ -102,11 +104,11 @@ void print_rank(const RankReport& rank, std::size_t num_equations) {
               rank.prestress_rigid_points.size()));
 }
 
-void print_answer(const Findings& found) {
+void print_answer(const Findings& found, bool is_verbose) {
   print_heading("Answer at t = 0");
+  const char* const matrix = found.form == Form::Tangent ? " (of the scaled H = A'MA)" : " (of the scaled S = K'M^-1K)";
   print("reciprocal condition",
-        fmt::format("{} (of the scaled {})", in_words(found.solved->reciprocal_condition, "{:.2e}"),
-                    found.form == Form::Tangent ? "H = A'MA" : "S = K'M^-1K"));
+        in_words(found.solved->reciprocal_condition, "{:.2e}") + (is_verbose ? matrix : " (0: singular)"));
   if (!found.friction.empty()) print("friction found", report::describe_friction(found.solved->friction));
   print("residual",
         fmt::format("{} ({} refinements)", in_words(found.solved->residual, "{:.1e}"), found.solved->refinements));
@@ -151,9 +153,9 @@ Json describe(const Findings& found) {
 void print_findings(const Findings& found, bool is_verbose) {
   print("scene", found.scene);
   if (!found.friction.empty()) print("friction", found.friction);
-  print_start(found);
+  print_start(found, is_verbose);
   if (found.rank) print_rank(*found.rank, found.equations);
-  if (found.solved) print_answer(found);
+  if (found.solved) print_answer(found, is_verbose);
   if (found.certificate) print_certificate(*found.certificate, is_verbose);
   if (!found.certificate && !found.trouble.empty()) print("result", found.trouble);
 }

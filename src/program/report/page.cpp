@@ -86,8 +86,6 @@ std::string format_page(const RunFacts& facts, Simulation& simulation) {
     page += format_passages(simulation.passages(), units) + "\n";
   }
   page += line("source", facts.source);
-  if (const std::vector<std::string> left_out = list_left_out(facts.left_out, plan.left_out); !left_out.empty())
-    page += line("left out", fmt::format("{}", fmt::join(left_out, "; ")));
   page +=
       line("system",
            fmt::format("{}, {}, {}, {}, {}", count_in_words(plan.points, "point"),
@@ -143,6 +141,8 @@ std::string format_page(const RunFacts& facts, Simulation& simulation) {
   if (facts.has_started) page += describe_quality(report, units);
   if (!report.accuracy_warning.empty()) page += line("warning", report.accuracy_warning);
   if (facts.certificate) page += line("certificate", facts.certificate->line());
+  if (const std::vector<std::string> left_out = list_left_out(facts.left_out, plan.left_out); !left_out.empty())
+    page += line("left out", fmt::format("{}", fmt::join(left_out, "; ")));
   return page;
 }
 
