@@ -35,36 +35,43 @@ ProjectionReport NearestPoint::reach_constraints(double t, double* r) {
   return projector_.project_positions(t, r);
 }
 
-/// Reaches xi = 0, from a bent configuration if none is reached from r itself.
-ProjectionReport NearestPoint::reach_from_bent(double t, double* r) {
-  const std::vector<double> given(r, r + 3 * model_.num_points());
+/// Reaches xi = 0, from a bent configuration if none is reached from r itself. Then the place to be near lies far
+/// below, so that what hangs does so nearly as at rest.
+ProjectionReport NearestPoint::reach_from_bent(double t, double* r, std::vector<double>* wanted) {
+  constexpr double depth = 10.0;  // relative to the scene's size
+  const std::vector<double> given = *wanted;
+  std::vector<double> fall;
   ProjectionReport report = reach_constraints(t, r);
-  constexpr int most_trials = 3;
+  constexpr int most_trials = 4;
   for (int trial = 0; trial < most_trials; ++trial) {
     const Status status = report.outcome.status;
     if (status != Status::Contradictory && status != Status::NotConverged && status != Status::Singular) break;
     std::ranges::copy(given, r);
-    if (!bend(t, trial, r).ok()) break;
-    if (ProjectionReport bent = reach_constraints(t, r); bent.outcome.ok()) return bent;
+    if (!bend(t, trial, &fall, r).ok()) break;
+    ProjectionReport bent = reach_constraints(t, r);
+    if (!bent.outcome.ok()) continue;
+    for (std::size_t i = 0; i < fall.size(); ++i) (*wanted)[i] += depth * model_.scene_size * fall[i];
+    return bent;
   }
   return report;
 }
 
-/// Moves the points the way they would fall, and irregularly by a tenth of that, along directions to which no row
-/// answers to first order. The largest move of a neighbourhood is that by which its shortest row finds room for what
-/// the worst one lacks, xi = (move/length)^2 length/2, and four times as much in each further trial.
-Outcome NearestPoint::bend(double t, int trial, double* r) {
-  constexpr double unevenness = 0.1;
-  const double irregular_step = 2.3 + 0.4 * trial, factor = std::pow(4.0, trial);
+/// Moves the points the way they would fall, in further trials also irregularly by a tenth of that, along directions to
+/// which no row answers to first order. The largest move of a neighbourhood is that by which its shortest row finds
+/// room for what the worst one lacks, xi = (move/length)^2 length/2, and four times as much from the third trial on.
+Outcome NearestPoint::bend(double t, int trial, std::vector<double>* fall, double* r) {
+  const double unevenness = trial > 0 ? 0.1 : 0.0, irregular_step = 2.3 + 0.4 * trial,
+               factor = std::pow(4.0, std::max(0, trial - 1));
   const std::size_t size = 3 * model_.num_points();
   const std::vector<double> at_rest(size, 0.0);
   std::vector<double> d(size, 0.0), lengths(model_.num_rows()), lacking(model_.num_rows()), rates(model_.num_rows());
   const double largest = work_.evaluate_free(t, r, at_rest.data(), d.data());
   const bool falls = largest > 0.0 && std::isfinite(largest);
+  fall->assign(size, 0.0);
   for (std::size_t i = 0; i < size; ++i) {
-    const double fall = falls ? d[i] / largest : 0.0,
-                 uneven = (falls ? unevenness : 1.0) * irregular(i, irregular_step);
-    d[i] = i < 3 * model_.num_moving() ? fall + uneven : 0.0;
+    const bool moves = i < 3 * model_.num_moving();
+    if (moves && falls) (*fall)[i] = d[i] / largest;
+    d[i] = moves ? (*fall)[i] + (falls ? unevenness : 1.0) * irregular(i, irregular_step) : 0.0;
   }
   if (Outcome outcome = linearization_.update(t, r); !outcome.ok()) return outcome;
   linearization_.apply_transposed(d.data(), nullptr, rows_.data());
@@ -118,8 +125,8 @@ double NearestPoint::product(const double* a, const double* b) const {
 
 ProjectionReport NearestPoint::find(double t, double* r) {
   if (model_.num_rows() == 0) return {};
-  const std::vector<double> wanted(r, r + 3 * model_.num_points());
-  ProjectionReport report = reach_from_bent(t, r);
+  std::vector<double> wanted(r, r + 3 * model_.num_points());
+  ProjectionReport report = reach_from_bent(t, r, &wanted);
   if (!report.outcome.ok() || std::ranges::equal(wanted, std::span(r, wanted.size()))) return report;
 
   // Descend along xi = 0. Full steps serve where r* is near. Where the curvature of the constraints matters, the step
@@ -135,7 +142,7 @@ ProjectionReport NearestPoint::find(double t, double* r) {
   std::vector<double> d(wanted.size()), trial, trial_d;
   if (report.outcome = find_slope(wanted, t, r, d.data()); !report.outcome.ok()) return report;
   double length = 1.0;
-  for (; report.iterations < most_iterations && length > 1e-6; ++report.iterations) {
+  for (; report.iterations < most_iterations && length > 1e-9; ++report.iterations) {
     if (is_nearest(r, wanted, d.data())) break;
     for (std::vector<double>* array : {&trial, &trial_d}) array->resize(wanted.size());
     for (std::size_t i = 0; i < 3 * model_.num_points(); ++i) trial[i] = r[i] + length * d[i];

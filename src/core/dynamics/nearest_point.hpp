@@ -8,7 +8,8 @@ namespace tanor::detail {
 
 /// Moves r [3n], however far, to the nearest configuration on xi = 0 in the M-norm. Newton's method reaches some
 /// configuration there, and descent along xi = 0 then shortens the distance. If rows contradict each other to first
-/// order alone, as those of a straight chain that is longer than its gap, it begins from a configuration bent a little.
+/// order alone, as those of a straight chain that is longer than its gap, it begins from a configuration bent a little,
+/// and goes where the forces draw the points, for a chain the catenary.
 class NearestPoint {
  public:
   NearestPoint(Workspace& work, Linearization& linearization, Projector& projector)
@@ -21,9 +22,9 @@ class NearestPoint {
   ProjectionReport find(double t, double* r);
 
  private:
-  ProjectionReport reach_from_bent(double t, double* r);
+  ProjectionReport reach_from_bent(double t, double* r, std::vector<double>* wanted);
   ProjectionReport reach_constraints(double t, double* r);
-  Outcome bend(double t, int trial, double* r);
+  Outcome bend(double t, int trial, std::vector<double>* fall, double* r);
   Outcome find_slope(const std::vector<double>& wanted, double t, const double* r, double* d);
   bool is_nearest(const double* r, const std::vector<double>& wanted, const double* d) const;
   double product(const double* a, const double* b) const;
