@@ -19,6 +19,9 @@ import matplotlib
 matplotlib.use("svg")
 import matplotlib.pyplot as plt  # noqa: E402: the backend comes first
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "bench/rivals"))
+from compare import PROBLEMS  # noqa: E402
+
 COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#000000", "#56B4E9", "#E69F00", "#7F7F7F", "#B2A800", "#44307A"]
 MARKS = ["o", "s", "^", "D", "v", "P", "X", "<", ">", "*"]
 plt.rcParams.update({
@@ -76,7 +79,7 @@ def draw_rivals(table: pathlib.Path) -> None:
                 axes.loglog(*zip(*front), label=group, color=COLOURS[k % 10], marker=MARKS[k % 10],
                             linestyle="-" if filled else "--", linewidth=3.2 if filled else 1.8,
                             markerfacecolor=COLOURS[k % 10] if filled else "white")
-        axes.set(title=f"{problem}: tanor (solid) and other programs", xlabel="processor time, s", ylabel="largest error, m")
+        axes.set(title=f"{PROBLEMS[problem].title}: tanor (solid) and other programs", xlabel="processor time, s", ylabel="largest error, m")
         axes.grid(True, which="major", color="#dddddd")
         axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
         save(figure, table.with_name(f"rivals_{problem}.svg"))

@@ -366,7 +366,7 @@ Each program with the best of the settings in `rivals.csv`, log-log interpolatio
         text += "OpenSim's published time for A01 is 637 ms, on another machine.\n"
     subprocess.run([ROOT / "scripts/draw_results.py", out], check=True)
     for name in measured:
-        picture = f"![{name}](rivals_{name}.svg)\n\n"
+        picture = f"![{PROBLEMS[name].title}](rivals_{name}.svg)\n\n"
         text = text.replace(f"## {PROBLEMS[name].title}\n\n", f"## {PROBLEMS[name].title}\n\n{picture}")
     (out / "rivals.md").write_text(text, encoding="utf-8")
 
