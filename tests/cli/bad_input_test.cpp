@@ -167,6 +167,9 @@ TEST(BadSceneTest, AFileThatCannotBeReadIsNamed) {
 
   EXPECT_EQ(complaint(folder, {"run", "nowhere.json"}),
             "tanor: nowhere.json cannot be read: No such file or directory\n");
+  write_text(folder / "s.json", R"({"tanor_scene": 1, "import": {"file": "far.data", "get": "fetch melt"}})");
+  EXPECT_EQ(complaint(folder, {"info", "s.json"}),
+            "tanor: s.json: /import/file: far.data is not there; fetch melt gets it\n");
 }
 
 TEST(BadSceneTest, AStepOfTheCommandLineHasTheSameLimit) {

@@ -304,6 +304,8 @@ PointSet read_import(const Cursor& import, const Context& context) {
 
   const std::string atom_style = read_atom_style(import["atom_style"]);
   const std::filesystem::path path = context.file(file);
+  if (import["get"] && !std::filesystem::exists(path))
+    file.complain(fmt::format("{} is not there; {} gets it", path.string(), import["get"].string()));
   const std::string file_name = path.filename().string(), text = file.locate([&] { return read_text(path); });
   if (known_format == nullptr) require_lammps_data(file_name, text, file, import["format"]);
   Imported data = file.locate([&] {

@@ -30,7 +30,7 @@ const std::vector<Part>& parts() {
         "friction", "time"}},
       {"modes", {"count", "damped", "buckling"}},
       {"import",
-       {"file", "format", "bonds", "types", "angles", "mass", "dihedrals", "bond_style", "angle_style",
+       {"file", "get", "format", "bonds", "types", "angles", "mass", "dihedrals", "bond_style", "angle_style",
         "dihedral_style", "fene_repulsion", "units", "atom_style"}},
       {"points", {"positions", "velocities", "masses"}}};
   return all;
