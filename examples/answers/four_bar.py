@@ -8,4 +8,5 @@ system = tanor.System([(1, 0, 0), (3, 0, 0), rocker], 3.0, forces=[tanor.Gravity
 motor = tanor.Simulation(system, rtol=1e-12, start="project")
 motor.add_observable("moment(crank, z, [0, 0, 0])", name="torque", every_step=True)
 run = tanor.run(motor, 3.14, every=0.01)
-print(f"torque {run['torque'][0]:.10g} {run.units['torque']} at the start, largest {motor.observe()[-1].largest[0]!r}")
+largest = motor.observe()[-1].largest[0]
+print(f"torque {run['torque'][0]:.10g} {run.units['torque']} at the start, largest {largest.value:.10g} at t = {largest.time:.10g} s")
