@@ -45,7 +45,7 @@ if(TANOR_BUILD_PROGRAM)
   # Scenes that need no file that is fetched, and short programs of Python.
   install(DIRECTORY examples/ DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/tanor/examples COMPONENT program
     FILES_MATCHING PATTERN "*.json" PATTERN "answers/*.py" PATTERN "python/*.py"
-    PATTERN melt.json EXCLUDE PATTERN protein.json EXCLUDE PATTERN liggghts EXCLUDE PATTERN yade EXCLUDE)
+    REGEX "/((melt|melt_bonds|melt_phantom|protein)\\.json|liggghts|yade)$" EXCLUDE)
   if(TARGET tanor_manual)
     set(manual ${PROJECT_BINARY_DIR}/manual)
     install(DIRECTORY ${manual}/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT program

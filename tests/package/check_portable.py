@@ -150,6 +150,7 @@ def check_program() -> None:
     follow_page("The program")
     assert (root / "tmp/user/motor/picture.png").stat().st_size > 0
     said = inside(f"""/{PLACE}/bin/tanor --version
+for scene in /{EXAMPLES}/*.json; do /{PLACE}/bin/tanor info $scene >info; done  # none needs a file that is not there
 for scene in pendulum breaking_rod four_bar_motor; do
   /{PLACE}/bin/tanor run /{EXAMPLES}/$scene.json --out runs/$scene --trajectory vtp,h5md,npz --report --quiet
   /{PLACE}/bin/tanor picture runs/$scene 2>&1
