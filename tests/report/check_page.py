@@ -87,19 +87,33 @@ STOPPED = {"stops_at_once": "1 + 0.1*t^2", "stops_halfway": "1 + 0.1*max(0, t - 
 def crane_scene(folder: pathlib.Path) -> pathlib.Path:
     """Two masses on a rope over two sheaves, a crank that moves, and a rope that is a formula."""
     scene = {"tanor_scene": 1, "units": "si", "name": "crane",
-             "points": {"positions": [[0, 0, 0], [0, 0, -1], [3.4, 0, 0], [3.1, 0, -0.9], [2.2, 0, -0.4], [-1, 0, 0.5], [1.5, 0, -0.5],
+             "points": {"positions": [[0, 0, 0], [0, 0, -1], [3.4, 0, 0], [3.1, 0, -0.9], [2.2, 0, -0.4], [-1, 0, 0.5], [1.8, 0, -0.5],
                                       [-2, 0, 2], [-2.3, 0, 1.2], [0.9, 0, 2]],
                         "masses": [1, 1, 1, 1, 1, 1, 1.2, 1, 1, 1]},
-             "supports": [{"points": [0, 7, 9]},
-                          {"points": [2], "motion": {"formula": ["0.4*cos(3*t)-0.4", "0", "0.4*sin(3*t)"]}}],
+             "supports": [{"name": "hook", "points": [0]}, {"points": [7, 9]},
+                          {"name": "crank", "points": [2], "motion": {"formula": ["0.4*cos(3*t)-0.4", "0", "0.4*sin(3*t)"]}}],
              "constraints": [{"name": "links", "kind": "rod", "pairs": [[0, 1], [2, 3], [3, 4], [4, 0]]},
                              {"name": "winch", "kind": "pulley", "pairs": [[5, 6]], "a": [-1, 0, 2], "b": [1.5, 0, 2]},
                              {"name": "cord", "kind": "formula", "points": [[7, 8, 9]],
                               "equation": "sqrt((x2-x1)^2+(z2-z1)^2)+sqrt((x3-x2)^2+(z3-z2)^2)-4.2"}],
              "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}],
-             "observe": [{"name": "torque", "what": "moment(support1, y, [3, 0, 0])"}, "max tension(links)", "load(support0)"],
+             "observe": [{"name": "torque", "what": "moment(crank, y, [3, 0, 0])"}, "max tension(links)", "load(hook)", "tension(links)", "tension(winch)"],
              "motion": {"start": "project", "t_end": 1, "output_every": 0.02}}
     path = folder / "crane.json"
+    path.write_text(json.dumps(scene))
+    return path
+
+
+def ropes_scene(folder: pathlib.Path) -> pathlib.Path:
+    """Seventy ropes over the same two sheaves."""
+    positions = [place for k in range(70) for place in ([-1, 0.05 * k, -1], [1, 0.05 * k, -1.5])]
+    scene = {"tanor_scene": 1, "units": "si", "name": "ropes",
+             "points": {"positions": positions, "masses": [1 + 0.01 * k for k in range(len(positions))]},
+             "constraints": [{"name": "ropes", "kind": "pulley", "pairs": [[k, k + 1] for k in range(0, len(positions), 2)],
+                              "a": [-1, 2, 1], "b": [1, 2, 1]}],
+             "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}],
+             "motion": {"t_end": 0.2, "output_every": 0.02}}
+    path = folder / "ropes.json"
     path.write_text(json.dumps(scene))
     return path
 
@@ -226,6 +240,7 @@ def try_pages(program: str, folder: pathlib.Path, node: str, chromium: str) -> b
                  table_scene(folder): "points,guides,normal,tangent",
                  hostile_scene(folder): "points,rods,normal", fixed_scene(folder): "=nothing moves",
                  resting_scene(folder): "=certified", crane_scene(folder): "points,rods,guides,normal", box_scene(folder): "points,rods,cell",
+                 ropes_scene(folder): "points,guides,normal",
                  hanging_scene(folder, "equilibrium"): f"~{2 * 9.81}", hanging_scene(folder, "modes"): f"~{2 * 9.81}",
                  stressed_scene(folder): "~unknown", part_scene(folder): "+tension of links[2] (2–1),load of support0 (point 3)"}
     switches |= {contradictory_scene(folder, name, length): "=not made" for name, length in STOPPED.items()}

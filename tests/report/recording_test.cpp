@@ -305,5 +305,18 @@ TEST(RecordingTest, ARopeHasItsCourseAndItsTension) {
     EXPECT_TRUE(find_course({"tie", "", odd}, system.positions).empty());
 }
 
+TEST(RecordingTest, RopesThatAreTooManyToDrawAreCounted) {
+  System system;
+  system.positions = {-1, 0, -2, 1, 0, -1};
+  system.masses = {1.0, 3.0};
+  system.constraints = {
+      Pulleys{"", std::vector<std::array<Index, 2>>(2003, {0, 1}), Vector3{-1, 0, 0}, Vector3{1, 0, 0}}};
+
+  const ShownParts shown = choose_parts(system, {});
+
+  EXPECT_EQ(shown.ties.size(), 2000u);
+  EXPECT_EQ(shown.ties_left_out, 3u);
+}
+
 }  // namespace
 }  // namespace tanor::report

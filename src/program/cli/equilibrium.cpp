@@ -48,8 +48,8 @@ std::string describe(const EquilibriumResult& found, const Units& units) {
 
 /// Writes the page, and the frame of pictures.
 void show(const fs::path& directory, const scene::Scene& scene, const EquilibriumResult& found,
-          const std::optional<Modes>& vibrations) {
-  report::Rest rest{scene.name, "no equilibrium", {}, found.left_out, scene.system.cell, {}};
+          std::span<const Observed> observed, const std::optional<Modes>& vibrations) {
+  report::Rest rest{scene.name, "no equilibrium", {}, found.left_out, scene.system.cell, observed, {}};
   if (found.outcome.ok())
     rest.said = describe(found, scene.system.units);
   else
@@ -108,7 +108,7 @@ ExitCode execute_equilibrium(const Options& options) {
   remove_results(directory);
   report::remove_file(directory / report::scene_at_rest_name);  // this search may find no state of rest
   report::write_equilibrium(directory, scene, found, observed, vibrations);
-  if (!found.positions.empty()) show(directory, scene, found, vibrations);
+  if (!found.positions.empty()) show(directory, scene, found, observed, vibrations);
   if (options.json) print_json_file(directory / "summary.json");
   if (!found.outcome.ok()) return tell(options.scene, found.outcome.what);
   const std::string page = report::write_observables_at_rest(directory, scene.name, describe(found, scene.system.units),

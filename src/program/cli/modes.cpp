@@ -66,8 +66,8 @@ Solution state_of(const scene::Scene& scene, const Modes& found, System* system)
 
 /// Writes the page, and the frame of pictures. Their forces are those at rest.
 void show(const fs::path& directory, const scene::Scene& scene, const System& system, const Solution& state,
-          const Modes& found) {
-  report::Rest rest{scene.name, "no modes", {}, found.left_out, scene.system.cell, {}};
+          std::span<const Observed> observed, const Modes& found) {
+  report::Rest rest{scene.name, "no modes", {}, found.left_out, scene.system.cell, observed, {}};
   if (found.outcome.ok())
     rest.said = describe(found, scene.system.units);
   else
@@ -108,7 +108,7 @@ ExitCode execute_modes(const Options& options) {
 
   remove_results(directory);
   report::write_modes(directory, facts, found);
-  show(directory, scene, system, state, found);
+  show(directory, scene, system, state, facts.observed, found);
   if (!found.outcome.ok()) return tell(options.scene, found.outcome.what);
   if (options.pictures) report::write_mode_pictures(directory, system, state, found);
   if (options.json) print_json_file(directory / "summary.json");

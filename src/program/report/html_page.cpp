@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <ranges>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -97,12 +96,6 @@ std::span<const std::int32_t> flat(const std::vector<std::array<std::int32_t, 2>
   return {pairs.empty() ? nullptr : pairs.front().data(), 2 * pairs.size()};
 }
 
-Json describe_images(const ShownParts& shown) {
-  return list_of(shown.images, [](const ShownParts::Image& image) {
-    return Json{image.point, image.offset[0], image.offset[1], image.offset[2]};
-  });
-}
-
 Json describe_guides(const std::vector<Guide>& guides, const std::vector<RecordedFrame>& frames) {
   Json list = Json::array();
   for (std::size_t k = 0; k < guides.size(); ++k) {
@@ -114,18 +107,6 @@ Json describe_guides(const std::vector<Guide>& guides, const std::vector<Recorde
     list.push_back({{"kind", guides[k].kind}, {"name", guides[k].name}, {"rows", rows}});
   }
   return list;
-}
-
-Json describe_rod_groups(const ShownParts& shown) {
-  return list_of(shown.rod_groups, [](const ShownParts::RodGroup& group) {
-    return Json{{"name", group.name}, {"first", group.first}, {"members", group.members}};
-  });
-}
-
-Json describe_ties(const ShownParts& shown) {
-  return list_of(shown.ties, [](const ShownParts::Tie& tie) {
-    return Json{{"kind", tie.kind}, {"name", tie.name}, {"points", tie.points}, {"sheaves", tie.sheaves}};
-  });
 }
 
 /// Returns the edges and the origin of a cell that is periodic in all directions, or null.
@@ -152,22 +133,35 @@ Json describe_motion(const System& system, const Recording& recording, const std
     supports.push_back(k);
     support_names.push_back(entries[static_cast<std::size_t>(shown.points[k])]);
   }
-  const bool are_all = std::ranges::equal(shown.points, std::views::iota(0, static_cast<Index>(system.num_points())));
+  bool are_all = shown.num_points == system.num_points();
+  for (std::size_t k = 0; k < shown.num_points; ++k) are_all = are_all && shown.points[k] == static_cast<Index>(k);
+  Json without_picture = list_of(list_guides_without_picture(system), name_guide);
+  if (shown.ties_left_out > 0)
+    without_picture.push_back(fmt::format("{} more ropes and formulas", shown.ties_left_out));
+  const auto image = [](const ShownParts::Image& each) {
+    return Json{each.point, each.offset[0], each.offset[1], each.offset[2]};
+  };
+  const auto rod_group = [](const ShownParts::RodGroup& each) {
+    return Json{{"name", each.name}, {"first", each.first}, {"members", each.members}};
+  };
+  const auto tie = [](const ShownParts::Tie& each) {
+    return Json{{"kind", each.kind}, {"name", each.name}, {"points", each.points}, {"sheaves", each.sheaves}};
+  };
   bytes->add("rods", flat(shown.rods));
   bytes->add("held", recording.held());
   Json motion{{"points", shown.num_points},
               {"numbers", are_all ? std::vector<Index>() : shown.points},
               {"rods", shown.rods.size()},
-              {"rod_groups", describe_rod_groups(shown)},
+              {"rod_groups", list_of(shown.rod_groups, rod_group)},
               {"times", list_of(frames, [](const RecordedFrame& frame) { return frame.time; })},
               {"frames_seen", recording.frames_seen()},
               {"supports", supports},
               {"support_names", support_names},
-              {"images", describe_images(shown)},
+              {"images", list_of(shown.images, image)},
               {"guides", describe_guides(recording.guides(), frames)},
-              {"ties", describe_ties(shown)},
+              {"ties", list_of(shown.ties, tie)},
               {"cell", describe_cell(cell)},
-              {"without_picture", list_of(list_guides_without_picture(system), name_guide)},
+              {"without_picture", without_picture},
               {"up", {-gravity[0], -gravity[1], -gravity[2]}},
               {"has_friction", !system.friction.empty()}};
   using F = RecordedFrame;
@@ -388,13 +382,14 @@ void write_running_page(const std::filesystem::path& directory, const RunFacts& 
 void write_rest_page(const std::filesystem::path& directory, const System& system, const Rest& rest) {
   if (!has_html_page()) return;
   Recording recording(system, {});
-  recording.take_frame(system, rest.state);
+  recording.take_frame(system, rest.state, {}, rest.observed);
   PackedBytes bytes;
   Json data{{"run", describe_rest(system, rest)},
             {"motion", describe_motion(system, recording, rest.cell, &bytes)},
             {"colours", describe_colours(choose_tension_scale(recording.tensions()))},
             {"history", Json::object()},
             {"units", describe_units(system.units)},
+            {"observables", describe_observed(recording)},
             {"events", Json::array()},
             {"events_seen", Json::object()},
             {"error_time", Json::array()}};

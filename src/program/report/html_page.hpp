@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -37,6 +38,7 @@ struct Rest {
   std::string scene, said;  ///< its name; what was found, in a line
   std::vector<std::string> warnings, left_out;
   std::optional<Cell> cell;
+  std::span<const Observed> observed;
   tanor::Solution state;         ///< positions and forces
   const Modes* modes = nullptr;  ///< small vibrations about it; null: none
 };

@@ -23,17 +23,25 @@ std::size_t count_rows(const Constraint& constraint) {
 template <class Group>
 void add_ties(const Group& group, const std::string& name, std::size_t row, const std::vector<std::int32_t>& slots,
               ShownParts* shown) {
-  constexpr std::size_t most = 64;
+  constexpr std::size_t most = 2000;  // each stands in every frame of a trajectory, as text
   if constexpr (std::is_same_v<Group, Pulleys> || std::is_same_v<Group, UserConstraints>) {
     const auto& members = group.*KindOf<Group>::members;
-    for (std::size_t k = 0; k < members.size() && shown->ties.size() < most; ++k) {
+    for (std::size_t k = 0; k < members.size(); ++k) {
       ShownParts::Tie tie{std::string(KindOf<Group>::name), name + "[" + std::to_string(k) + "]", {}, {}, row + k};
       for (const Index point : members[k]) tie.points.push_back(slots[point]);
       if constexpr (std::is_same_v<Group, Pulleys>) tie.sheaves = {group.a, group.b};
-      if (tie.points.size() > 1 && std::ranges::all_of(tie.points, [](std::int32_t slot) { return slot >= 0; }))
+      if (tie.points.size() < 2 || std::ranges::any_of(tie.points, [](std::int32_t slot) { return slot < 0; }))
+        continue;
+      if (shown->ties.size() == most)
+        ++shown->ties_left_out;
+      else
         shown->ties.push_back(std::move(tie));
     }
   }
+}
+
+double find_tension(std::size_t row, std::span<const double> multipliers) {
+  return row < multipliers.size() ? -multipliers[row] : std::numeric_limits<double>::quiet_NaN();
 }
 
 /// Adds the image of a point and returns its position behind the points.
@@ -97,14 +105,6 @@ void gather_points(const ShownParts& shown, std::span<const double> all, std::ve
   double* row = rows->data();
   for (const Index point : shown.points) row = std::copy_n(&all[3 * static_cast<std::size_t>(point)], 3, row);
 }
-
-namespace {
-
-double find_tension(std::size_t row, std::span<const double> multipliers) {
-  return row < multipliers.size() ? -multipliers[row] : std::numeric_limits<double>::quiet_NaN();
-}
-
-}  // namespace
 
 std::vector<double> find_tensions(const ShownParts& shown, std::span<const double> multipliers) {
   std::vector<double> tensions;

@@ -43,8 +43,9 @@ struct ShownParts {
     std::vector<Vector3> sheaves;      ///< m, which it passes after its first point
     std::size_t row;                   ///< among the multipliers
   };
-  std::vector<Tie> ties;  ///< the first 64
-  Units units{};          ///< of the system
+  std::vector<Tie> ties;          ///< the first 2000
+  std::size_t ties_left_out = 0;  ///< number of the others
+  Units units{};                  ///< of the system
 
   /// Returns the points of the system at both ends of each rod; an image stands for its point. Modules need it, which
   /// hold nothing else of these sources.

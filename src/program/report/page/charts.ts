@@ -1,5 +1,5 @@
 import uPlot from "uplot";
-import { measure, units, words, type ErrorTimeRow, type Figure, type PageData } from "./data";
+import { measure, units, words, type ErrorTimeRow, type Figure, type Observable, type PageData } from "./data";
 import { make } from "./dom";
 
 const style = (name: string) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -45,7 +45,7 @@ export interface Chart {
 
 /** Draws charts over the time of the motion. They share the time of the view, and a click selects a time. */
 export class Charts {
-  private plots: uPlot[] = [];
+  plots: uPlot[] = [];
   private watches: ResizeObserver[] = [];
   private time = 0;
 
@@ -158,14 +158,23 @@ export class Charts {
   }
 }
 
+/** Returns the names of the numbers of an observable: those of its members, of its parts, of the parts of its members, or its own. */
+export function labelsOf({ name, parts, members }: Observable): string[] {
+  if (!members.length) return parts.length ? parts : [name];
+  return members.flatMap((member) => (parts.length ? parts.map((part) => `${member}.${part}`) : [member]));
+}
+
 /** The histories of the mechanism: what was observed, then its energy. */
 export function addHistories(charts: Charts, { history, observables = [] }: PageData): void {
   const most = 28; // curves that can be told from one another
-  for (const { name, unit, parts, members, least, largest, t, rows } of observables) {
-    const labels = members.length ? members.flatMap((member) => (parts.length ? parts.map((part) => `${member}.${part}`) : [member])) : parts.length ? parts : [name];
+  for (const each of observables) {
+    const { name, unit, parts, least, largest, t, rows } = each, labels = labelsOf(each);
     const extreme = ({ value, t: at, member }: (typeof least)[0]) => `${words(value, unit)} at ${words(at, units.time)}${member ? ` in ${member}` : ""}`;
+    const rounding = 1e-8, exceeds = (x: Figure, end: Figure) => x !== null && end !== null && x > end + rounding * Math.abs(end), minus = (x: Figure) => x && -x;
+    const isBeyond = (x: Figure, k: number) => exceeds(x, largest[k].value) || exceeds(minus(x), minus(least[k].value));
+    const told = rows.some((row) => row.some((x, k) => isBeyond(x, k % least.length))) ? "at output times: " : ""; // between them the curve goes further
     charts.add({ title: name + (labels.length > most ? ` (${most} of ${labels.length} curves)` : ""), unit, times: t,
-      note: least.map((each, k) => `${parts[k] ? `${parts[k]}: ` : ""}least ${extreme(each)}, largest ${extreme(largest[k])}`).join("; "),
+      note: told + least.map((each, k) => `${parts[k] ? `${parts[k]}: ` : ""}least ${extreme(each)}, largest ${extreme(largest[k])}`).join("; "),
       curves: labels.slice(0, most).map((label, k) => ({ label, numbers: rows.map((row) => row[k]) })) });
   }
   const energies: [string, string][] = [["kinetic + potential", "energy"], ["kinetic", "kinetic"], ["potential", "potential"]];

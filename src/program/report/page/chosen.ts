@@ -1,5 +1,5 @@
-import type { Chart } from "./charts";
-import { measure, units, words, type Arrays, type Figure, type Motion } from "./data";
+import { labelsOf, type Chart } from "./charts";
+import { measure, units, words, type Arrays, type Figure, type Motion, type PageData } from "./data";
 import { fillList, find, make } from "./dom";
 import type { Chosen, View } from "./view";
 
@@ -53,42 +53,36 @@ export function chartOf({ kind, number }: Chosen, motion: Motion, arrays: Arrays
 
 /** Lists the rods that are pushed now, the most pushed one first. */
 export function tellPushed({ tensions, tensionStep }: View, motion: Motion, arrays: Arrays, choose: (rod: number) => void): void {
-  const { count, first } = findLeast(tensions, -2 * tensionStep, most_listed);
-  const listed = count > most_listed ? `, ${most_listed} listed` : "";
-  find("pushed-count").textContent = count ? `${count} of ${motion.rods} rods${listed}` : "No rod is pushed.";
+  const all: number[] = [];
+  tensions.forEach((tension, rod) => { if (tension < -2 * tensionStep) all.push(rod); });
+  const first = all.sort((a, b) => tensions[a] - tensions[b]).slice(0, most_listed), count = all.length;
+  const listed = count > most_listed ? ` (${most_listed} listed)` : "";
+  find("pushed-count").textContent = count ? measure(`${count} of ${motion.rods} rods${listed}`, units.force) : "No rod is pushed.";
   fillList("pushed", first.map((rod) => {
     const row = make("li");
-    row.append(make("span", nameRod(motion, arrays, rod)), make("span", words(tensions[rod], units.force)));
+    row.append(make("span", nameRod(motion, arrays, rod)), make("span", words(tensions[rod])));
     row.onclick = () => choose(rod);
     return row;
   }));
 }
 
-/** Returns how many numbers are below a bound, and the positions of the smallest ones in increasing order of the numbers. */
-function findLeast(numbers: Float32Array, bound: number, most: number): { count: number; first: number[] } {
-  const first: number[] = [];
-  let count = 0;
-  for (let k = 0; k < numbers.length; ++k) {
-    if (!(numbers[k] < bound)) continue;
-    ++count;
-    if (first.length === most && numbers[k] >= numbers[first[most - 1]]) continue;
-    let place = first.length;
-    while (place > 0 && numbers[first[place - 1]] > numbers[k]) --place;
-    first.splice(place, 0, k);
-    first.length = Math.min(most, first.length);
-  }
-  return { count, first };
-}
-
-/** Fills a table; a click on a row calls `choose` with its number. */
-export function fillTable(id: string, head: string[], rows: string[][], choose: (row: number) => void): void {
+/** Fills a table; a click on a row calls `choose`, if there is one, with its number. */
+export function fillTable(id: string, head: string[], rows: string[][], choose?: (row: number) => void): void {
   const line = (cells: string[], tag: string) => { const row = make("tr"); row.append(...cells.map((cell) => make(tag, cell))); return row; };
   find(id).replaceChildren(line(head, "th"), ...rows.map((cells, k) => {
     const row = line(cells, "td");
-    row.dataset.row = String(k);
-    row.onclick = () => choose(k);
+    if (choose) { row.dataset.row = String(k); row.onclick = () => choose(k); }
     return row;
   }));
+}
+
+/** Lists what is observed at rest: each part of each member. */
+export function listObserved({ observables = [] }: PageData): void {
+  fillTable("observed", ["", "value"], observables.flatMap((each) => labelsOf(each).map((label, k) => {
+    const { name, members, least, rows, unit } = each, of = members.length ? "" : least[k]?.member;
+    return [label === name ? name : `${name}: ${label}`, words(rows[0]?.[k], unit) + (of ? ` in ${of}` : "")];
+  })));
+  find("observed").closest<HTMLElement>(".card")!.hidden = !observables.length;
 }
 
 /** Lists the loads and tensions at rest, the largest ones first. */

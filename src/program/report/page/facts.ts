@@ -12,16 +12,14 @@ function describeCertificate(run: Run): string {
   return run.certified_to > 0 ? `${Math.min(16, -Math.log10(run.certified_to)).toFixed(1)} digits` : "exact";
 }
 
-/** Returns where the error of the motion is shown. A certificate of the equations says nothing about it. */
-const describeError = (data: PageData) => data.error_time.length ? "see error against time" : "not measured";
-
 /** Returns what one wants to know of a computation before anything else of it. */
 function listFacts(data: PageData): string[][] {
   const { run } = data, certified = ["equations certified", describeCertificate(run)], ran = ["run time", wait(run.wall.total)], threads = ["threads", String(run.threads)];
   if (run.is_at_rest) return [];
   if (!run.has_started) return [certified, ran, ["motion", "no start was found"], threads];
   const { position_violation: position, velocity_violation: velocity } = run;
-  return [certified, ran, ["error of the motion", describeError(data)],
+  // A certificate of the equations says nothing about the error of the motion.
+  return [certified, ran, ["error of the motion", data.error_time.length ? "see error against time" : "not measured"],
     ["steps", `${run.steps}` + (run.rejected ? ` (+${run.rejected})` : "")],
     ["simulated", words(run.t_reached - run.t_start, units.time)],
     ["violation", words(position === null || velocity === null ? null : Math.max(position, velocity), "", 2)],

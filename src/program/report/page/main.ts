@@ -1,5 +1,5 @@
 import { Charts, addDiagnostics, addHistories } from "./charts";
-import { admit, chartOf, fillKinds, fillTable, listForces, tellPushed } from "./chosen";
+import { admit, chartOf, fillKinds, fillTable, listForces, listObserved, tellPushed } from "./chosen";
 import { Swing, frames_of_period, measure, readPage, units, unpack, words, type Arrays, type PageData, type Rows } from "./data";
 import { find, make } from "./dom";
 import { fillDetails, fillHeadline } from "./facts";
@@ -144,7 +144,7 @@ class Page {
 
   /** Begins a video of the motion from its begin, or ends it. */
   private roll(on: boolean): void {
-    if (!this.stage || on === !!this.film) return;
+    if (!this.stage || on === !!this.film || find("film").hidden) return;
     find("film").textContent = on ? "Stop" : "Video";
     if (on) {
       const canvas = this.makeCanvas();
@@ -191,11 +191,13 @@ class Page {
       get frames() { return page.frames; },
       get run() { return page.data.run; },
       get chosen() { return page.chosen; },
+      get plots() { return [...page.charts, page.chosenChart].flatMap((each) => each?.plots ?? []); },
       seek: (time: number) => page.seek(time),
-      choose: (wanted: Chosen) => page.choose(wanted),
+      choose: (chosen: Chosen) => page.choose(chosen),
       play: (on: boolean) => page.play(on),
       get held() { return page.arrays.held; },
       get camera() { return page.stage?.camera; },
+      get target() { return page.stage?.controls.target; },
       get scene() { return page.view?.scene; },
       get size() { return page.view?.size; },
       render: () => page.draw(),
@@ -252,7 +254,7 @@ class Page {
     find("film").hidden = isAtRest && !this.data.modes;
     find("play").closest<HTMLElement>(".transport")!.hidden = isAtRest && !this.data.modes;
     find("forces-at-rest").hidden = !isAtRest;
-    if (isAtRest) listForces(motion, this.arrays, (chosen) => this.choose(chosen));
+    if (isAtRest) { listObserved(this.data); listForces(motion, this.arrays, (chosen) => this.choose(chosen)); }
     const notes = isAtRest ? [] : [`${motion.times.length} recorded instants${motion.frames_seen > motion.times.length ? ` of ${motion.frames_seen}` : ""}; between them the picture interpolates.`];
     const { t_start, t_resumed } = this.data.run, [begin] = motion.times;
     if (t_resumed !== null && begin > t_start) notes.push(`This picture and the histories begin at t = ${words(begin, units.time)}, where the run went on from an earlier one; the trajectory has all of the motion.`);
@@ -369,7 +371,6 @@ class Page {
     actions[event.key]();
   }
 }
-
 
 declare global {
   interface Window { tanorPage: Page["hooks"] }

@@ -50,7 +50,7 @@ export class View {
   readonly scale: number; // N, the end of the colours
   readonly newtonsPerSize: number; // N, force of an arrow as long as a sixth of the picture
   readonly tensions: Float32Array; // now
-  readonly scene = new Scene(); // tests find rods, arrows and guides in it by their names
+  readonly scene = new Scene(); // tests find its parts by their names
   tensionStep = 0; // N, resolution of the packed tensions
   chosen: Chosen = { kind: "rod", number: 0 };
   shows = Object.fromEntries(parts.map((part) => [part, true])) as Record<(typeof parts)[number], boolean>;
@@ -91,7 +91,7 @@ export class View {
     this.fixed.supports.add(drawSupports(motion, arrays, up, this.beadRadius, this.size, colours));
     if (motion.cell) this.fixed.cell.add(drawCell(motion.cell.edges, this.middleOfCell));
     this.scene.add(...Object.values(this.fixed), this.ropes.ribbons.mesh, this.rods.mesh, this.marks.rod.mesh, this.marks.point.mesh, this.beads.mesh, this.arrows.normal.mesh, this.arrows.tangent.mesh);
-    [this.rods.mesh.name, this.arrows.normal.mesh.name, this.arrows.tangent.mesh.name, this.fixed.guides.name] = ["rods", "normal", "tangent", "guides"];
+    Object.entries({ rods: this.rods.mesh, ropes: this.ropes.ribbons.mesh, normal: this.arrows.normal.mesh, tangent: this.arrows.tangent.mesh, ...this.fixed }).forEach(([name, drawn]) => (drawn.name = name));
     this.paint();
     stage.setUp(up);
     stage.camera.near = 0.002 * this.size;
@@ -166,7 +166,7 @@ export class View {
     if (axis !== null) normal.setComponent(axis, 1);
     const low = box.min.dot(normal), high = box.max.dot(normal);
     slab.value.set(normal.x, normal.y, normal.z, low + middle * (high - low));
-    halfSlab.value = axis === null ? 1 : 0.5 * thickness * (high - low);
+    halfSlab.value = axis === null ? 1 : Math.max(0.5 * thickness * (high - low), 1e-3 * this.size); // all of what is flat
   }
 
   private paint(): void {
