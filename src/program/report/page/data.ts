@@ -165,11 +165,12 @@ export class Rows implements Frames {
     return (most - least) / (unknown - 1);
   }
 
-  /** A row that lasts stands for all later ones. */
+  /** A row that lasts stands for all later ones. What is less than half a step from 0 is 0. */
   get(frame: number, column: number): number {
     const row = Math.min(frame, this.steps.length / this.columns - 1);
     const step = this.steps[row * this.columns + column];
-    return step === unknown ? NaN : this.least(row) + this.step(row) * step;
+    const number = this.least(row) + this.step(row) * step;
+    return step === unknown ? NaN : Math.abs(number) < 0.5 * this.step(row) ? 0 : number;
   }
 
   /** Reads row `frame` plus `part` of the way to the next one, with the weights of four rows (weighRows). */

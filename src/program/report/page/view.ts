@@ -73,8 +73,7 @@ export class View {
     const room = (rows: Frames) => new Float32Array(rows.columns);
     this.now = { places: room(arrays.positions), shown: room(arrays.positions), normal: room(arrays.normal), tangent: room(arrays.tangent) };
     this.tensions = room(arrays.tensions);
-    const frames = motion.times.length;
-    const over = (rows: Frames) => typicalLargest((k) => rows.get(Math.floor(k / rows.columns), k % rows.columns), frames * rows.columns);
+    const over = (rows: Frames) => typicalLargest((k) => rows.get(Math.floor(k / rows.columns), k % rows.columns), motion.times.length * rows.columns);
     this.scale = Math.max(colours.tensions[1], -colours.tensions[0]);
     this.shades = this.mixShades();
     const up = this.measure(), held = arrays.held.length, many = motion.points > 3000;
@@ -103,9 +102,7 @@ export class View {
     stage.resize();
   }
 
-  dispose(): void {
-    release(this.scene);
-  }
+  dispose(): void { release(this.scene); }
 
   /** Returns the rod that pulls or pushes most at a time. */
   findStrongest(time: number): number {
@@ -210,10 +207,11 @@ export class View {
 
   /** Returns the force on what is chosen now, in words. */
   tellForce({ kind, number }: Chosen): string {
-    if (kind === "rod") return words(this.tensions[number], units.force);
+    const tell = (force: number, rows: Frames) => words(Math.abs(force) < rows.step(this.frame) ? 0 : force, units.force);
+    if (kind === "rod") return tell(this.tensions[number], this.arrays.tensions);
     if (kind === "tie") return words(this.arrays.ties.get(this.frame, number), this.motion.ties[number].kind === "pulley" ? units.force : "");
     const row = 3 * this.arrays.held.indexOf(number), { normal, tangent } = this.now;
-    return words(Math.hypot(...[0, 1, 2].map((axis) => normal[row + axis] + (tangent[row + axis] ?? 0))), units.force);
+    return tell(Math.hypot(...[0, 1, 2].map((axis) => normal[row + axis] + (tangent[row + axis] ?? 0))), this.arrays.normal);
   }
 
   private place = (k: number) => new Vector3().fromArray(this.now.shown, 3 * k);
