@@ -10,6 +10,7 @@ const press = (browser, key) => browser.ask(`document.body.dispatchEvent(new Key
 
 /** The largest coordinate of the ends of rods in the picture, whose edges have 1, and how much of it they span. */
 export const measureFill = (browser) => browser.ask(`(() => {
+  tanorPage.camera.updateMatrixWorld();
   const { a, b } = tanorPage.scene.getObjectByName("rods").geometry.attributes, p = tanorPage.camera.position.clone(), least = [9, 9], most = [-9, -9];
   for (const places of [a, b]) for (let k = 0; k < places.count; ++k)
     p.fromBufferAttribute(places, k).project(tanorPage.camera).toArray().slice(0, 2).forEach((x, axis) => {

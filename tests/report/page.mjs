@@ -45,6 +45,13 @@ async function tryPage(browser, { folder, switches, scene, begin: toBegin }) {
   // Scrub as a hand does, to the end: what is shown there is the end of the run.
   await browser.ask(`(() => { const bar = document.getElementById("time"); bar.value = 1; bar.dispatchEvent(new Event("input")); })()`);
   browser.expect((await browser.countPixels()).sum !== begin.sum, "the picture at the end is that of the start");
+  if (motion.rods) {
+    const followed = await measureFill(browser);
+    await browser.ask(`tanorPage.camera.position.lerp(tanorPage.target, -5); document.getElementById("fit").click()`); // from far away
+    const fitted = await measureFill(browser);
+    browser.expect(followed.largest < 1, `what has moved stands at ${followed.largest} of half the picture`);
+    browser.expect(fitted.largest < 1 && fitted.span > 0.3, `Fit fills ${fitted.span} of the picture, up to ${fitted.largest}`);
+  }
   const clock = await browser.ask(`document.getElementById("clock").textContent`);
   const { time } = await readData(browser, "units");
   browser.expect(clock.startsWith(`${+final.t.toPrecision(4)} ${time}`), `the clock shows ${clock}`);
