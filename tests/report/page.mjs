@@ -45,7 +45,7 @@ async function tryPage(browser, { folder, switches, scene, begin: toBegin }) {
   // Scrub as a hand does, to the end: what is shown there is the end of the run.
   await browser.ask(`(() => { const bar = document.getElementById("time"); bar.value = 1; bar.dispatchEvent(new Event("input")); })()`);
   browser.expect((await browser.countPixels()).sum !== begin.sum, "the picture at the end is that of the start");
-  if (motion.rods) {
+  if (motion.rods && !isLarge) {
     const followed = await measureFill(browser);
     await browser.ask(`tanorPage.camera.position.lerp(tanorPage.target, -5); document.getElementById("fit").click()`); // from far away
     const fitted = await measureFill(browser);
@@ -65,7 +65,10 @@ async function tryPage(browser, { folder, switches, scene, begin: toBegin }) {
   await compareGuides(browser, motion, readArray(folder, final, "positions"), scene);
   await compareForces(browser, motion, readArray(folder, final, "multipliers"), readArray(folder, final, "support_forces"));
 
-  await tryWidths(browser, isLarge ? [320, 1920] : undefined); // each of which is drawn
+  const hide = () => isLarge && browser.ask(switches.map((part) => `document.getElementById("show-${part}").click()`).join(";")); // drawing takes seconds
+  await hide();
+  await tryWidths(browser);
+  await hide();
   if (basename(folder) === "crane") {
     await tryCurve(browser, folder);
     await tryLooks(browser);
@@ -179,8 +182,8 @@ async function readWords(browser) {
 }
 
 /** Everything fits into the width of a phone, as of a wide screen. */
-async function tryWidths(browser, widths = [320, 414, 1200, 1920]) {
-  for (const width of widths) {
+async function tryWidths(browser) {
+  for (const width of [320, 414, 1200, 1920]) {
     await browser.setWidth(width);
     const beyond = `Array.from(document.querySelectorAll("body *")).filter((each) => each.getBoundingClientRect().right > ${width} + 0.5).map((each) => each.id || each.className || each.tagName)`;
     const fits = await browser.wait(`${beyond}.length === 0 && document.documentElement.scrollWidth <= ${width}`, 10);
