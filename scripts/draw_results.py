@@ -38,13 +38,14 @@ def save(figure: plt.Figure, path: pathlib.Path) -> None:
 
 def draw_error_time(table: pathlib.Path) -> None:
     with open(table, newline="", encoding="utf-8") as file:
-        rows = [row for row in csv.DictReader(file) if not row["trouble"] and row["error_m"]]
+        head = file.readline().replace("error_m", "error").strip().split(",")  # of tables before 0.3
+        rows = [row for row in csv.DictReader(file, head) if not row["trouble"] and row["error"]]
     figure, axes = plt.subplots()
     for k, method in enumerate(dict.fromkeys(row["method"] for row in rows)):
-        points = [(float(row["wall_s"]), float(row["error_m"])) for row in rows
-                  if row["method"] == method and float(row["error_m"]) > 0]
+        points = [(float(row["wall_s"]), float(row["error"])) for row in rows
+                  if row["method"] == method and float(row["error"]) > 0]
         axes.loglog(*zip(*points), label=method, color=COLOURS[k % 10], marker=MARKS[k % 10])
-    references = [float(row["reference_error_m"]) for row in rows if row["reference_error_m"]]
+    references = [float(row["reference_error"]) for row in rows if row["reference_error"]]
     if references:
         axes.axhspan(axes.get_ylim()[0], 3 * max(references), color="#e8e8e8", zorder=0)
         axes.text(0.99, 0.01, "grey: within 3 errors of the reference", transform=axes.transAxes, ha="right",

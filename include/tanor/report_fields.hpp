@@ -80,6 +80,10 @@ inline constexpr ReportFields<&PlanSummary::form, &PlanSummary::points, &PlanSum
                               &PlanSummary::idle_equations>
     fields_of<PlanSummary>{};
 template <>
+inline constexpr ReportFields<&Units::name, &Units::length, &Units::mass, &Units::time, &Units::force, &Units::energy,
+                              &Units::temperature, &Units::pressure, &Units::boltzmann>
+    fields_of<Units>{};
+template <>
 inline constexpr ReportFields<&Counters::evaluations, &Counters::factorizations, &Counters::solves,
                               &Counters::iterations, &Counters::split_factorizations, &Counters::rank_decisions,
                               &Counters::friction_solves, &Counters::friction_iterations>

@@ -148,13 +148,13 @@ const BadScene bad_scenes[] = {
     {"FileCannotBeRead", two_points(R"("supports": [{"points": [0], "motion": {"table": "nowhere.csv"}}])"),
      R"(/supports/0/motion/table: nowhere.csv cannot be read: No such file or directory)"},
     {"EndIsZero", R"({"tanor_scene": 1, "points": {"positions": [[0,0,0]]}, "motion": {"t_end": 0}})",
-     R"(/motion/t_end: found number 0, wanted a time after t_start = 0 s)"},
+     R"(/motion/t_end: found number 0, wanted a time after t_start = 0)"},
     {"TooManyThreads", two_points(R"("solver": {"threads": 100000})"),
      R"(/solver/threads: found number 100000, wanted a whole number from 0 to 1024)"},
     {"TooManySteps", two_points("", R"("step": 1e-17)"),
-     R"(/motion/step: found number 1e-17, wanted at least t_end/1e+12 = 1e-12 s (t_end = 1 s, 1e+12 steps at most))"},
+     R"(/motion/step: found number 1e-17, wanted at least t_end/1e+12 = 1e-12 (t_end = 1, 1e+12 steps at most))"},
     {"TooManyFrames", two_points("", R"("output_every": 1e-18)"),
-     R"(/motion/output_every: found number 1e-18, wanted at least t_end/1e+06 = 1e-06 s (t_end = 1 s, 1e+06 frames )"
+     R"(/motion/output_every: found number 1e-18, wanted at least t_end/1e+06 = 1e-06 (t_end = 1, 1e+06 frames )"
      R"(at most))"},
 };
 // clang-format on
@@ -178,7 +178,7 @@ TEST(BadSceneTest, AStepOfTheCommandLineHasTheSameLimit) {
 
   for (const std::string command : {"run", "error-time"}) {
     EXPECT_EQ(complaint(folder, {command, "s.json", "--step", "1e-300"}),
-              "tanor: --step: found number 1e-300, wanted at least t_end/1e+12 = 1e-12 s (t_end = 1 s, 1e+12 steps at "
+              "tanor: --step: found number 1e-300, wanted at least t_end/1e+12 = 1e-12 (t_end = 1, 1e+12 steps at "
               "most)\n");
   }
 }

@@ -39,8 +39,8 @@ TEST(ErrorTimeTest, ReferencesAreBetterThanTheRows) {
 
   ASSERT_EQ(ended.code, 0) << ended.err;
   EXPECT_EQ(list_names(folder.path()), (Words{"s.json", "s.out"})) << "a folder as run has it";
-  const std::vector<double> errors = read_column(folder / "s.out/error_time.csv", "error_m");
-  const std::vector<double> uncertainties = read_column(folder / "s.out/error_time.csv", "reference_error_m");
+  const std::vector<double> errors = read_column(folder / "s.out/error_time.csv", "error");
+  const std::vector<double> uncertainties = read_column(folder / "s.out/error_time.csv", "reference_error");
   ASSERT_EQ(errors.size(), 8u);
   for (std::size_t k = 0; k < errors.size(); ++k) EXPECT_GT(errors[k], 3.0 * uncertainties[k]) << ended.out;
   EXPECT_FALSE(contains(ended.out.substr(0, ended.out.find("compared with")), "<=")) << ended.out;
@@ -62,7 +62,7 @@ TEST(ErrorTimeTest, ToleranceIsThatOfAPendulumOfHalfANanometre) {
   const Ended ended = run_program(folder, {"error-time", "s.json", "--methods", "dop853,radau5", "--quiet"});
 
   ASSERT_EQ(ended.code, 0) << ended.err;
-  const std::vector<double> errors = read_column(folder / "s.out/error_time.csv", "error_m");
+  const std::vector<double> errors = read_column(folder / "s.out/error_time.csv", "error");
   ASSERT_EQ(errors.size(), 8u);
   for (std::size_t level = 0; level < 4; ++level) {
     const double rtol = 1e-3 * std::pow(0.01, level);
@@ -85,7 +85,7 @@ TEST(ErrorTimeTest, AReferenceFileReplacesTheReferenceRun) {
         run_program(folder, {"error-time", "s.json", "--methods", "dopri5", "--reference", file, "--quiet"});
     EXPECT_EQ(ended.code, 0) << ended.err;
     EXPECT_TRUE(contains(ended.out, "dopri5 is compared with " + file + "\n")) << ended.out;
-    return read_column(folder / "s.out/error_time.csv", "error_m").back();
+    return read_column(folder / "s.out/error_time.csv", "error").back();
   };
   EXPECT_NEAR(error_of("end.txt"), 0.25, 1e-12);
   EXPECT_NEAR(error_of("end.json"), 0.5, 1e-12);
@@ -111,7 +111,7 @@ TEST(ErrorTimeTest, EachMethodIsMeasuredOnceAndNeverByItself) {
   EXPECT_TRUE(contains(ended.out, "dop853 is compared with taylor with rtol")) << ended.out;
   EXPECT_TRUE(contains(ended.out, "rk4 is compared with taylor with rtol")) << ended.out;
   EXPECT_EQ(count(ended.out, " is compared with "), 3U) << ended.out;
-  EXPECT_EQ(read_column(folder / "s.out/error_time.csv", "error_m").size(), 12U) << ended.out;
+  EXPECT_EQ(read_column(folder / "s.out/error_time.csv", "error").size(), 12U) << ended.out;
   EXPECT_EQ(count(read_text(folder / "s.out/error_time.svg"), "<polyline "), 3U);
 }
 

@@ -477,14 +477,14 @@ TEST(ReferenceFileTest, WrongContentsAreNamedByTheirPlace) {
   }
   EXPECT_EQ(trouble("x.json", instant("1", "[0, 0, 0]")),
             "tanor: x.json: /trajectory/0/r: found 3 numbers, wanted 2 for each point\n");
-  EXPECT_TRUE(contains(trouble("x.json", instant("1", "[]")), "x.json: has 0 points at t = 1 s"));
+  EXPECT_TRUE(contains(trouble("x.json", instant("1", "[]")), "x.json: has 0 points at t = 1;"));
   EXPECT_TRUE(
       contains(trouble("x.json", R"({"trajectory": 3})"), "x.json: /trajectory: found number 3, wanted a list"));
   EXPECT_TRUE(
       contains(trouble("x.json", R"({"trajectory": [1]})"), "x.json: /trajectory/0: found number 1, wanted an"));
   EXPECT_TRUE(contains(trouble("x.json", "{}"), "x.json: /trajectory: missing"));
   EXPECT_TRUE(contains(trouble("x.json", "[]"), "x.json: found a list of 0, wanted an object"));
-  EXPECT_TRUE(contains(trouble("x.json", R"({"trajectory": []})"), "has no state at t_end = 1 s; its times are none"));
+  EXPECT_TRUE(contains(trouble("x.json", R"({"trajectory": []})"), "has no state at t_end = 1; its times are none"));
   EXPECT_TRUE(contains(trouble("x.json", "{\"trajectory\": ["), "x.json"));
   for (const std::string word : {"1x", "nan", "inf", "1e999", "0x1"}) {
     EXPECT_TRUE(contains(trouble("x.txt", "1\n0 0 " + word + "\n"), "x.txt, line 2: found \"" + word + "\"")) << word;

@@ -152,6 +152,7 @@ void expect_keys_in_row(const char* mark, const char* row) {
 }
 
 TEST(SceneFormatPage, RowsOfListsNameEachKeyOfTheirTables) {
+  expect_keys_in_row<Units>("result of run", "units");
   expect_keys_in_row<Observed>("result of run", "observables");
   expect_keys_in_row<Passage>("result of run", "passages");
   expect_keys_in_row<RankChanges>("result of run", "rank_changes");

@@ -110,7 +110,7 @@ TEST(BentStart, NamesARodThatIsTooLongForItsPlace) {
 
     EXPECT_EQ(report.outcome.status, Status::Contradictory);
     EXPECT_EQ(report.outcome.what,
-              "links[0] is 0.5 m long at t = 0, but links[1] and the supports let its ends be 0.25 m apart at most");
+              "links[0] is 0.5 long at t = 0, but links[1] and the supports let its ends be 0.25 apart at most");
   }
 }
 
@@ -126,7 +126,7 @@ TEST(BentStart, NamesARodThatIsLongerThanTheWayAlongOthers) {
 
   EXPECT_EQ(report.outcome.status, Status::Contradictory);
   EXPECT_EQ(report.outcome.what,
-            "triangle[0] is 2.5 m long at t = 0, but triangle[1] and triangle[2] let its ends be 2 m apart at most");
+            "triangle[0] is 2.5 long at t = 0, but triangle[1] and triangle[2] let its ends be 2 apart at most");
 }
 
 }  // namespace

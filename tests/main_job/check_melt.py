@@ -37,14 +37,14 @@ def main() -> None:
     with open(folder / "error_time.csv", newline="") as file:
         rows = list(csv.DictReader(file))
     check(len(rows) == 20 and not any(row["trouble"] for row in rows), "20 rows without trouble")
-    compared = [(float(row["error_m"]), float(row["reference_error_m"])) for row in rows]
+    compared = [(float(row["error"]), float(row["reference_error"])) for row in rows]
     check(all(error >= 3.0 * uncertainty for error, uncertainty in compared), "references are better than the rows")
     for method, order in (("rattle", 2.0), ("rk4", 4.0)):
         last = [float(row["order"]) for row in rows if row["method"] == method][-1]
         check(abs(last - order) < 0.3, f"order of {method} {last:.2f}")
     drift = [float(row["energy_drift"]) for row in rows if row["method"] == "dopri5"][-1]
     check(abs(drift) <= 1e-9, f"without repulsion drift of dopri5 {drift:.1e}")
-    errors = [float(row["error_m"]) for row in rows if row["method"] == "dopri5"]
+    errors = [float(row["error"]) for row in rows if row["method"] == "dopri5"]
     check(all(b < 0.1 * a for a, b in zip(errors, errors[1:])), "dopri5: error falls with the tolerance")
 
 

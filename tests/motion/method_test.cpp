@@ -79,7 +79,7 @@ TEST(MethodTest, AutoSaysWhatItTakesAndWhy) {
   EXPECT_TRUE(falls.ends_with(" times faster than the system falls")) << falls;
   const std::string steps = reason_of(make_stiff(), {.step = 1e-3}, Method::GeneralizedAlpha);
   EXPECT_TRUE(steps.starts_with("stiff: wire[0] swings by ")) << steps;
-  EXPECT_TRUE(steps.ends_with(" rad a step")) << steps;
+  EXPECT_TRUE(steps.ends_with(" radians a step")) << steps;
 }
 
 }  // namespace

@@ -74,7 +74,7 @@ def compare(name, scene, allowed):
         found = summary_of(out)
         expect(set(found) == set(wanted), f"{name}: keys differ: {set(found) ^ set(wanted)}")
         for key in ("points", "supports", "equations", "islands", "steps", "rejected", "events", "method", "form", "rank",
-                    "degrees_of_freedom", "t_reached", "units"):
+                    "degrees_of_freedom", "t_reached", "units", "groups"):
             expect(found[key] == wanted[key], f"{name} on {ranks} ranks: {key} {found[key]}, not {wanted[key]}")
         for key in ("positions", "velocities", "multipliers", "reactions", "support_forces"):
             error = difference(found["final"][key], wanted["final"][key])

@@ -12,6 +12,7 @@ namespace {
 /// The table has two methods of two rows each; the last one did not arrive.
 ErrorTimeTable make_table() {
   ErrorTimeTable table{"s, \"t\"", "inline", 1.0, 1, {}, {}, {}, {}, "0123456789abcdef"};
+  table.units.length = "mm";
   table.references = {{Method::Rk4, "taylor with rtol 1e-13", 0.0}, {Method::Taylor, "end.txt", {}}};
   for (const Method method : {Method::Rk4, Method::Taylor}) {
     for (const double error : {1e-3, 1e-6}) {
@@ -31,7 +32,7 @@ TEST(ErrorTimeTableTest, CsvHoldsNoErrorOfARunThatDidNotArriveAndQuotesItsTroubl
   const std::string csv = read_text(folder / "error_time.csv");
 
   EXPECT_TRUE(csv.ends_with(
-      "\ntaylor,0.1,0,10,0,0.999999,,0,0,0,0,\"event \"\"vertical\"\", at t = 1\",\"s, \"\"t\"\"\",0123456789abcdef\n"))
+      "\ntaylor,0.1,0,10,0,0.999999,,0,0,0,0,\"event \"\"vertical\"\", at t = 1\",\"s, \"\"t\"\"\",0123456789abcdef,\"mm\",\"\"\n"))
       << csv;
 }
 

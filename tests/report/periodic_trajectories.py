@@ -7,7 +7,7 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 
-from trajectory_readers import FORMATS, LAMMPS, ase, h5py, read_dump, read_npz, vtk_to_numpy, vtkXMLPolyDataReader
+from trajectory_readers import FORMATS, LAMMPS, MDAnalysis, ase, h5py, read_dump, read_npz, vtk_to_numpy, vtkXMLPolyDataReader
 
 # Two beads that turn around each other, joined by a rod through a periodic face, and one that passes by.
 PERIODIC = {
@@ -22,6 +22,7 @@ UPRIGHT = [[2, 0, 0], [0, 3, 0], [0, 0, 4]]
 
 # A ring that closes through the face of a tilted cell, whose corner is not the origin.
 CORNER = [-0.4, -0.3, 0.5]
+TILT = "0.5 0.2 0.3 xy xz yz\n"
 TILTED = [[2, 0, 0], [0.5, 3, 0], [0.2, 0.3, 4]]
 RING = """LAMMPS data file, units lj
 
@@ -61,6 +62,7 @@ IMPORTED = {
     "tanor_scene": 1,
     "name": "ring",
     "import": {"file": "ring.data"},
+    "equilibrium": {"accept": "any"},
     "motion": {"method": "dop853", "t_end": 1, "start": "project", "output_every": 0.25, "trajectory": FORMATS}}
 
 
@@ -106,9 +108,28 @@ def find_nearest_image(d: np.ndarray, cell: np.ndarray) -> np.ndarray:
     return min(images, key=np.linalg.norm)
 
 
+def check_edges(out: pathlib.Path, cell: np.ndarray, positions: np.ndarray) -> None:
+    """MDAnalysis has edges of a cell but no corner: what it reads of H5MD are positions as they are, in single precision."""
+    universe = MDAnalysis.Universe.empty(positions.shape[1], trajectory=False)
+    universe.load_new(str(out / "trajectory.h5"), format="H5MD", convert_units=False)
+    for k, frame in enumerate(universe.trajectory):
+        assert np.allclose(frame.triclinic_dimensions, cell, rtol=1e-6, atol=1e-6), frame.triclinic_dimensions
+        assert np.allclose(frame.positions, positions[k], rtol=1e-6, atol=1e-6)
+
+
+def check_cells(out: pathlib.Path, edges: list, corner: list) -> None:
+    """The cell as NPZ and the dump of a motion from rest have it, and letters of units."""
+    arrays = read_npz(out)
+    assert np.array_equal(arrays["box"], edges) and np.array_equal(arrays["origin"], corner)
+    assert arrays["units"][:2].tolist() == [b"tau", b"sigma"]
+    if ase:
+        frame = ase.io.read(out / "trajectory.dump", index=0, format="lammps-dump-text")
+        assert np.allclose(frame.get_celldisp().ravel(), corner, rtol=1e-12) and np.allclose(frame.cell[:], edges, rtol=1e-12)
+
+
 def check_periodic(out: pathlib.Path, edges: list, rods: list, corner: list) -> None:
     """The box is told as it is, with its corner, and rods through its faces keep their lengths in the nearest images."""
-    arrays, cell = read_npz(out), np.array(edges, float)
+    arrays, cell, is_imported = read_npz(out), np.array(edges, float), len(rods) > 1
     assert arrays["rods"].tolist() == rods
     positions, frames = arrays["position"], len(arrays["time"])
     lengths = [np.linalg.norm(find_nearest_image(positions[0, j] - positions[0, i], cell)) for i, j in rods]
@@ -121,8 +142,10 @@ def check_periodic(out: pathlib.Path, edges: list, rods: list, corner: list) -> 
             assert len(read) == frames, name
             for k, frame in enumerate(read):
                 assert frame.pbc.all() and np.allclose(frame.cell[:], cell, rtol=1e-12, atol=1e-12), (name, frame.cell)
-                if style == "lammps-dump-text":  # its reader of xyz leaves the corner out
-                    assert np.allclose(frame.get_celldisp().ravel(), corner, rtol=1e-12, atol=1e-12), frame.get_celldisp()
+                # Its reader of xyz keeps the corner beside the frame.
+                told = frame.get_celldisp().ravel() if style == "lammps-dump-text" else frame.info["Origin"]
+                assert np.allclose(told, corner, rtol=1e-12, atol=1e-12), (name, told)
+                assert ("Units" in frame.info) == is_imported or style == "lammps-dump-text", frame.info
                 assert np.allclose(frame.positions, positions[k], rtol=1e-9, atol=1e-9), name
                 found = [frame.get_distance(i, j, mic=True) for i, j in rods]
                 assert np.allclose(found, lengths, rtol=1e-8), (name, found, lengths)
@@ -130,14 +153,16 @@ def check_periodic(out: pathlib.Path, edges: list, rods: list, corner: list) -> 
         with h5py.File(out / "trajectory.h5", "r") as file:
             box = file["particles/all/box"]
             assert [word.decode() for word in box.attrs["boundary"]] == ["periodic"] * 3
-            told = box["edges"][:]
-            assert np.array_equal(told if told.ndim == 2 else np.diag(told), cell)
+            assert box["edges/value"].shape == (frames, 3, 3) and (box["edges/value"][:] == cell).all()
             assert np.array_equal(box["offset"][:], corner)
             assert file["connectivity/rods"][:].tolist() == rods
             assert np.array_equal(file["particles/all/position/value"][:], positions)
+    if MDAnalysis:
+        check_edges(out, cell, positions)
+    assert np.array_equal(arrays["box"], cell) and np.array_equal(arrays["origin"], corner)
     comment = (out / "trajectory.xyz").read_text(encoding="utf-8").splitlines()[1]
     told = re.search(r'Origin="([^"]*)"', comment)
-    assert np.array_equal([float(word) for word in told[1].split()] if told else [0, 0, 0], corner), comment
+    assert np.array_equal([float(word) for word in told[1].split()], corner), comment
     lines = (out / "trajectory_rods.dump").read_text(encoding="utf-8").splitlines()
     starts = [k for k, line in enumerate(lines) if line.startswith("ITEM: ENTRIES")]
     for k, start in enumerate(starts):
@@ -146,17 +171,19 @@ def check_periodic(out: pathlib.Path, edges: list, rods: list, corner: list) -> 
         assert np.allclose(rows[:, 4], arrays["tension"][k], rtol=1e-9)
     assert len(starts) == frames
     if vtk_to_numpy:
-        check_images(out, cell, arrays, lengths)
+        check_images(out, cell, arrays, lengths, corner)
     if LAMMPS:
         check_lammps_cell(out, arrays, cell, corner)
 
 
-def check_images(out: pathlib.Path, cell: np.ndarray, arrays: dict, lengths: list) -> None:
-    """A rod through a face is drawn beside its first point, to an image of the other one."""
+def check_images(out: pathlib.Path, cell: np.ndarray, arrays: dict, lengths: list, corner: list) -> None:
+    """A rod through a face is drawn beside its first point, to an image of the other one; the cell stands where it is."""
     for k, frame in enumerate(ET.parse(out / "trajectory.pvd").findall("Collection/DataSet")):
         reader = vtkXMLPolyDataReader()
         reader.SetFileName(str(out / frame.get("file")))
         reader.Update()
+        drawn = vtk_to_numpy(reader.GetOutput().GetFieldData().GetArray("guide cell "))
+        assert np.array_equal(drawn, [*corner, *cell.ravel()]), drawn
         places = vtk_to_numpy(reader.GetOutput().GetPoints().GetData())
         ends = vtk_to_numpy(reader.GetOutput().GetLines().GetConnectivityArray()).reshape(-1, 2)
         for (i, j), (a, b), length in zip(arrays["rods"], ends, lengths):

@@ -23,7 +23,7 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 
-from periodic_trajectories import CORNER, IMPORTED, PERIODIC, RING, TILTED, UPRIGHT, check_periodic
+from periodic_trajectories import CORNER, IMPORTED, PERIODIC, RING, TILT, TILTED, UPRIGHT, check_cells, check_periodic
 from trajectory_readers import (FORMATS, LAMMPS, PVPYTHON, MDAnalysis, ase, ask_versions, h5py, read_dump, read_npz,
                                 vtk_to_numpy, vtkXMLPolyDataReader)
 
@@ -308,12 +308,19 @@ def main() -> int:
             check_ase(out, arrays)
     for file in ("trajectory.xyz", "trajectory.dump", "trajectory_rods.dump", "trajectory.csv", "trajectory.npz"):
         assert (folder / "parts" / file).read_bytes() == (folder / "whole" / file).read_bytes(), file
-    (folder / "ring.data").write_text(RING, encoding="utf-8")
-    for name, scene, edges, rods, corner in (("upright", PERIODIC, UPRIGHT, [[0, 1]], [0, 0, 0]),
-                                             ("tilted", IMPORTED, TILTED, [[0, 1], [1, 2], [2, 0]], CORNER)):
+    ring = [[0, 1], [1, 2], [2, 0]]
+    for name, scene, edges, rods, corner in (("upright", PERIODIC, UPRIGHT, [[0, 1]], [0, 0, 0]), ("tilted", IMPORTED, TILTED, ring, CORNER),
+                                             ("shifted", IMPORTED, UPRIGHT, ring, CORNER)):
+        (folder / "ring.data").write_text(RING if name == "tilted" else RING.replace(TILT, ""), encoding="utf-8")
         (folder / "scene.json").write_text(json.dumps(scene), encoding="utf-8")
         run(tanor, folder, "--out", name)
         check_periodic(folder / name, edges, rods, corner)
+        if rods == ring:  # the state of rest is a scene that has the cell and the letters of the file
+            subprocess.run([tanor, "equilibrium", "scene.json", "--quiet", "--out", "rest"], cwd=folder, check=True)
+            (folder / "scene.json").write_text((folder / "rest/equilibrium.json").read_text(encoding="utf-8"), encoding="utf-8")
+            (folder / "ring.data").unlink()
+            run(tanor, folder, "--out", "again", "--t-end", "0.5")
+            check_cells(folder / "again", edges, corner)
     if "--page" in sys.argv:
         write_page(pathlib.Path(sys.argv[sys.argv.index("--page") + 1]), folder / "whole", folder / "packed")
     print("read back:", ", ".join(["numpy", "csv", "gzip", *(name for name, reader in readers.items() if reader)]))

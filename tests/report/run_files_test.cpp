@@ -290,6 +290,7 @@ TEST(SummaryTest, HasTheKeysOfTheContract) {
                                       "final",
                                       "form",
                                       "friction",
+                                      "groups",
                                       "islands",
                                       "left_out",
                                       "method",

@@ -72,14 +72,14 @@ const BadInput bad_inputs[] = {
      R"(scene.json: /constraints/0/a~1b~0c: found the key "a/b~c" twice, wanted once)"},
     {"KeyIsUnknown", three_points(R"("frictoin": [])"),
      R"(scene.json: /frictoin: found the unknown key "frictoin" (did you mean friction?), wanted one of tanor_scene, name, parameters, )"
-     R"(points, generate, import, supports, constraints, coordinates, forces, friction, observe, events, units, motion, solver, equilibrium, modes)"},
+     R"(points, generate, import, supports, constraints, coordinates, forces, friction, cell, observe, events, units, motion, solver, equilibrium, modes)"},
     {"KeyIsUnknownInside", three_points(R"("constraints": [{"kind": "plane", "points": [0], "normal": [0,0,1], )"
     R"("centre": [0,0,0]}])"),
      R"(scene.json: /constraints/0/centre: found the unknown key "centre", wanted one of kind, name, points, )"
      R"(normal, offset)"},
     {"KeyHasControlCharacters", three_points(R"("a\nb": 1)"),
      R"(scene.json: /a\u000ab: found the unknown key "a\u000ab", wanted one of tanor_scene, name, parameters, )"
-     R"(points, generate, import, supports, constraints, coordinates, forces, friction, observe, events, units, motion, solver, equilibrium, modes)"},
+     R"(points, generate, import, supports, constraints, coordinates, forces, friction, cell, observe, events, units, motion, solver, equilibrium, modes)"},
     {"VersionIsMissing", R"({"points": {"positions": [[0,0,0]]}})",
      R"(scene.json: /tanor_scene: missing, wanted 1, the version of the scene format)"},
     {"VersionIsUnknown", R"({"tanor_scene": 2, "points": {"positions": [[0,0,0]]}})",
@@ -313,7 +313,7 @@ const BadInput bad_inputs[] = {
     {"ToleranceIsNegative", three_points(R"("motion": {"rtol": -1e-8})"),
      R"(scene.json: /motion/rtol: found number -1e-08, wanted a number > 0)"},
     {"EndIsNegative", three_points(R"("motion": {"t_end": -1})"),
-     R"(scene.json: /motion/t_end: found number -1, wanted a time after t_start = 0 s)"},
+     R"(scene.json: /motion/t_end: found number -1, wanted a time after t_start = 0)"},
     {"LongestStepIsZero", three_points(R"("motion": {"max_step": 0})"),
      R"(scene.json: /motion/max_step: found number 0, wanted a number > 0)"},
     {"OutputIntervalIsZero", three_points(R"("motion": {"output_every": 0})"),

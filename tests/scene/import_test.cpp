@@ -190,5 +190,92 @@ TEST(ImportLammps, RefusesAFileWithoutAtoms) {
             "found string \"a.data\", wanted a file of format lammps-data with at least one atom or vertex");
 }
 
+/// A file of each format, or of each style of LAMMPS, and the letters that a scene has from it.
+struct Lettered {
+  std::string file, text, keys;
+  Units wanted;
+};
+
+std::vector<Lettered> list_lettered_files() {
+  const auto data = [](const std::string& title) {
+    return title + "\n\n2 atoms\n1 atom types\n\n0 2 xlo xhi\n0 2 ylo yhi\n0 2 zlo zhi\n\nMasses\n\n1 1\n\n" +
+           "Atoms # atomic\n\n1 1 0.5 0.5 0.5\n2 1 1.5 0.5 0.5\n";
+  };
+  const std::string gro = "an atom\n 1\n    1HYD     O1    1   0.100   0.200   0.300\n   2.0   2.0   2.0\n";
+  const std::string pdb = "ATOM      1  O   HOH A   1       1.000   2.000   3.000  1.00  0.00           O\nEND\n";
+  const Units lj{"lj", "sigma", "m", "tau", "epsilon/sigma", "epsilon", "epsilon/k", "epsilon/sigma^3", 1.0};
+  const Units real{"real",
+                   "angstrom",
+                   "g/mol",
+                   "48.88821 fs",
+                   "kcal/mol/angstrom",
+                   "kcal/mol",
+                   "K",
+                   "kcal/mol/angstrom^3",
+                   0.0019872042586408316};
+  const Units metal{"metal", "angstrom", "g/mol",         "10.18051 fs", "eV/angstrom",
+                    "eV",    "K",        "eV/angstrom^3", 8.617333262e-5};
+  const Units micro{"micro", "um", "pg", "us", "pg um/us^2", "pg um^2/us^2", "K", "pg/(um us^2)", 1.380649e-8};
+  const Units nano{"nano", "nm", "ag", "ns", "ag nm/ns^2", "ag nm^2/ns^2", "K", "ag/(nm ns^2)", 0.01380649};
+  return {{"a.data", data("LAMMPS data file"), "", lj},
+          {"a.data", data("LAMMPS data file via write_data, units = real"), "", real},
+          {"a.data", data("units metal"), "", metal},
+          {"a.data", data("units real"), R"(, "units": "metal")", metal},
+          {"a.data", data("units si"), "", {"si", "m", "kg", "s", "N", "J", "K", "Pa", 1.380649e-23}},
+          {"a.data", data("units cgs"), "", {"cgs", "cm", "g", "s", "dyn", "erg", "K", "Ba", 1.380649e-16}},
+          {"a.data", data("units micro"), "", micro},
+          {"a.data", data("units nano"), "", nano},
+          {"a.gro", gro, "", {"gro", "nm", "u", "ps", "kJ/mol/nm", "kJ/mol", "K", "kJ/mol/nm^3", 0.00831446261815324}},
+          {"a.pdb", pdb, "", {.name = "pdb", .length = "angstrom", .mass = "u"}},
+          {"a.obj", "v 0 0 0\nv 1 0 0\nl 1 2\n", "", {}},
+          {"a.ply",
+           "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+           "end_header\n0 0 0\n",
+           "",
+           {}}};
+}
+
+TEST(Import, SetsTheLettersOfUnits) {
+  for (const auto& [file, text, keys, wanted] : list_lettered_files()) {
+    const Units found = import_text(file, text, keys).system.units;
+    const auto list = [](const Units& of) {
+      return of.name + ": " + of.length + ", " + of.mass + ", " + of.time + ", " + of.force + ", " + of.energy + ", " +
+             of.temperature + ", " + of.pressure + ", " + std::to_string(of.boltzmann);
+    };
+    EXPECT_EQ(list(found), list(wanted)) << file << keys << "\n" << text;
+    EXPECT_EQ(found, wanted) << file;
+  }
+}
+
+TEST(Import, ASceneMayNameItsOwnUnits) {
+  const Folder folder;
+  folder.add("a.obj", "v 0 0 0\nv 1 0 0\nl 1 2\n");
+  const auto read = [&](const std::string& units) {
+    return parse_scene(R"({"tanor_scene": 1, "import": {"file": "a.obj"}, "units": )" + units + "}", folder / "s.json");
+  };
+  EXPECT_EQ(read("\"si\"").system.units, units_from_name("si"));
+  EXPECT_EQ(read(R"({"length": "mm"})").system.units, (Units{.name = "own", .length = "mm"}));
+  const std::string trouble =
+      error_of(R"({"tanor_scene": 1, "import": {"file": "a.obj"}, "units": {"force": "N\nm"}})", folder / "s.json");
+  EXPECT_EQ(trouble, "s.json: /units/force: found string \"N\\u000am\", wanted letters on one line, without quotes");
+}
+
+/// The cell that a scene names is that of an imported box; a tilted one has LAMMPS' edges.
+TEST(Import, AScenesOwnCellHasItsCorner) {
+  const auto read = [](const std::string& cell) { return three_points("\"cell\": " + cell); };
+  const Scene scene =
+      parse_scene(read(R"({"edges": [[2, 0, 0], [0.5, 3, 0], [0.2, 0.3, 4]], "origin": [-1, 2, 0.5]})"), "s.json");
+  const Cell wanted{.xx = 2, .yy = 3, .zz = 4, .xy = 0.5, .xz = 0.2, .yz = 0.3, .origin = {-1, 2, 0.5}};
+  ASSERT_TRUE(scene.system.cell.has_value());
+  EXPECT_EQ(*scene.system.cell, wanted);
+  for (const char* const edges : {"[[2, 0, 0], [0.5, 3, 0]]", "[[2, 1, 0], [0.5, 3, 0], [0, 0, 4]]",
+                                  "[[2, 0, 0], [0.5, 3, 1], [0, 0, 4]]", "[[2, 0, 0], [0.5, 3, 0], [0, 0, 0]]"}) {
+    const std::string trouble = error_of(read(std::string(R"({"edges": )") + edges + "}"), "s.json");
+    EXPECT_TRUE(trouble.starts_with("s.json: /cell/edges: found ") &&
+                trouble.ends_with("wanted edges [[a, 0, 0], [b, c, 0], [d, e, f]] with a, c and f > 0"))
+        << trouble;
+  }
+}
+
 }  // namespace
 }  // namespace tanor::scene

@@ -38,7 +38,7 @@ TEST(Prestress, UnbalancedTensionsAreToldWithThoseThatTakeTheirPlace) {
   const std::string note = prestress_note(modes(wire, wire.positions, {.prestress = {{"r", tensions}}}));
 
   EXPECT_NE(note.find("is 75"), std::string::npos) << note;
-  EXPECT_NE(note.find("where 100 N is asked for"), std::string::npos) << note;
+  EXPECT_NE(note.find("where 100 is asked for"), std::string::npos) << note;
 }
 
 /// The message blames no rod of which no tension was asked.
@@ -54,7 +54,7 @@ TEST(Prestress, UnbalancedTensionsNameARodThatTheyWereAskedOf) {
   for (const std::string& note :
        {prestress_note(found), prestress_note(modes(wire, wire.positions, {.prestress = prestress}))}) {
     EXPECT_NE(note.find("is 50"), std::string::npos) << note;
-    EXPECT_NE(note.find("where 100 N is asked for"), std::string::npos) << note;
+    EXPECT_NE(note.find("where 100 is asked for"), std::string::npos) << note;
   }
 }
 

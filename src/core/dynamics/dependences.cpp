@@ -5,6 +5,7 @@
 
 #include "base/numbers.hpp"
 #include "base/text.hpp"
+#include "base/with_unit.hpp"
 
 namespace tanor::detail {
 
@@ -175,7 +176,7 @@ double Dependences::largest_dependent(const std::vector<double>& rows, const std
 }
 
 Outcome Dependences::explain_contradiction(double t, const std::vector<double>& rows, const std::vector<double>& sizes,
-                                           double allowed, const char* unit) const {
+                                           double allowed, Dimension dimension) const {
   constexpr double safety = 1e3;  // a bound by norms may be short by this factor
   double largest = 1.0;
   Outcome worst;
@@ -191,8 +192,9 @@ Outcome Dependences::explain_contradiction(double t, const std::vector<double>& 
       const double explained = std::max(allowed, rounding) * terms;
       if (!(std::abs(excess) > largest * explained)) continue;
       largest = std::abs(excess) / explained;
-      worst = {Status::Contradictory, describe(translate(island, solver.dependences()[k]), "contradicts") +
-                                          " at t = " + text(t) + " (by " + text(std::abs(excess)) + unit + ")"};
+      worst = {Status::Contradictory,
+               describe(translate(island, solver.dependences()[k]), "contradicts") + " at t = " + text(t) + " (by " +
+                   with_unit(text(std::abs(excess)), model_.system.units.letters(dimension)) + ")"};
     }
   }
   return worst;

@@ -66,9 +66,9 @@ class Dependences {
   double largest_dependent(const std::vector<double>& rows, const std::vector<double>& units) const;
   /// Names the dependent row that contradicts the others most, if one lies farther from what they ask of it than
   /// `allowed` times its terms or its scale, and than rounding explains. `rows` are xi, K'v + xi_t or phi + K'w0, and
-  /// `sizes` their scale for unit gradients in each neighbourhood. `unit` is e.g. " m/s".
+  /// `sizes` their scale for unit gradients in each neighbourhood. `dimension` is theirs.
   virtual Outcome explain_contradiction(double t, const std::vector<double>& rows, const std::vector<double>& sizes,
-                                        double allowed, const char* unit) const;
+                                        double allowed, Dimension dimension) const;
 
   // ---- reports ----
 

@@ -200,7 +200,7 @@ Outcome ForwardDynamics::reconsider_rank(double t, const double* r) {
     if (are_fine()) return {};
   }
   if (dependences.is_found()) {
-    Outcome outcome = dependences.explain_contradiction(t, found_.b, accelerations, allowed, " m/s^2");
+    Outcome outcome = dependences.explain_contradiction(t, found_.b, accelerations, allowed, Dimension::Acceleration);
     if (!outcome.ok()) return outcome;
   }
   if (violation > rounding) return {};  // the rank has no meaning off the constraints, so the step's error decides

@@ -86,7 +86,7 @@ Outcome Projector::explain_stall(double t, double violation) const {
   const double active = dependences.largest_active(rows_, lengths);
   if (active < 1e-3 * dependences.largest_dependent(rows_, lengths)) {
     const std::vector<double> nothing(work_.scales.size(), 0.0);
-    if (Outcome outcome = dependences.explain_contradiction(t, rows_, nothing, 1e-9, " m"); !outcome.ok())
+    if (Outcome outcome = dependences.explain_contradiction(t, rows_, nothing, 1e-9, Dimension::Length); !outcome.ok())
       return outcome;
   }
   constexpr double poor = 1e-6;
@@ -131,7 +131,8 @@ ProjectionReport Projector::project_velocities(double t, const double* r, double
     if (!dependences.is_found() || has_decided || report.violation <= rounding) return report;
     // A dependent row is violated, so it has become independent, or contradicts the others.
     if (!linearization_.decide_rank_again(r)) {
-      report.outcome = dependences.explain_contradiction(t, rows_, work_.scales.speeds(), rounding, " m/s");
+      report.outcome =
+          dependences.explain_contradiction(t, rows_, work_.scales.speeds(), rounding, Dimension::Velocity);
       return report;
     }
   }

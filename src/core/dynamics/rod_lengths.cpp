@@ -13,6 +13,7 @@
 
 #include "base/text.hpp"
 #include "base/vec3.hpp"
+#include "base/with_unit.hpp"
 
 namespace tanor::detail {
 
@@ -42,8 +43,10 @@ class RodGraph {
       const std::optional<Way> way = find_shorter_way(edge);
       if (!way) continue;
       const auto [length, least] = texts_apart(std::array{edges_[edge].length, way->length});
-      return {Status::Contradictory, name(edge) + " is " + length + " m long at t = " + text(t) + ", but " +
-                                         way->names + " let its ends be " + least + " m apart at most"};
+      const std::string& unit = model_.system.units.length;
+      return {Status::Contradictory, name(edge) + " is " + with_unit(length, unit) + " long at t = " + text(t) +
+                                         ", but " + way->names + " let its ends be " + with_unit(least, unit) +
+                                         " apart at most"};
     }
     return {};
   }

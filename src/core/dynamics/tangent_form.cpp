@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/text.hpp"
+#include "base/with_unit.hpp"
 #include "dynamics/corners.hpp"
 
 namespace tanor::detail {
@@ -92,7 +93,7 @@ Outcome TangentForm::set_state(double t, const double* r, const double* v, doubl
     if (distance <= allowed * model_.scene_size) return {};
     return {Status::NotConverged, "the positions at t = " + text(t) +
                                       " are not those of the coordinates: the nearest that were found lie " +
-                                      text(distance) + " m away"};
+                                      with_unit(text(distance), model_.system.units.length) + " away"};
   });
 }
 

@@ -3,6 +3,7 @@
 
 #include "base/numbers.hpp"
 #include "base/text.hpp"
+#include "base/with_unit.hpp"
 #include "dynamics/tangent_form.hpp"
 
 /// \file The consistent start of TangentForm.
@@ -33,21 +34,22 @@ void check_start(const Workspace& work, const StartReport& report, const std::ve
                  const std::vector<double>& v_given, const double* r, const double* v) {
   const Model& model = work.model();
   const auto refuse = [&](const char* what, const std::vector<double>& given, const double* found, double by,
-                          const std::string& scale) {
+                          Dimension dimension, const char* scale, double size) {
     const std::size_t point = worst_point(given, std::vector<double>(found, found + given.size()));
     throw InputError("/motion/start", std::string("the initial ") + what + " of point " +
                                           text(model.numbering.user_point[point]) +
-                                          " is not one of its coordinates': the nearest lies " + text(by) + scale +
-                                          " away; at most 0.001 of the scale is corrected (\"start\": \"project\" "
+                                          " is not one of its coordinates': the nearest lies " +
+                                          with_unit(text(by), model.system.units.letters(dimension)) + " (the " +
+                                          scale + " is " + text(size) +
+                                          ") away; at most 0.001 of the scale is corrected (\"start\": \"project\" "
                                           "takes the nearest)");
   };
   if (!(report.position_correction <= allowed * model.scene_size)) {
-    refuse("position", r_given, r, report.position_correction,
-           " m (the scene's size is " + text(model.scene_size) + ")");
+    refuse("position", r_given, r, report.position_correction, Dimension::Length, "scene's size", model.scene_size);
   }
   if (!(report.velocity_correction <= allowed * work.velocity_scale)) {
-    refuse("velocity", v_given, v, report.velocity_correction,
-           " m/s (the velocity scale is " + text(work.velocity_scale) + ")");
+    refuse("velocity", v_given, v, report.velocity_correction, Dimension::Velocity, "velocity scale",
+           work.velocity_scale);
   }
 }
 
@@ -58,9 +60,10 @@ void check_constraints(Workspace& work, const TangentLinearization& at) {
   constexpr double rounding = 1e-9;
   std::vector<double> position(model.num_rows()), velocity(model.num_rows());
   work.constraints.measure(at.r().data(), at.v().data(), position.data(), velocity.data());
-  const auto name_worst = [&](const std::vector<double>& values) {
+  const auto name_worst = [&](const std::vector<double>& values, Dimension dimension = Dimension::None) {
     const auto worst = std::max_element(values.begin(), values.end());
-    return work.name_row(static_cast<std::size_t>(worst - values.begin())) + " by " + text(*worst);
+    return work.name_row(static_cast<std::size_t>(worst - values.begin())) + " by " +
+           with_unit(text(*worst), model.system.units.letters(dimension));
   };
   const double far = std::max(1.0, model.largest_norm(at.r().data()) / model.smallest_length);
   if (!(*std::max_element(position.begin(), position.end()) <= rounding * far)) {
@@ -68,8 +71,9 @@ void check_constraints(Workspace& work, const TangentLinearization& at) {
                                          " of its length; both must describe the same motion");
   }
   if (!(*std::max_element(velocity.begin(), velocity.end()) <= rounding * far * work.velocity_scale)) {
-    throw InputError("/coordinates", "the velocities that the coordinates describe violate " + name_worst(velocity) +
-                                         " m/s; both must describe the same motion");
+    throw InputError("/coordinates", "the velocities that the coordinates describe violate " +
+                                         name_worst(velocity, Dimension::Velocity) +
+                                         "; both must describe the same motion");
   }
   // If K'psi + phi = 0 and K'A = 0, the motion stays on the constraints.
   std::vector<double> second(model.num_rows()), nothing(at.r().size(), 0.0);
@@ -81,8 +85,9 @@ void check_constraints(Workspace& work, const TangentLinearization& at) {
                                     work.velocity_scale * work.velocity_scale / model.scene_size;
   if (!(evaluate_second(at.psi()) <= rounding * far * acceleration_scale)) {
     for (double& each : second) each = std::abs(each);
-    throw InputError("/coordinates", "the accelerations that the coordinates describe violate " + name_worst(second) +
-                                         " m/s^2; both must describe the same motion");
+    throw InputError("/coordinates", "the accelerations that the coordinates describe violate " +
+                                         name_worst(second, Dimension::Acceleration) +
+                                         "; both must describe the same motion");
   }
   // K'A x must vanish for any x. Three choices find a wrong column of A with practical certainty.
   std::vector<double> blocks(3 * work.constraints.num_blocks()), rows(model.num_rows()),

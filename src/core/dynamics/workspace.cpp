@@ -13,6 +13,7 @@
 #include "base/pack.hpp"
 #include "base/stopwatch.hpp"
 #include "base/text.hpp"
+#include "base/with_unit.hpp"
 #include "system/members.hpp"
 #include "system/neighbourhoods.hpp"
 
@@ -225,7 +226,7 @@ std::string Workspace::find_collision(const Kinematics& points, double within) c
     if (!found) continue;
     const auto user = [&](Index point) { return text(model_.numbering.user_point[static_cast<std::size_t>(point)]); };
     return force_name(model_.system, k) + ": points " + user(found->i) + " and " + user(found->j) + ", which are " +
-           text(found->distance) + " m apart, fall onto each other";
+           with_unit(text(found->distance), model_.system.units.length) + " apart, fall onto each other";
   }
   return {};
 }

@@ -37,7 +37,7 @@ void detail::check_options(const MotionOptions& options) {
   if (options.step != 0.0) positive("/motion/step", options.step, "a positive step, s");
   if (options.max_step != 0.0) positive("/motion/max_step", options.max_step, "a positive longest step, s");
   positive("/motion/rtol", options.rtol, "a positive tolerance");
-  if (options.atol != 0.0) positive("/motion/atol", options.atol, "a positive tolerance, m and m/s");
+  if (options.atol != 0.0) positive("/motion/atol", options.atol, "a positive tolerance");
   if (options.order != 0 && !(options.order >= 4 && options.order <= ScalarFunction::largest_order)) {
     throw InputError("/motion/order", text(options.order) + " terms; 4 to " + text(ScalarFunction::largest_order) +
                                           " are right, or 0: as the tolerance asks");
@@ -71,7 +71,7 @@ std::optional<ChosenMethod> choose_for_stiff_springs(const MotionOptions& option
   if (options.step > 0.0) {
     if (!(rate * options.step > stable)) return {};
     return ChosenMethod{Method::GeneralizedAlpha,
-                        "stiff: " + stiffness.spring + " swings by " + text(rate * options.step) + " rad a step"};
+                        "stiff: " + stiffness.spring + " swings by " + text(rate * options.step) + " radians a step"};
   }
   // The stiff forces may be pair forces, which Newton's matrix does not contain. A trial step tells (StiffSteps).
   const double slow_rate = stiffness.slow_rate();

@@ -13,6 +13,7 @@
 #include "base/numbers.hpp"
 #include "base/text.hpp"
 #include "base/vec3.hpp"
+#include "base/with_unit.hpp"
 
 namespace tanor {
 using namespace detail;
@@ -105,8 +106,8 @@ Outcome MotionMeasures::check_growth() const {
   constexpr int most_surges = 2;
   if (integration_.scheme().is_adaptive() || surges_ <= most_surges) return {};
   return {Status::NotFinite, "steps of a fixed length are unstable: the kinetic energy has grown to " +
-                                 text(report_.energy.kinetic) + " J at t = " + text(state_.t) +
-                                 ", and comes from nowhere; shorten the step, or take method radau5"};
+                                 with_unit(text(report_.energy.kinetic), model_.system.units.energy) + " at t = " +
+                                 text(state_.t) + ", and comes from nowhere; shorten the step, or take method radau5"};
 }
 
 /// Takes over K'w + phi of the state's accelerations.
@@ -168,9 +169,10 @@ void MotionMeasures::warn_of_tolerance() {
   for (std::size_t k = 0; k + 1 < work_.scales.size(); ++k) smallest = std::min(smallest, work_.scales.length(k));
   const double length = form_.smallest(smallest);
   if (!(options_.atol > coarse * length)) return;
-  report_.accuracy_warning = "the absolute tolerance, " + text(options_.atol) + " m, is " +
-                             text(options_.atol / length) + " of the size of what moves, " + text(length) +
-                             " m; left out, it is 1e-10 of that size";
+  const std::string& unit = model_.system.units.length;
+  report_.accuracy_warning = "the absolute tolerance, " + with_unit(text(options_.atol), unit) + ", is " +
+                             text(options_.atol / length) + " of the size of what moves, " +
+                             with_unit(text(length), unit) + "; left out, it is 1e-10 of that size";
 }
 
 /// Returns true if the energy misses `drift`, J, which is more than velocities and positions within some thousand
@@ -211,7 +213,7 @@ void MotionMeasures::watch_accuracy() {
   const bool is_too_long = turn > longest_turn;
   warns_of_drift_ = !is_too_long && is_drifting();
   if (is_too_long)
-    warning = "steps may be too long: one turns the motion by " + text(turn) + " rad at t = " + text(state_.t);
+    warning = "steps may be too long: one turns the motion by " + text(turn) + " at t = " + text(state_.t);
   else if (warns_of_drift_)
     warning = explain_drift();
   else

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "base/text.hpp"
+#include "base/with_unit.hpp"
 
 namespace tanor::detail {
 
@@ -172,9 +173,10 @@ Outcome explain(const Workspace& work, double t, const ContactChoice& choice) {
   std::vector<Vec3> accelerations;
   for (const Eigen::VectorXd& x : found) accelerations.push_back(choice.acceleration(worst, x));
   return fail_friction(Status::NotUnique, t,
-                       name(worst) + ": " + text(found.size()) +
-                           " accelerations obey the law: " + list_apart(accelerations, choice.acceleration_scale) +
-                           " m/s^2; at a start nothing says which");
+                       name(worst) + ": " + text(found.size()) + " accelerations obey the law: " +
+                           with_unit(list_apart(accelerations, choice.acceleration_scale),
+                                     work.model().system.units.letters(Dimension::Acceleration)) +
+                           "; at a start nothing says which");
 }
 
 /// Reduces the islands while none of their members sticks; other contacts keep their modes. Then calls use() ->

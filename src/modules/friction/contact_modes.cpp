@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "base/text.hpp"
+#include "base/with_unit.hpp"
 
 namespace tanor::detail {
 
@@ -381,10 +382,11 @@ Outcome ContactModes::check_rest(const ModeSwitch& at) const {
     const bool is_still = a <= largest_miss * scale;
     if (is_still && held - limit <= largest_miss * std::max(limit, state_.mass(c) * scale)) continue;
     const auto [holds, most] = texts_apart(std::array{held, limit});
-    return fail_friction(
-        Status::NotConverged, at.t,
-        "what was found misses the law: " + work_.name_contact(c) + " sticks, and " +
-            (is_still ? "holds " + holds + " N of at most " + most : "moves by " + text(a) + " m/s^2"));
+    const Units& units = model_.system.units;
+    return fail_friction(Status::NotConverged, at.t,
+                         "what was found misses the law: " + work_.name_contact(c) + " sticks, and " +
+                             (is_still ? "holds " + holds + " of at most " + with_unit(most, units.force)
+                                       : "moves by " + with_unit(text(a), units.letters(Dimension::Acceleration))));
   }
   return {};
 }

@@ -228,7 +228,9 @@ Vec3 Things::axis(const Argument& argument) const {
 std::string Things::name_point(Index point) const {
   for (std::size_t k = 0; k < system_.supports.size(); ++k) {
     const std::vector<Index>& points = system_.supports[k].points;
-    if (points.size() == 1 && points[0] == point) return list_name(Thing::List::Supports, k);
+    const auto found = std::ranges::find(points, point);
+    const std::string name = list_name(Thing::List::Supports, k);
+    if (found != points.end()) return points.size() == 1 ? name : name + "[" + text(found - points.begin()) + "]";
   }
   return "point " + text(point);
 }

@@ -95,7 +95,7 @@ std::string CutRank::explain(const std::string& verb) const {
 }
 
 Outcome CutRank::explain_contradiction(double t, const std::vector<double>&, const std::vector<double>&, double,
-                                       const char*) const {
+                                       Dimension) const {
   return {Status::Contradictory, explain("contradicts") + " at t = " + text(t)};
 }
 

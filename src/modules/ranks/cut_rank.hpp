@@ -32,7 +32,7 @@ class CutRank final : public Dependences {
   std::string explain(const std::string& verb) const;
   /// Blames the first dependent row.
   Outcome explain_contradiction(double t, const std::vector<double>&, const std::vector<double>&, double,
-                                const char*) const override;
+                                Dimension) const override;
   void minimize_norm(double* lambda) const override;
 
  private:

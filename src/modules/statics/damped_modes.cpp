@@ -162,8 +162,7 @@ class DampedModeFinder {
       return found;
     }
     return fail("damped modes: after " + std::to_string(most_searches) +
-                " searches there are still more in the circle of " + text(shift_) +
-                " 1/s around those that are wanted");
+                " searches there are still more in the circle of " + text(shift_) + " around those that are wanted");
   }
 
  private:

@@ -100,7 +100,7 @@ class Search {
                  : is_marginal ? "marginal, with " + text_of_count(inertia_.zero - inertia_.rigid_zero, "zero mode") +
                                      " beyond those of islands as a whole"
                                : "unstable in " + text_of_count(inertia_.negative, "direction") +
-                                     ", lowest omega^2 = " + text(inertia_.lowest) + " 1/s^2; most move the points " +
+                                     ", lowest omega^2 = " + text(inertia_.lowest) + "; most move the points " +
                                      name_points_that_move())};
   }
 
@@ -265,8 +265,8 @@ class Search {
          ++time) {
       const StaticState unstable = state_;
       move_along_lowest_shape();
-      result_.left_out.push_back("an unstable equilibrium on the way, left along its lowest mode (omega^2 = " +
-                                 text(inertia_.lowest) + " 1/s^2)");
+      result_.left_out.push_back(
+          "an unstable equilibrium on the way, left along its lowest mode (omega^2 = " + text(inertia_.lowest) + ")");
       Outcome outcome = search_from_smallest(search());
       if (outcome.ok()) outcome = classify();
       if (!outcome.ok()) {

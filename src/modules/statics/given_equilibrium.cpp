@@ -6,6 +6,7 @@
 #include <random>
 
 #include "base/text.hpp"
+#include "base/with_unit.hpp"
 #include "dynamics/prestress_rigidity.hpp"
 #include "statics/kkt_solver.hpp"
 #include "statics/newton_descent.hpp"
@@ -133,15 +134,16 @@ std::string GivenEquilibrium::find_complaint(double force_tolerance) {
   const auto [left_text, limit_text] = texts_apart<2>({left, limit});
   const auto [step_text, allowed_text] = texts_apart<2>({step, allowed_step});
   const Vec3 at = load(r_.data(), worst);
-  const std::string what = "the positions are no equilibrium: nothing balances " + left_text + " N at point " +
-                           std::to_string(model().numbering.user_point[worst]) + " (" + text(at.x) + ", " + text(at.y) +
-                           ", " + text(at.z) + ")",
+  const Units& units = model().system.units;
+  const std::string what = "the positions are no equilibrium: nothing balances " + with_unit(left_text, units.force) +
+                           " at point " + std::to_string(model().numbering.user_point[worst]) + " (" + text(at.x) +
+                           ", " + text(at.y) + ", " + text(at.z) + ")",
                     part = ", " + text(force_tolerance) + " of ",
-                    moves = "Newton's method would move points by " + step_text + " m";
+                    moves = "Newton's method would move points by " + with_unit(step_text, units.length);
   if (is_step_decisive)
-    return what + ", and " + moves + ", where at most " + allowed_text + " m" + part +
+    return what + ", and " + moves + ", where at most " + with_unit(allowed_text, units.length) + part +
            "the size of the scene, is allowed" + advice;
-  return what + ", where at most " + limit_text + " N" + part +
+  return what + ", where at most " + with_unit(limit_text, units.force) + part +
          (of_largest >= of_stiffness ? "the largest force" : "its stiffness times the size of the scene") +
          ", is allowed" + (std::isfinite(step) ? "; " + moves : "") + advice;
 }

@@ -338,8 +338,7 @@ ModeSet ModeFinder::find_lowest(std::size_t count, double tolerance) {
     const bool finds_none = more.cols() > 0 && rayleigh_quotients(more).minCoeff() > bound.omega2;
     if (missing > 0 && (more.cols() == 0 || (finds_none && counted)))
       return {.outcome = {Status::NotConverged, std::to_string(bound.modes) + " of " + std::to_string(below) +
-                                                    " modes below omega^2 = " + text(bound.omega2) +
-                                                    " 1/s^2 were found"}};
+                                                    " modes below omega^2 = " + text(bound.omega2) + " were found"}};
     if (missing == 0 || finds_none) {
       modes.omega2.conservativeResize(static_cast<Rows>(count));
       modes.shapes.conservativeResize(Eigen::NoChange, static_cast<Rows>(count));

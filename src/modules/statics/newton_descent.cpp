@@ -5,6 +5,7 @@
 
 #include "base/numbers.hpp"
 #include "base/text.hpp"
+#include "base/with_unit.hpp"
 
 namespace tanor::detail {
 
@@ -32,17 +33,20 @@ std::string NewtonDescent::worst_point() const {
 
 /// Returns the failure of a search that came no nearer: "no equilibrium was found: the search stalls after …".
 Outcome NewtonDescent::explain_failure(const std::string& why) const {
+  const std::string& unit = model_.system.units.force;
   return {Status::NotConverged, "no equilibrium was found: " + why + " after " + std::to_string(iterations_) +
-                                    " iterations; best residual " + text(residual_.force) +
-                                    " N (the largest force is " + text(residual_.scale) + " N) at " + worst_point() +
-                                    ", violation " + text(residual_.violation)};
+                                    " iterations; best residual " + with_unit(text(residual_.force), unit) +
+                                    " (the largest force is " + with_unit(text(residual_.scale), unit) + ") at " +
+                                    worst_point() + ", violation " + text(residual_.violation)};
 }
 
 Outcome NewtonDescent::explain_fading() const {
-  return {Status::NoSolution,
-          "there is no equilibrium: forces die away along the search and nothing stops it; after " +
-              std::to_string(iterations_) + " iterations " + text(residual_.force) + " N are left at " + worst_point() +
-              ", and Newton's method still moves points by more than " + text(short_step) + " of the scene's size"};
+  const std::string& unit = model_.system.units.force;
+  return {Status::NoSolution, "there is no equilibrium: forces die away along the search and nothing stops it; after " +
+                                  std::to_string(iterations_) + " iterations " +
+                                  with_unit(text(residual_.force), unit) + " are left at " + worst_point() +
+                                  ", and Newton's method still moves points by more than " + text(short_step) +
+                                  " of the scene's size"};
 }
 
 Outcome NewtonDescent::explain_not_finite() const {

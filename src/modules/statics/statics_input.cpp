@@ -7,6 +7,7 @@
 #include <tanor/warnings.hpp>
 
 #include "base/text.hpp"
+#include "base/with_unit.hpp"
 #include "evaluate/pair_stiffness.hpp"
 #include "statics/equilibrium_equations.hpp"
 #include "system/enum_check.hpp"
@@ -153,11 +154,12 @@ void note_changed_prestress(const EquilibriumEquations& equations, const std::ve
     if (worst == given.size() || !(std::abs(found[a] - given[a]) <= std::abs(found[worst] - given[worst]))) worst = a;
   }
   const Model& model = equations.model();
+  const std::string& unit = model.system.units.force;
   left_out->push_back(
       "prestress: the rods do not balance with it, and the tensions that come nearest to it take its "
       "place: that of " +
       equation_name(model.system, static_cast<std::size_t>(model.numbering.user_row[worst])) + " is " +
-      text(-found[worst]) + " N where " + text(-given[worst]) + " N is asked for");
+      with_unit(text(-found[worst]), unit) + " where " + with_unit(text(-given[worst]), unit) + " is asked for");
 }
 
 std::string describe_rigid_points(const std::vector<Index>& points) {

@@ -105,13 +105,13 @@ std::string SteadyFrame::describe() const {
     return text(std::array{rounded(a.x), rounded(a.y), rounded(a.z)});
   };
   if (!turns()) {
-    return "which moves with " + list(velocity) + " m/s and accelerates by " + list(acceleration) + " m/s^2";
+    return "which moves with " + list(velocity) + " and accelerates by " + list(acceleration);
   }
   // Omega x (p - c) + w has no part across Omega.
   const Vec3 axis = centre + (1.0 / squared(spin)) * cross(spin, velocity);
   const Vec3 along = (dot(velocity, spin) / squared(spin)) * spin;
-  return "which turns with " + list(spin) + " rad/s about " + list(axis) +
-         (squared(along) > 0.0 ? " and moves along that axis with " + list(along) + " m/s" : "");
+  return "which turns with " + list(spin) + " about " + list(axis) +
+         (squared(along) > 0.0 ? " and moves along that axis with " + list(along) : "");
 }
 
 std::vector<std::string> list_what_depends_on_time(const System& system) {

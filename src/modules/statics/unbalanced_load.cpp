@@ -8,6 +8,7 @@
 
 #include "base/dense.hpp"
 #include "base/text.hpp"
+#include "base/with_unit.hpp"
 #include "statics/islands.hpp"
 
 namespace tanor::detail {
@@ -135,8 +136,8 @@ std::string find_unbalanced_load(EquilibriumEquations& equations, const std::vec
   const auto rounded = [](double x) { return std::round(1e3 * x) / 1e3 + 0.0; };
   return std::string(has_gravity ? "gravity" : "the load") + " pulls the free island " +
          std::to_string(found - in_order.begin()) + " (of point " + std::to_string(first) + ") along " +
-         text(std::array{rounded(way[0]), rounded(way[1]), rounded(way[2])}) + " without end: " + text(pull.norm()) +
-         " N that nothing balances";
+         text(std::array{rounded(way[0]), rounded(way[1]), rounded(way[2])}) +
+         " without end: " + with_unit(text(pull.norm()), model.system.units.force) + " that nothing balances";
 }
 
 }  // namespace tanor::detail

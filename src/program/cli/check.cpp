@@ -8,6 +8,7 @@
 
 #include <tanor/dynamics.hpp>
 
+#include "base/text.hpp"
 #include "cli/command_line.hpp"
 #include "cli/messages.hpp"
 #include "report/shared_parts.hpp"
@@ -27,6 +28,7 @@ using report::with_unit;
 struct Findings {
   std::string scene, friction;  ///< friction is empty if there is none
   Units units;
+  double time = 0.0;
   Form form = Form::Normal;
   std::size_t equations = 0;
   double position_violation = 0.0, velocity_violation = 0.0;
@@ -41,6 +43,7 @@ Findings find(scene::Scene* scene) {
   Findings found;
   found.scene = scene->name;
   found.units = scene->system.units;
+  found.time = scene->t_start;
   std::vector<double> positions = scene->system.positions, velocities = scene->system.velocities;
   velocities.resize(positions.size(), 0.0);
   Dynamics dynamics(std::move(scene->system), scene->solver);
@@ -105,7 +108,7 @@ void print_rank(const RankReport& rank, std::size_t num_equations) {
 }
 
 void print_answer(const Findings& found, bool is_verbose) {
-  print_heading("Answer at t = 0");
+  print_heading("Answer at t = " + with_unit(detail::text(found.time), found.units.time));
   const char* const matrix = found.form == Form::Tangent ? " (of the scaled H = A'MA)" : " (of the scaled S = K'M^-1K)";
   print("reciprocal condition",
         in_words(found.solved->reciprocal_condition, "{:.2e}") + (is_verbose ? matrix : " (0: singular)"));

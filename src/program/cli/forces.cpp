@@ -12,6 +12,7 @@
 #include "cli/messages.hpp"
 #include "cli/output_folder.hpp"
 #include "report/motion_forces.hpp"
+#include "report/shared_parts.hpp"
 #include "report/words.hpp"
 #include "scene/number_table.hpp"
 #include "scene/scene.hpp"
@@ -126,8 +127,8 @@ std::string find_trouble(const report::ForcesOfMotion& forces, std::size_t worst
   return fmt::format(
       "the motion breaks the constraints: worst by {} of its length, {} at t = {}; at most {} counts "
       "as rounding",
-      report::in_words(violation.largest), violation.where, with_unit(detail::text(forces.times[worst]), units.time),
-      allowed_violation);
+      report::in_words(violation.largest, "{:.3g}"), violation.where,
+      with_unit(detail::text(forces.times[worst]), units.time), allowed_violation);
 }
 
 }  // namespace
@@ -142,6 +143,8 @@ ExitCode execute_forces(const Options& options) {
   report::ForcesOfMotion forces = naming_file(options.scene, [&] { return find_forces(motion, &problem); });
   forces.scene = scene.name;
   forces.motion = options.motion.string();
+  forces.units = problem.system().units;
+  forces.groups = report::list_groups(problem.system());
   report::write_forces(directory, forces);
 
   const Units& units = problem.system().units;

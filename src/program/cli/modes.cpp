@@ -94,6 +94,7 @@ ExitCode execute_modes(const Options& options) {
   report::ModesFacts facts;
   facts.scene = scene.name;
   facts.source = scene.source;
+  facts.units = scene.system.units;
   facts.points = scene.system.num_points();
   for (const Support& support : scene.system.supports) facts.supports += support.points.size();
   facts.equations = found.multipliers.size();

@@ -7,6 +7,7 @@
 #include "cli/folder_lock.hpp"
 #include "cli/messages.hpp"
 #include "cli/output_folder.hpp"
+#include "report/shared_parts.hpp"
 #include "report/solution.hpp"
 #include "report/words.hpp"
 #include "scene/scene.hpp"
@@ -26,6 +27,8 @@ report::Solution describe_problem(const scene::Scene& scene, const Dynamics& dyn
   report::Solution solution;
   solution.num_points = dynamics.num_points();
   solution.left_out = report::list_left_out(scene.left_out, dynamics.plan().left_out);
+  solution.units = dynamics.system().units;
+  solution.groups = report::list_groups(dynamics.system());
   solution.form = name_of(dynamics.plan().form);
   return solution;
 }

@@ -78,7 +78,11 @@ constexpr unsigned deflate_level = 4;
 /// that plain readers refuse; `h5clear -s` or a resumed run removes it.
 class H5mdTrajectory : public FrameFile {
  public:
-  explicit H5mdTrajectory(const FrameFileRequest& request) : name_(request.path.string()), shown_(request.shown) {
+  explicit H5mdTrajectory(const FrameFileRequest& request)
+      : name_(request.path.string()),
+        shown_(request.shown),
+        has_cell_(request.cell.has_value()),
+        edges_(edges_of(request.cell.value_or(Cell{}))) {
     H5dont_atexit();                              // each frame is flushed after it was written
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are reported by this class
     try {
@@ -225,9 +229,12 @@ class H5mdTrajectory : public FrameFile {
         {check(H5Dcreate2(file_, element.path.c_str(), type, space, H5P_DEFAULT, how, H5P_DEFAULT), H5Dclose),
          element});
     // MDAnalysis refuses an attribute `unit` that it does not know, such as m, of all that it reads.
-    const bool is_refused = element.path.starts_with("/particles/");
-    if (const std::string letters = shown_->units.letters(element.dimension); !letters.empty())
-      add_text(series_.back().data, is_refused ? "units" : "unit", letters);
+    add_unit(series_.back().data, element.path.starts_with("/particles/") ? "units" : "unit", element.dimension);
+  }
+
+  void add_unit(hid_t object, const char* attribute, Dimension dimension) const {
+    if (const std::string letters = shown_->units.letters(dimension); !letters.empty())
+      add_text(object, attribute, letters);
   }
 
   /// Returns the arrays over time, each in a group {step, time, value} of H5MD of its own. All share the steps and
@@ -245,6 +252,14 @@ class H5mdTrajectory : public FrameFile {
       elements.push_back({group + "/value", shape, true, false, read, dimension});
     };
     add(first, rows, &Frame::positions, Dimension::Length);
+    // MDAnalysis reads matrices over time alone.
+    if (has_cell_)
+      elements.push_back({"/particles/all/box/edges/value",
+                          {3, 3},
+                          false,
+                          false,
+                          [this](const Frame&) { return edges_.data(); },
+                          Dimension::Length});
     add("/particles/all/velocity", rows, &Frame::velocities, Dimension::Velocity);
     add("/particles/all/force", rows, &Frame::forces, Dimension::Forces);
     add("/particles/all/constraint_force", rows, &Frame::reactions, Dimension::Forces);
@@ -298,21 +313,14 @@ class H5mdTrajectory : public FrameFile {
     const Handle boundary = check(H5Acreate2(box, "boundary", type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
     check(H5Awrite(boundary, type, text.data()));
     if (!cell) return;
-    add_fixed(box, "offset", {3}, cell->origin.data());
-    if (!cell->is_tilted()) {
-      const double edges[] = {cell->xx, cell->yy, cell->zz};
-      add_fixed(box, "edges", {3}, edges);
-    } else {  // one edge a row
-      const double edges[] = {cell->xx, 0.0, 0.0, cell->xy, cell->yy, 0.0, cell->xz, cell->yz, cell->zz};
-      add_fixed(box, "edges", {3, 3}, edges);
-    }
+    add_unit(add_fixed(box, "offset", {3}, cell->origin.data()), "units", Dimension::Length);
   }
 
   void add_particles(const FrameFileRequest& request) {
     const Handle parent = make_group(file_, "particles"), all = make_group(parent, "all");
     add_box(all, request.cell);
     const hsize_t m = shown_->num_points;
-    add_fixed(all, "mass", {m}, request.masses.data());
+    add_unit(add_fixed(all, "mass", {m}, request.masses.data()), "units", Dimension::Mass);
     const std::vector<int> ids(shown_->points.begin(), shown_->points.end()),
         species(shown_->is_support.begin(), shown_->is_support.end());
     add_fixed(all, "id", {m}, ids.data());
@@ -353,15 +361,13 @@ class H5mdTrajectory : public FrameFile {
     return all;
   }
   void add_members(hid_t value, const std::vector<std::string>& names) const {
-    constexpr std::size_t most_of_an_attribute = 60000;  // bytes that HDF5 takes
-    if (const std::string members = join(names); !members.empty() && members.size() < most_of_an_attribute)
-      add_text(value, "members", members);
+    if (const std::string members = join(names); !members.empty()) add_text(value, "members", members);
   }
 
   void create(const FrameFileRequest& request) {
     errno = 0;
     file_ = check(H5Fcreate(name_.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, open_mode()), H5Fclose);
-    reserve(room_for_groups + 64 * (shown_->num_points + shown_->rods.size()));
+    reserve(room_for_groups + 128 * (shown_->num_points + shown_->rods.size()));
     {
       const Handle h5md = make_group(file_, "h5md"), author = make_group(h5md, "author"),
                    creator = make_group(h5md, "creator");
@@ -460,6 +466,8 @@ class H5mdTrajectory : public FrameFile {
 
   std::string name_;
   const ShownParts* shown_;
+  bool has_cell_;
+  std::array<double, 9> edges_;  ///< of the cell, one a row
   Handle file_;
   std::uint64_t frames_ = 0;
   bool is_touched_ = false;  ///< by a frame that is not complete

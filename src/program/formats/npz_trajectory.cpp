@@ -26,7 +26,6 @@ namespace {
 constexpr std::array<const char*, 4> row_names{"position", "velocity", "acceleration", "tension"};
 
 constexpr const char* observables_key = "observables";
-constexpr std::size_t unit_width = 32;
 
 /// Returns the type of a row of observables as numpy describes it: [('t', '<f8'), ('load(hook)', '<f8', (3,)), …].
 std::string describe_record(std::span<const Observed> observables) {
@@ -45,15 +44,18 @@ std::string describe_record(std::span<const Observed> observables) {
   return type + "]";
 }
 
-/// Returns texts of one width, as numpy stores them.
-std::vector<char> pad(const std::vector<std::string>& texts, std::size_t width) {
-  std::vector<char> bytes;
-  for (std::string text : texts) {
-    text.resize(width, '\0');
-    bytes.insert(bytes.end(), text.begin(), text.end());
+/// Texts of one width, as numpy stores them.
+struct PaddedTexts {
+  explicit PaddedTexts(std::vector<std::string> texts) : count(texts.size()) {
+    for (const std::string& text : texts) width = std::max(width, text.size());
+    for (std::string& text : texts) {
+      text.resize(width, '\0');
+      bytes.insert(bytes.end(), text.begin(), text.end());
+    }
   }
-  return bytes;
-}
+  std::size_t count, width = 1;
+  std::vector<char> bytes{};
+};
 
 struct CloseArchive {
   void operator()(zip_t* archive) const { zip_discard(archive); }
@@ -80,9 +82,10 @@ class ZipFile {
   ZipFile& operator=(const ZipFile&) = delete;
 
   /// Adds an array. The numbers must stay until `finish`.
-  template <class Number>
+  template <class Numbers>
   void add(const std::string& key, std::string_view type, const std::vector<std::size_t>& shape,
-           const std::vector<Number>& numbers) {
+           const Numbers& numbers) {
+    using Number = typename Numbers::value_type;
     const std::string& header = headers_.emplace_back(make_npy_header(type, shape));
     const zip_buffer_fragment_t parts[] = {
         {reinterpret_cast<zip_uint8_t*>(const_cast<char*>(header.data())), header.size()},
@@ -187,15 +190,16 @@ std::vector<double> read_array(const std::string& name, zip_t* archive, const st
 }  // namespace
 
 NpzTrajectory::NpzTrajectory(const std::filesystem::path& path, const ShownParts* shown, bool is_compressed,
-                             std::uint64_t frames, std::span<const Observed> observables)
-    : path_(path), shown_(shown), is_compressed_(is_compressed) {
+                             std::uint64_t frames, std::span<const Observed> observables,
+                             const std::optional<Cell>& cell)
+    : path_(path), shown_(shown), is_compressed_(is_compressed), cell_(cell) {
   if (!observables.empty()) {
     observed_type_ = describe_record(observables);
     observed_width_ = 1;
     for (const Observed& each : observables) {
       observed_width_ += each.values.size();
-      const std::vector<char> unit = pad({each.unit}, unit_width);
-      observed_units_.insert(observed_units_.end(), unit.begin(), unit.end());
+      observed_units_.push_back(each.unit);
+      for (const std::string& name : column_names(each)) observed_columns_.push_back(name);
     }
   }
   if (frames == 0) return;
@@ -236,14 +240,12 @@ void NpzTrajectory::save() const {
   const std::size_t frames = times_.size(), m = shown_->num_points, num_rods = shown_->rods.size();
   const std::vector<std::int32_t> points(shown_->points.begin(), shown_->points.end());
   const std::vector<std::array<Index, 2>> rods = shown_->rod_points();
-  const std::vector<std::string> rod_names = shown_->rod_names();
-  std::size_t name_width = 1;
-  for (const std::string& name : rod_names) name_width = std::max(name_width, name.size());
-  const std::vector<char> names = pad(rod_names, name_width);
   const Units& units = shown_->units;
-  const std::vector<char> letters = pad({units.time, units.length, units.letters(Dimension::Velocity),
-                                         units.letters(Dimension::Acceleration), units.force},
-                                        unit_width);
+  const PaddedTexts names(shown_->rod_names()), observed_units(observed_units_), columns(observed_columns_),
+      letters({units.time, units.length, units.letters(Dimension::Velocity), units.letters(Dimension::Acceleration),
+               units.force});
+  const Cell cell = cell_.value_or(Cell{});
+  const std::array<double, 9> edges = edges_of(cell);
   replace_file(path_, [&](OutputFile* file) {
     ZipFile zip(is_compressed_, file);
     zip.add("time", "<f8", {frames}, times_);
@@ -252,12 +254,19 @@ void NpzTrajectory::save() const {
               k == 3 ? std::vector<std::size_t>{frames, num_rods} : std::vector<std::size_t>{frames, m, 3}, rows_[k]);
     zip.add("points", "<i4", {m}, points);
     zip.add("rods", "<i4", {num_rods, 2}, rods);
-    zip.add("rod_names", fmt::format("|S{}", name_width), {num_rods}, names);
-    zip.add("units", fmt::format("|S{}", unit_width), {letters.size() / unit_width}, letters);
+    const auto add_texts = [&](const char* key, const PaddedTexts& texts) {
+      zip.add(key, fmt::format("|S{}", texts.width), {texts.count}, texts.bytes);
+    };
+    add_texts("rod_names", names);
+    add_texts("units", letters);
+    if (cell_) {
+      zip.add("box", "<f8", {3, 3}, edges);
+      zip.add("origin", "<f8", {3}, cell.origin);
+    }
     if (observed_width_ > 0) {
       zip.add(observables_key, observed_type_, {frames}, observed_);
-      zip.add("observable_units", fmt::format("|S{}", unit_width), {observed_units_.size() / unit_width},
-              observed_units_);
+      add_texts("observable_units", observed_units);
+      add_texts("observable_columns", columns);
     }
     zip.finish();
   });
@@ -269,5 +278,5 @@ void NpzTrajectory::save() const {
 extern "C" __attribute__((visibility("default"))) void tanor_open_frame_file(
     const tanor::report::FrameFileRequest& request, std::unique_ptr<tanor::report::FrameFile>* opened) {
   *opened = std::make_unique<tanor::report::NpzTrajectory>(request.path, request.shown, request.is_compressed,
-                                                           request.mark, request.observables);
+                                                           request.mark, request.observables, request.cell);
 }

@@ -19,6 +19,7 @@
 #include "report/modes.hpp"
 #include "report/output_file.hpp"
 #include "report/page.hpp"
+#include "report/shared_parts.hpp"
 #include "report/shown_parts.hpp"
 #include "report/starting_places.hpp"
 #include "report/text_formats.hpp"
@@ -82,9 +83,11 @@ void write_summary(const fs::path& directory, const scene::Scene& scene, const E
     json.add("scene", scene.name);
     json.add("source", scene.source);
     json.add("tanor_version", TANOR_VERSION);
+    json.add("units", json_of(scene.system.units));
     json.add("observables", describe_observables(observed));
     json.add("points", scene.system.num_points());
     json.add("equations", found.multipliers.size());
+    json.add("groups", list_groups(scene.system));
     json.add("equilibrium", describe(found));
     if (!found.open.empty()) json.add("one_sided", describe_one_sided(scene, found));
     add_modes(directory, modes, &json);
@@ -302,7 +305,19 @@ void write_scene(const fs::path& path, const scene::Scene& scene, const Equilibr
   write_closed_constraints(scene.system, found, &json);
   write_start(scene.equilibrium.at, &json);
   json.erase("generate");
-  json.erase("import");
+  if (json.erase("import") > 0) {
+    // Units and cell were those of the file.
+    const Json told = json_of(scene.system.units);
+    Json units;
+    for (const auto& [key, letters] : told.items())
+      if (!letters.is_null()) units[key] = letters;
+    json["units"] = scene.system.units.name == "none" ? Json("none") : units;
+    if (const std::optional<Cell>& cell = scene.system.cell; cell && cell->is_periodic_everywhere()) {
+      const auto e = edges_of(*cell);
+      json["cell"] = {{"edges", {{e[0], e[1], e[2]}, {e[3], e[4], e[5]}, {e[6], e[7], e[8]}}},
+                      {"origin", cell->origin}};
+    }
+  }
   std::vector<double> positions = found.positions;
   for (const Support& support : scene.system.supports) {
     for (const Index point : support.points) {

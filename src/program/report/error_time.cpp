@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "report/checkpoint.hpp"
+#include "report/field_json.hpp"
 #include "report/loglog_plot.hpp"
 #include "report/output_file.hpp"
 #include "report/shown_parts.hpp"
@@ -352,13 +353,13 @@ std::string field(double number) {
 /// Returns the members of a row in files.
 Json list_members(const ErrorTimeRow& row) {
   return {{"method", name_of(row.method)},
-          {"step_s", row.step},
+          {"step", row.step},
           {"rtol", row.tolerance},
           {"steps", row.steps},
           {"factorizations", row.factorizations},
           {"wall_s", row.wall_s},
-          {"error_m", row.trouble.empty() ? Json(row.error) : Json()},
-          {"reference_error_m", row.reference_error},
+          {"error", row.trouble.empty() ? Json(row.error) : Json()},
+          {"reference_error", row.reference_error},
           {"order", row.order},
           {"violation", row.violation},
           {"energy_drift", row.energy_drift}};
@@ -368,11 +369,12 @@ std::string make_csv(const ErrorTimeTable& table) {
   const Json names = list_members({});
   std::string text;
   for (const auto& [key, value] : names.items()) text += key + ",";
-  text += "trouble,scene,scene_checksum\n";
+  text += "trouble,scene,scene_checksum,unit_of_length,unit_of_time\n";
   for (const ErrorTimeRow& row : table.rows) {
     for (const Json& value : list_members(row))
       text += (value.is_string() ? value.get<std::string>() : value.is_null() ? "" : field(value.get<double>())) + ",";
-    text += fmt::format("{},{},{}\n", quote_csv(row.trouble), quote_csv(table.scene), table.scene_checksum);
+    text += fmt::format("{},{},{},{},{}\n", quote_csv(row.trouble), quote_csv(table.scene), table.scene_checksum,
+                        quote_csv(table.units.length), quote_csv(table.units.time));
   }
   return text;
 }
@@ -447,11 +449,15 @@ Json describe_error_time(const ErrorTimeTable& table) {
   Json rows = Json::array();
   for (const ErrorTimeRow& row : table.rows) {
     Json& members = rows.emplace_back(list_members(row));
-    for (const char* key : {"step_s", "rtol", "order"})
+    for (const char* key : {"step", "rtol", "order"})
       if (members[key] == 0.0) members[key] = nullptr;
     members["trouble"] = json_or_null(row.trouble);
   }
-  return {{"scene", table.scene}, {"t_end", table.t_end}, {"rows", rows}, {"remarks", list_remarks(table)}};
+  return {{"scene", table.scene},
+          {"units", json_of(table.units)},
+          {"t_end", table.t_end},
+          {"rows", rows},
+          {"remarks", list_remarks(table)}};
 }
 
 Json read_error_time(const std::filesystem::path& directory, const std::string& scene_checksum) {
@@ -472,7 +478,7 @@ Json read_error_time(const std::filesystem::path& directory, const std::string& 
     rows.push_back(
         {{"method", checksum == scene_checksum ? field("method") : fmt::format("{} ({})", field("method"), scene)},
          {"wall_s", read_field(field("wall_s"))},
-         {"error_m", read_field(field("error_m"))}});
+         {"error_m", read_field(field("error"))}});
   }
   return rows;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -36,6 +37,11 @@ struct Frame {
   double energy = 0.0;                                        ///< J, kinetic and potential
   double position_violation = 0.0, velocity_violation = 0.0;  ///< largest so far, relative
 };
+
+/// Returns the edges a, b and c of a cell, m, one after the other.
+inline std::array<double, 9> edges_of(const Cell& cell) {
+  return {cell.xx, 0.0, 0.0, cell.xy, cell.yy, 0.0, cell.xz, cell.yz, cell.zz};
+}
 
 /// A file, or several files, to which frames are appended.
 ///

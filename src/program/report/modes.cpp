@@ -116,6 +116,7 @@ void write_modes(const fs::path& directory, const ModesFacts& facts, const Modes
     json.add("scene", facts.scene);
     json.add("source", facts.source);
     json.add("tanor_version", TANOR_VERSION);
+    json.add("units", json_of(facts.units));
     json.add("observables", describe_observables(facts.observed));
     using F = ModesFacts;
     json.add_members(json_of_members<&F::points, &F::supports, &F::equations>(facts));

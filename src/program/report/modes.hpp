@@ -20,6 +20,7 @@ void add_modes(const std::filesystem::path& directory, const std::optional<Modes
 /// Facts that `tanor modes` reports besides the modes.
 struct ModesFacts {
   std::string scene, source;  ///< name; origin of the points
+  Units units{};
   std::size_t points = 0, supports = 0, equations = 0;
   std::vector<Observed> observed{};  ///< at rest
   std::optional<Buckling> buckling;  ///< none: not requested

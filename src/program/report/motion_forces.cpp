@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "report/field_json.hpp"
 #include "report/json_text.hpp"
 
 namespace tanor::report {
@@ -47,8 +48,10 @@ void write_forces(const std::filesystem::path& directory, const ForcesOfMotion& 
     const ArrayWriter arrays(&json, directory / "forces_", forces.num_points * forces.samples.size());
     json.add("scene", forces.scene);
     json.add("motion", forces.motion);
+    json.add("units", json_of(forces.units));
     json.add("given", forces.by_coordinates ? "coordinates" : "positions");
     json.add("points", forces.num_points);
+    json.add("groups", forces.groups);
     json.add("equations", forces.num_equations);
     Json samples = Json::array();
     for (std::size_t k = 0; k < forces.samples.size(); ++k)

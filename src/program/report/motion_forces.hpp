@@ -7,11 +7,15 @@
 
 #include <tanor/inverse_dynamics.hpp>
 
+#include "report/json_text.hpp"
+
 namespace tanor::report {
 
 /// The forces of a motion, sample by sample.
 struct ForcesOfMotion {
   std::string scene, motion;  ///< names
+  Units units{};
+  Json groups{};  ///< of constraints
   std::size_t num_points = 0, num_equations = 0;
   bool by_coordinates = false;  ///< the motion was given as q(t)
   std::vector<double> times;

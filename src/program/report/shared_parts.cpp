@@ -49,6 +49,22 @@ std::string describe_redundancy(const RankReport& rank) {
   return text + (count > most_lines ? "; …" : "");
 }
 
+Json list_groups(const System& system) {
+  Json groups = Json::object();
+  std::size_t first = 0;
+  for (std::size_t g = 0; g < system.constraints.size(); ++g) {
+    const auto [members, rows] = std::visit(
+        []<class Group>(const Group& group) {
+          return std::pair((group.*KindOf<Group>::members).size(), static_cast<std::size_t>(KindOf<Group>::rows));
+        },
+        system.constraints[g]);
+    groups[constraint_name(system, g)] = {
+        {"kind", kind_name(system.constraints[g])}, {"first", first}, {"members", members}, {"rows", rows}};
+    first += members * rows;
+  }
+  return groups;
+}
+
 using namespace detail;
 
 namespace {

@@ -34,6 +34,10 @@ std::string describe_redundancy(const RankReport& rank);
 /// Returns the object `friction_report` of `solve`. If the instant was not solved, every member is null.
 Json describe_friction_report(const std::optional<FrictionReport>& report);
 
+/// Returns where the equations of each group of constraints stand among all multipliers: by name its `kind`, its
+/// `first` equation, its `members` and the `rows` of each.
+Json list_groups(const System& system);
+
 /// Counts the contacts that have friction.
 std::size_t count_contacts(const System& system);
 

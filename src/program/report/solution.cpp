@@ -1,5 +1,6 @@
 #include "report/solution.hpp"
 
+#include "report/field_json.hpp"
 #include "report/json_text.hpp"
 #include "report/page.hpp"
 #include "report/shared_parts.hpp"
@@ -34,6 +35,7 @@ void write_members(const ArrayWriter& arrays, const Solution& solution, JsonObje
   const auto friction = [&](std::vector<double> Split::*which) {
     return solution.friction ? part(which) : std::nullopt;
   };
+  json->add("units", json_of(solution.units));
   json->add("observables", describe_observables(solution.observed));
   arrays.write_points("positions", solution.positions);
   arrays.write_points("velocities", solution.velocities);
@@ -43,6 +45,7 @@ void write_members(const ArrayWriter& arrays, const Solution& solution, JsonObje
   json->add("mass_coupling", solution.split ? Json(solution.split->mass_coupling) : Json());
   arrays.write_points("tangent_forces", part(&Split::tangent_forces));
   arrays.write_points("normal_forces", part(&Split::normal_forces));
+  json->add("groups", solution.groups);
   arrays.write_list("multipliers", solution.multipliers);
   arrays.write_booleans("multipliers_unique",
                         solution.rank ? std::optional(solution.rank->multipliers_unique) : std::nullopt);

@@ -16,6 +16,8 @@ namespace tanor::report {
 /// One answer of the dynamics, with arrays in the user's order.
 struct Solution {
   std::size_t num_points = 0;
+  Units units{};
+  Json groups{};  ///< of constraints
   Numbers positions, velocities, accelerations;
   std::optional<Split> split;  ///< parts in the tangent space and in the normal space
   Numbers multipliers, reactions, support_forces;

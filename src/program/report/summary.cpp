@@ -22,6 +22,7 @@ void add_sizes(const RunEnd& end, JsonObjectFile* json) {
   json->add_members(json_of_members<&P::points, &P::supports, &P::equations>(end.plan));
   json->add_members(describe_rank(end.rank));
   json->add("islands", end.plan.islands);
+  json->add("groups", end.groups);
 }
 
 void add_work(const MotionReport& report, JsonObjectFile* json) {
@@ -77,7 +78,7 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
     json.add("scene", facts.scene);
     json.add("source", facts.source);
     json.add("tanor_version", TANOR_VERSION);
-    json.add("units", end.units.name);
+    json.add("units", json_of(end.units));
     json.add("observables", describe_observables(end.observables));
     json.add("passages", json_of(std::vector(end.passages.begin(), end.passages.end())));
     json.add("method", name_of(report.method));
@@ -112,12 +113,13 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
 }
 
 void write_summary(const std::filesystem::path& directory, const RunFacts& facts, Simulation& simulation) {
-  write_summary(directory, facts,
-                {count_contacts(simulation.system()), simulation.plan(), simulation.report(),
-                 facts.has_started ? std::optional(simulation.rank()) : std::nullopt, simulation.time(),
-                 EndArrays{simulation.positions(), simulation.velocities(), simulation.accelerations(),
-                           simulation.multipliers(), simulation.reactions(), simulation.support_forces()},
-                 simulation.observe(false), simulation.passages(), simulation.system().units});
+  write_summary(
+      directory, facts,
+      {count_contacts(simulation.system()), simulation.plan(), simulation.report(),
+       facts.has_started ? std::optional(simulation.rank()) : std::nullopt, simulation.time(),
+       EndArrays{simulation.positions(), simulation.velocities(), simulation.accelerations(), simulation.multipliers(),
+                 simulation.reactions(), simulation.support_forces()},
+       simulation.observe(false), simulation.passages(), simulation.system().units, list_groups(simulation.system())});
 }
 
 std::vector<std::filesystem::path> list_summary(const std::filesystem::path& directory) {

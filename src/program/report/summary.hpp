@@ -8,6 +8,7 @@
 
 #include <tanor/motion.hpp>
 
+#include "report/json_text.hpp"
 #include "report/motion_extent.hpp"
 #include "scene/scene.hpp"
 
@@ -59,6 +60,7 @@ struct RunEnd {
   std::span<const Observed> observables{};
   std::span<const Passage> passages{};
   Units units{};
+  Json groups{};  ///< of constraints, `list_groups`; null if no process knows those of all ranks
 };
 
 /// Writes `directory/summary.json` as docs/scene-format.md describes it, and arrays above `largest_inline` points

@@ -1,6 +1,7 @@
 #include "report/text_formats.hpp"
 
 #include <fmt/compile.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -52,9 +53,25 @@ class TextTrajectory : public FrameFile {
 
 std::string describe_lattice(const std::optional<Cell>& cell) {
   if (!cell || !cell->is_periodic_everywhere()) return "";
-  const Vector3& o = cell->origin;
-  return fmt::format("Lattice=\"{} 0 0 {} {} 0 {} {} {}\" Origin=\"{} {} {}\" pbc=\"T T T\" ", cell->xx, cell->xy,
-                     cell->yy, cell->xz, cell->yz, cell->zz, o[0], o[1], o[2]);
+  return fmt::format("Lattice=\"{}\" Origin=\"{}\" pbc=\"T T T\" ", fmt::join(edges_of(*cell), " "),
+                     fmt::join(cell->origin, " "));
+}
+
+/// Returns "time s, length m, velocity m/s, force N", or nothing without letters.
+std::string list_units(const Units& units) {
+  std::string list;
+  for (const auto& [what, letters] : {std::pair{"time", units.time},
+                                      {"length", units.length},
+                                      {"velocity", units.letters(Dimension::Velocity)},
+                                      {"force", units.force}})
+    if (!letters.empty()) list += fmt::format("{}{} {}", list.empty() ? "" : ", ", what, letters);
+  return list;
+}
+
+/// Returns what dumps begin with, as LAMMPS' own do. Its readers pass over the words.
+std::string make_dump_head(const ShownParts& shown) {
+  const std::string units = list_units(shown.units);
+  return units.empty() ? "" : "ITEM: UNITS\n" + units + "\n";
 }
 
 bool is_periodic(const std::optional<Cell>& cell) {
@@ -109,7 +126,7 @@ std::string cell(const std::string& text) {
 
 std::string make_csv_head(const ShownParts& shown) {
   const Units& units = shown.units;
-  std::string head = name_with_unit("t", units.time);
+  std::string head = cell(name_with_unit("t", units.time));
   const std::pair<const char*, std::string> parts[] = {{"", units.length}, {"v", units.letters(Dimension::Velocity)}};
   for (const Index point : shown.points)
     for (const auto& [part, unit] : parts)
@@ -121,7 +138,7 @@ std::string make_csv_head(const ShownParts& shown) {
 }
 
 std::string make_observables_head(std::span<const Observed> observables, const Units& units) {
-  std::string head = name_with_unit("t", units.time);
+  std::string head = cell(name_with_unit("t", units.time));
   for (const Observed& each : observables)
     for (const std::string& name : column_names(each)) head += "," + cell(name_with_unit(name, each.unit));
   return head + "\n";
@@ -130,9 +147,10 @@ std::string make_observables_head(std::span<const Observed> observables, const U
 }  // namespace
 
 std::unique_ptr<FrameFile> open_xyz(const FrameFileRequest& request) {
-  const auto print = [shown = request.shown, lattice = describe_lattice(request.cell)](const Frame& frame,
-                                                                                       fmt::appender out) {
-    fmt::format_to(out, "{}\n{}Properties=species:S:1:pos:R:3:velo:R:3 Time={}\n", shown->num_points, lattice,
+  std::string words = describe_lattice(request.cell);
+  if (const std::string units = list_units(request.shown->units); !units.empty()) words += "Units=\"" + units + "\" ";
+  const auto print = [shown = request.shown, words](const Frame& frame, fmt::appender out) {
+    fmt::format_to(out, "{}\n{}Properties=species:S:1:pos:R:3:velo:R:3 Time={}\n", shown->num_points, words,
                    frame.time);
     for (std::size_t k = 0; k < shown->num_points; ++k) {
       const double *r = &frame.positions[3 * k], *v = &frame.velocities[3 * k];
@@ -168,7 +186,7 @@ std::unique_ptr<FrameFile> open_lammps_dump(const FrameFileRequest& request) {
           shown->points[k] + 1, shown->is_support[k] ? 2 : 1, r[0], r[1], r[2], v[0], v[1], v[2], f[0], f[1], f[2]);
     }
   };
-  return std::make_unique<TextTrajectory>(request, "", print);
+  return std::make_unique<TextTrajectory>(request, make_dump_head(*request.shown), print);
 }
 
 std::unique_ptr<FrameFile> open_lammps_rod_dump(const FrameFileRequest& request) {
@@ -186,7 +204,7 @@ std::unique_ptr<FrameFile> open_lammps_rod_dump(const FrameFileRequest& request)
                      std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]), frame.tensions[k]);
     }
   };
-  return std::make_unique<TextTrajectory>(request, "", print);
+  return std::make_unique<TextTrajectory>(request, make_dump_head(*request.shown), print);
 }
 
 std::unique_ptr<FrameFile> open_observables(const FrameFileRequest& request) {

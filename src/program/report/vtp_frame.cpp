@@ -113,6 +113,8 @@ void add_field(const Frame& frame, const Units& units, Document* document) {
   document->add_text("TimeValue", {&frame.time, 1});
   document->add_text("gravity", frame.gravity);
   document->add_text("unit of time", units.time);
+  document->add_text("unit of length", units.length);
+  document->add_text("unit of mass", units.mass);
   document->add_text("unit of force", units.force);
   for (const Guide& guide : frame.guides)
     document->add_text(fmt::format("guide {} {}", guide.kind, guide.name), guide.numbers);

@@ -8,18 +8,17 @@
 #include <string_view>
 #include <vector>
 
+#include "base/with_unit.hpp"
+
 namespace tanor::report {
+
+using detail::with_unit;
 
 /// Formats a number for people, in a format such as "{:.1e}". A number that is not finite becomes a word.
 inline std::string in_words(double number, std::string_view format = "{}") {
   if (std::isfinite(number)) return fmt::format(fmt::runtime(format), number);
   if (std::isnan(number)) return "undefined";
   return number > 0.0 ? "infinite" : "-infinite";
-}
-
-/// Returns "0.5 J", or "0.5" without letters.
-inline std::string with_unit(const std::string& number, const std::string& unit) {
-  return unit.empty() ? number : number + " " + unit;
 }
 
 /// Returns "rad/s" from "rad" and "s", or nothing without letters of the time.

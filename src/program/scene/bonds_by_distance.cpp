@@ -78,7 +78,7 @@ class Bins {
     for (std::size_t k = 0; k < 3; ++k) {
       const double inside = fractions[k] - std::floor(fractions[k]);
       if (!std::isfinite(inside))
-        throw InputError("", fmt::format("found an atom at ({}, {}, {}) m, wanted coordinates of the size of the box",
+        throw InputError("", fmt::format("found an atom at ({}, {}, {}), wanted coordinates of the size of the box",
                                          detail::text(r[0]), detail::text(r[1]), detail::text(r[2])));
       bin[k] = std::min(static_cast<std::int64_t>(inside * static_cast<double>(counts_[k])), counts_[k] - 1);
     }

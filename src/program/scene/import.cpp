@@ -216,6 +216,7 @@ Units letters_of(std::string_view format, std::string_view units) {
   if (!units.empty()) return units_from_name(units);
   if (format == "lammps-data") return units_from_name("lj");
   if (format == "gro") return {"gro", "nm", "u", "ps", "kJ/mol/nm", "kJ/mol", "K", "kJ/mol/nm^3", 0.00831446261815324};
+  if (format == "pdb") return {.name = "pdb", .length = "angstrom", .mass = "u"};  // times are the user's
   return {};
 }
 

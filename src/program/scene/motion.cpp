@@ -39,8 +39,8 @@ void apply(const Overrides& overrides, Scene* scene) {
 std::string describe_limit(const Scene& scene, double most, std::string_view what) {
   const double duration = scene.t_end - scene.t_start;
   const std::string_view name = scene.t_start == 0.0 ? "t_end" : "(t_end - t_start)";
-  return fmt::format("at least {}/{:.0e} = {} s ({} = {} s, {:.0e} {} at most)", name, most,
-                     detail::text(duration / most), name, detail::text(duration), most, what);
+  return fmt::format("at least {}/{:.0e} = {} ({} = {}, {:.0e} {} at most)", name, most, detail::text(duration / most),
+                     name, detail::text(duration), most, what);
 }
 
 /// Checks that the end can be reached, with output that can be stored.
@@ -49,7 +49,7 @@ void check_counts(const Cursor& motion, const Overrides& overrides, const Scene&
   const double duration = scene.t_end - scene.t_start;
   if (!(duration > 0.0)) {
     const auto [end, start] = texts_apart(std::array{scene.t_end, scene.t_start});
-    const std::string wanted = fmt::format("a time after t_start = {} s", start);
+    const std::string wanted = fmt::format("a time after t_start = {}", start);
     if (overrides.t_end) throw InputError("--t-end", fmt::format("found number {}, wanted {}", end, wanted));
     motion["t_end"].fail(wanted);
   }

@@ -1,3 +1,6 @@
+#include <tanor/report_fields.hpp>
+
+#include "base/member_names.hpp"
 #include "scene/entries.hpp"
 #include "scene/parts.hpp"
 
@@ -12,13 +15,17 @@ Units read_units(const Cursor& units, const Units& imported) {
   }
   units.object(keys_of("units"));
   Units own = imported;
-  own.name = units["name"].string("own");
-  const std::pair<const char*, std::string Units::*> letters[] = {
-      {"length", &Units::length},    {"mass", &Units::mass},     {"time", &Units::time},
-      {"force", &Units::force},      {"energy", &Units::energy}, {"temperature", &Units::temperature},
-      {"pressure", &Units::pressure}};
-  for (const auto& [key, member] : letters) own.*member = units[key].string(own.*member);
-  own.boltzmann = units["boltzmann"].positive(own.boltzmann);
+  own.name = "own";
+  fields_of<Units>.for_each([&](auto field) {
+    auto& value = own.*field.member;
+    const Cursor letters = units[detail::name_of_member<field.member>()];
+    if constexpr (std::is_same_v<decltype(own.*field.member), double&>)
+      value = letters.positive(value);
+    else
+      value = letters.string(value);
+    if (letters.is_string() && letters.string().find_first_of("\"\r\n") != std::string::npos)
+      letters.fail("letters on one line, without quotes");
+  });
   return own;
 }
 

@@ -16,7 +16,8 @@ const std::vector<Part>& parts() {
   static const std::vector<Part> all{
       {"",
        {"tanor_scene", "name", "parameters", "points", "generate", "import", "supports", "constraints", "coordinates",
-        "forces", "friction", "observe", "events", "units", "motion", "solver", "equilibrium", "modes"}},
+        "forces", "friction", "cell", "observe", "events", "units", "motion", "solver", "equilibrium", "modes"}},
+      {"cell", {"edges", "origin"}},
       {"units", {"name", "length", "mass", "time", "force", "energy", "temperature", "pressure", "boltzmann"}},
       {"observe", {"name", "what", "every_step"}},
       {"events", {"name", "when", "do", "of"}},

@@ -108,7 +108,7 @@ ReferenceState read_reference_state(const std::filesystem::path& file, const Sys
       for (std::size_t i = 0; i < all; ++i) state.points.push_back(static_cast<Index>(i));
     }
     if (found != state.points.size()) {
-      throw InputError(name, fmt::format("has {} points at t = {} s; the scene has {}, {} without supports", found,
+      throw InputError(name, fmt::format("has {} points at t = {}; the scene has {}, {} without supports", found,
                                          detail::text(t), all, state.points.size()));
     }
     for (std::size_t k = 0; k < found; ++k) {
@@ -118,7 +118,7 @@ ReferenceState read_reference_state(const std::filesystem::path& file, const Sys
   }
   if (count > most_named) times += fmt::format(", … ({} in all)", count);
   throw InputError(
-      name, fmt::format("has no state at t_end = {} s; its times are {}", detail::text(t), count > 0 ? times : "none"));
+      name, fmt::format("has no state at t_end = {}; its times are {}", detail::text(t), count > 0 ? times : "none"));
 }
 
 }  // namespace tanor::scene

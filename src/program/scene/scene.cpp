@@ -1,6 +1,7 @@
 #include "scene/scene.hpp"
 
 #include <algorithm>
+#include <array>
 #include <iterator>
 
 #include <fmt/format.h>
@@ -119,6 +120,20 @@ class PlaceTranslator {
   std::size_t num_own_supports_, num_own_constraints_, num_scene_forces_;
 };
 
+/// Reads a periodic cell from its edges as LAMMPS has them: a along x, b in the plane of x and y.
+Cell read_cell(const Cursor& cell) {
+  cell.object(keys_of("cell"));
+  constexpr std::string_view wanted = "edges [[a, 0, 0], [b, c, 0], [d, e, f]] with a, c and f > 0";
+  std::vector<Vector3> rows;
+  for (const Cursor edge : cell["edges"].list(wanted)) rows.push_back(edge.vector3());
+  const auto is_wrong = [&] {
+    const auto& [a, b, c] = std::array{rows[0], rows[1], rows[2]};
+    return a[1] != 0.0 || a[2] != 0.0 || b[2] != 0.0 || !(std::min({a[0], b[1], c[2]}) > 0.0);
+  };
+  if (rows.size() != 3 || is_wrong()) cell["edges"].fail(wanted);
+  return {rows[0][0], rows[1][1], rows[2][2], rows[1][0], rows[2][0], rows[2][1], cell["origin"].vector3(Vector3{})};
+}
+
 /// Returns the box that is drawn around a sample.
 std::optional<Cell> find_cell(const PointSet& points, const std::vector<Force>& forces) {
   if (points.cell && points.cell->is_periodic()) return points.cell;
@@ -168,6 +183,8 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& file, co
 
   PointSet points = read_point_source(root, context);
   const std::size_t num_own_supports = points.supports.size(), num_own_constraints = points.constraints.size();
+  if (root["cell"] && points.cell) root["cell"].complain("found beside a file that has a periodic cell");
+  if (root["cell"]) points.cell = read_cell(root["cell"]);
   context.num_points = points.positions.size() / 3;
   context.cell = points.cell;
   read_motion(root["motion"], context, overrides, &scene);

@@ -144,7 +144,7 @@ class Run {
   }
 
   std::string in_time(double time) const {
-    return report::with_unit(fmt::to_string(time), division_.part().system.units.time);
+    return report::with_unit(fmt::format("{:.9g}", time), division_.part().system.units.time);
   }
 
   void write_frame() {

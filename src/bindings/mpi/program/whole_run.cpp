@@ -168,9 +168,18 @@ Certificate WholeRun::prove() const {
 
 report::RunEnd WholeRun::end() const {
   std::optional<report::EndArrays> arrays;
-  if (division_.whole() != nullptr)
-    arrays = {positions_, velocities_, accelerations_, multipliers_, reactions_, support_forces_};
-  return {contacts_, plan_, report_, rank_, report_.time, arrays, {}, {}, part_.system.units};
+  const System* const whole = division_.whole();
+  if (whole != nullptr) arrays = {positions_, velocities_, accelerations_, multipliers_, reactions_, support_forces_};
+  return {contacts_,
+          plan_,
+          report_,
+          rank_,
+          report_.time,
+          arrays,
+          {},
+          {},
+          part_.system.units,
+          whole != nullptr ? report::list_groups(*whole) : report::Json()};
 }
 
 }  // namespace tanor::mpi

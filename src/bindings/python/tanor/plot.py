@@ -76,8 +76,8 @@ def error_time(file: str | os.PathLike, axes=None):
     curves: dict[str, list] = {}
     with open(file, newline="", encoding="utf-8") as table:
         for row in csv.DictReader(table):
-            if not row["trouble"] and float(row["error_m"]) > 0:
-                curves.setdefault(row["method"], []).append((float(row["wall_s"]), float(row["error_m"])))
+            if not row["trouble"] and float(row["error"]) > 0:
+                curves.setdefault(row["method"], []).append((float(row["wall_s"]), float(row["error"])))
     for method, points in curves.items():
         axes.loglog(*numpy.array(points).T, "o-", label=method)
     axes.set_xlabel("seconds")
