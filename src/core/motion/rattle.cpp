@@ -1,9 +1,11 @@
 #include "motion/rattle.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "base/check.hpp"
+#include "base/parallel.hpp"
 #include "base/point_source.hpp"
 #include "base/vec3.hpp"
 
@@ -100,6 +102,26 @@ Rattle::Rattle(Mechanics& mechanics, int passes)
     // A motion that is saved here may go on where the accelerations are read from the array.
     for (std::size_t i = 0; i < projector_.num_moving(); ++i) store(free_.data(), i, *uniform);
   }
+}
+
+void Rattle::FreeAtEnd::bring(std::size_t first, std::size_t count) const {
+  const std::size_t begin = 3 * std::min(first, num_moving), end = 3 * std::min(first + count, num_moving);
+  std::copy(free + begin, free + end, to + begin);
+}
+
+double Rattle::FreeAtEnd::largest() const {
+  double square = 0.0;
+  for (std::size_t i = 0; i < num_moving; ++i) square = larger(square, dot(load(free, i), load(free, i)));
+  return std::sqrt(square);
+}
+
+/// Forces that are the same for all points cost less than a copy of them.
+const GivenMotion* Rattle::known_forces(double t, double* a) const {
+  if (!knows_free_ || free_time_ != t || depends_on_velocity_ || is_uniform_) return nullptr;
+  free_at_end_.free = free_.data();
+  free_at_end_.to = a;
+  free_at_end_.num_moving = projector_.num_moving();
+  return &free_at_end_;
 }
 
 /// Writes M^-1 f into `free_`, unless all points have the same, or it is constant and stands there already.

@@ -25,6 +25,7 @@ class Rattle final : public Scheme {
   bool is_adaptive() const override { return false; }
   bool knows_acceleration() const override { return knows_acceleration_; }
   bool sees_through(const State&) override { return false; }
+  const GivenMotion* known_forces(double t, double* a) const override;
   StepResult step(const State& from, double h, State* to) override;
   void forget() override { knows_free_ = false; }
   void exchange_memory(Memory& memory) override {
@@ -33,6 +34,16 @@ class Rattle final : public Scheme {
   }
 
  private:
+  /// Copies `free_` for a solve where the last step ended.
+  struct FreeAtEnd final : GivenMotion {
+    void bring(std::size_t first, std::size_t count) const override;
+    double largest() const override;
+
+    const double* free = nullptr;
+    double* to = nullptr;
+    std::size_t num_moving = 0;
+  };
+
   Outcome find_free(const Kinematics& at, const Request& request);
 
   Mechanics& mechanics_;
@@ -43,6 +54,7 @@ class Rattle final : public Scheme {
   std::vector<double> middle_;              // v1/2 if forces depend on v; otherwise v1/2 stands where v1 will
   std::array<double, tile + 3> uniform_{};  // M^-1 f if it is the same for all points, x y z x y z …
   bool is_uniform_ = false;
+  mutable FreeAtEnd free_at_end_;
   double free_time_ = 0.0;
   bool knows_free_ = false;
   bool has_constant_ = false;  // true if `free_` is the same everywhere and always

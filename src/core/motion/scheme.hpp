@@ -76,6 +76,10 @@ class Scheme {
   /// Returns true if a step leaves State::a at the new state. Otherwise it is computed on demand.
   virtual bool knows_acceleration() const = 0;
 
+  /// Returns M^-1 f at the end of the last step, to be brought into `a` [size()]. Returns null if that step did not end
+  /// at t, or left none.
+  virtual const GivenMotion* known_forces(double /*t*/, double* /*a*/) const { return nullptr; }
+
   /// Tells how rounding of accelerations enters the velocities of an adaptive scheme.
   virtual RoundingGain rounding_gain() const { return {}; }
 

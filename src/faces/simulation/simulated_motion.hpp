@@ -285,14 +285,14 @@ struct SimulatedMotion {
   /// what later solves start from, and the counters.
   class Look {
    public:
-    explicit Look(SimulatedMotion* at) : at_(*at), counters_(at->work.counters), times_(at->work.times) {
+    enum class Memory { Restored, Untouched };
+    explicit Look(SimulatedMotion* at, Memory memory = Memory::Restored)
+        : at_(*at), counters_(at->work.counters), times_(at->work.times), memory_(memory) {
       at_.scratch.memory.clear();
-      Memory memory(&at_.scratch.memory);
-      at_.form.exchange_memory(memory);
+      if (memory_ == Memory::Restored) exchange(detail::Memory(&at_.scratch.memory));
     }
     ~Look() {
-      Memory memory{std::span<const double>(at_.scratch.memory)};
-      at_.form.exchange_memory(memory);
+      if (memory_ == Memory::Restored) exchange(detail::Memory{std::span<const double>(at_.scratch.memory)});
       at_.work.counters = counters_;
       at_.work.times = times_;
     }
@@ -300,18 +300,40 @@ struct SimulatedMotion {
     Look& operator=(const Look&) = delete;
 
    private:
+    void exchange(detail::Memory memory) { at_.form.exchange_memory(memory); }
+
     SimulatedMotion& at_;
-    Counters counters_;
-    PhaseTimes times_;
+    const Counters counters_;
+    const PhaseTimes times_;
+    const Memory memory_;
   };
+
+  /// Finds the multipliers alone where the last step left K, its factor and its forces. Those that later solves start
+  /// from stay.
+  void find_multipliers_at_end(Solution* at) {
+    const Look look(this, Look::Memory::Untouched);
+    std::vector<double>& lambda = forms.normal->dynamics().multipliers();
+    lambda.swap(scratch.rows);
+    scratch.a.resize(form.size());
+    Request request = integration.request(Gradients::Keep);
+    request.given = integration.scheme().known_forces(state.t, scratch.a.data());
+    at->outcome = form.accelerations(state.at(), request, {scratch.a.data()});
+    model.numbering.scatter_rows(lambda, at->multipliers, model.parallel);
+    lambda.swap(scratch.rows);
+  }
 
   /// Solves at the state inside an observer, where accelerations may be those of a stage. The state keeps its own.
   void solve_on_the_way(Parts parts, Solution* at) {
+    // Steps that leave no accelerations leave K and its factor.
+    const bool is_linearised = !integration.knows_acceleration();
+    if (is_linearised && parts == Parts::Multipliers && part.is_whole() &&
+        !forms.normal->linearization().dependences().is_found())
+      return find_multipliers_at_end(at);
     const Look look(this);
     scratch.a.resize(form.size());
     if (scratch.found.lambda.empty()) scratch.found = form.no_reactions();
-    at->outcome = form.accelerations(state.at(), integration.request(Gradients::Evaluate),
-                                     {scratch.a.data(), nullptr, nullptr, &scratch.found});
+    const Request request = integration.request(is_linearised ? Gradients::Keep : Gradients::Evaluate);
+    at->outcome = form.accelerations(state.at(), request, {scratch.a.data(), nullptr, nullptr, &scratch.found});
     if (needs_points(parts) || !at->outcome.ok())
       form.write_points(state.at(), scratch.a.data(), scratch.found, points.r.data(), points.v.data(), points.w.data());
     if (at->outcome.ok()) {

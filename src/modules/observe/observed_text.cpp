@@ -54,6 +54,7 @@ std::size_t ObservedText::Term::evaluate(const ObservedInstant& at) const {
     return parts == 1 ? first[0] : std::sqrt(std::inner_product(first, first + parts, first, 0.0));
   };
   const std::size_t own_members = num_members(), own_parts = num_parts();
+  if (!is_reduced() && own_members == members && own_parts == parts && !part) return numbers.swap(values), 0;
   numbers.resize(own_members * own_parts);
   if (is_reduced()) {
     std::size_t best = 0;
@@ -218,7 +219,7 @@ std::size_t ObservedText::evaluate(const ObservedInstant& at, Observed* to) cons
     return 0;
   }
   const std::size_t member = terms_[0].evaluate(at);
-  std::ranges::copy(terms_[0].numbers, to->values.begin());
+  to->values.swap(terms_[0].numbers);
   if (terms_[0].is_reduced()) to->member = terms_[0].quantity.name_member(member);
   return member;
 }
