@@ -416,7 +416,12 @@ TEST(EquilibriumTest, EquilibriumOnAFloorIsWrittenAsASceneThatRuns) {
   json scene = hanging;
   scene["constraints"].push_back(
       {{"name", "floor"}, {"kind", "plane"}, {"points", {1, 2}}, {"normal", {0, 0, 1}}, {"offset", {-2, -0.3}}});
-  scene["equilibrium"] = {{"one_sided", {{"floor", "at_least"}}}};
+  scene["constraints"].push_back(
+      {{"name", "far"}, {"kind", "plane"}, {"points", {1}}, {"normal", {0, 0, 1}}, {"offset", -9}});
+  scene["equilibrium"] = {{"one_sided", {{"floor", "at_least"}, {"far", "at_least"}}}};
+  scene["observe"] = {
+      "force(floor).z", "force(floor[1]).z", "force(far)", {{"what", "multiplier(far)"}, {"name", "m"}}};
+  scene["events"] = {{{"when", "t > 5"}, {"do", "release"}, {"of", "far"}}, {{"when", "t > 5"}, {"do", "report"}}};
 
   const Ended ended = find_at_rest(folder, scene);
   const Ended again = run_program(folder, {"equilibrium", "at_rest/equilibrium.json", "--out", "again"});
@@ -424,12 +429,15 @@ TEST(EquilibriumTest, EquilibriumOnAFloorIsWrittenAsASceneThatRuns) {
 
   ASSERT_EQ(ended.code, 0) << ended.err;
   const json summary = json::parse(read_text(folder / "at_rest/summary.json"));
-  EXPECT_EQ(summary["one_sided"], json::parse(R"({"floor": {"closed": [1], "members": 2}})"));
+  EXPECT_EQ(summary["one_sided"],
+            json::parse(R"({"floor": {"closed": [1], "members": 2}, "far": {"closed": [], "members": 1}})"));
   EXPECT_NEAR(summary["final"]["positions"][2][2].get<double>(), -0.3, 1e-12);
   EXPECT_GT(summary["final"]["multipliers"][4].get<double>(), 1.0);
   const json at_rest = json::parse(read_text(folder / "at_rest/equilibrium.json"));
   EXPECT_EQ(at_rest["constraints"][1]["points"], json::parse("[2]"));
   EXPECT_EQ(at_rest["constraints"][1]["offset"], json::parse("[-0.3]"));
+  EXPECT_EQ(at_rest["observe"], json::parse(R"(["force(floor).z"])")) << "others have gone or have other numbers";
+  EXPECT_EQ(at_rest["events"], json::parse(R"([{"when": "t > 5", "do": "report"}])"));
   EXPECT_EQ(again.code, 0) << again.err;
   EXPECT_EQ(run.code, 0) << run.err;
 }

@@ -242,9 +242,24 @@ void keep_members(const Group& group, const Keep& keep, Json* entry) {
   (*entry)[list_name<Group>()] = keep_some(members);
 }
 
+/// Removes what a scene asks of constraints that are gone, or of members of a group that has others now.
+void leave_out_questions(const std::vector<std::string>& gone, Json* list) {
+  Json kept = Json::array();
+  for (const Json& each : *list) {
+    const std::string asked = each.dump();
+    const auto is_asked = [&](const std::string& name) {
+      return std::ranges::any_of(std::array{"(", "'", "\""},
+                                 [&](const char* before) { return asked.find(before + name) != std::string::npos; });
+    };
+    if (std::ranges::none_of(gone, is_asked)) kept.push_back(each);
+  }
+  *list = std::move(kept);
+}
+
 /// Makes the closed one-sided constraints two-sided and removes the open ones.
 void write_closed_constraints(const System& system, const EquilibriumResult& found, Json* json) {
   if (found.open.empty()) return;
+  std::vector<std::string> gone;
   Json& options = (*json)["equilibrium"];
   options.erase("one_sided");
   Json constraints = Json::array();
@@ -252,6 +267,7 @@ void write_closed_constraints(const System& system, const EquilibriumResult& fou
     const auto is_open = found.open.begin() + static_cast<std::ptrdiff_t>(row);
     const auto open = std::count(is_open, is_open + static_cast<std::ptrdiff_t>(members), true);
     if (open > 0 && options.contains("prestress")) options["prestress"].erase(name);
+    if (open > 0) gone.push_back(name + (open < static_cast<std::ptrdiff_t>(members) ? "[" : ""));
     if (open == static_cast<std::ptrdiff_t>(members) && members > 0) return;
     Json& entry = constraints.emplace_back(std::move((*json)["constraints"][g]));
     entry["name"] = name;
@@ -264,6 +280,8 @@ void write_closed_constraints(const System& system, const EquilibriumResult& fou
         system.constraints[g]);
   });
   (*json)["constraints"] = std::move(constraints);
+  for (const char* key : {"observe", "events"})
+    if (json->contains(key)) leave_out_questions(gone, &(*json)[key]);
 }
 
 /// Returns true if an entry of the scene contains a function of time.
