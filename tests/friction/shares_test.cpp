@@ -116,6 +116,25 @@ TEST(FrictionShares, OfAWedgeDoNotGrowWhenTheyAreFoundAnew) {
   }
 }
 
+/// Two contacts carry 1 N together, within limits of 2 N and 1 N that no share changes.
+TEST(FrictionShares, AreMeasuredByTheLimits) {
+  ContactProblem problem;
+  problem.contacts = {{0, 1, false, 0.5}, {1, 1, false, 0.25}};
+  problem.A = Eigen::MatrixXd::Constant(2, 2, 0.5);
+  problem.a0 = Eigen::VectorXd::Constant(2, 0.5);
+  problem.N0 = Eigen::VectorXd::Zero(6);
+  problem.N0(1) = problem.N0(4) = 4.0;
+  problem.W = Eigen::MatrixXd::Zero(6, 2);
+  Eigen::VectorXd x{{-1.9, 0.9}}, weights;
+
+  const double load = share_load(problem, {1, 1}, false, &x, &weights);
+
+  EXPECT_NEAR(x.sum(), -1.0, 1e-12);
+  EXPECT_NEAR(load, std::max(-x(0) / 2.0, -x(1)), 1e-12);
+  // The centre, where 1/(4 - a^2) a = b/(1 - b^2) and a + b = 1.
+  EXPECT_NEAR(-x(0) / (4.0 - x(0) * x(0)), -x(1) / (1.0 - x(1) * x(1)), 1e-2);
+}
+
 TEST(FrictionShares, NoSceneWithOneMotionIsRefusedAndNoAnswerIsWrong) {
   int unique = 0, several = 0, resting = 0, borderline = 0, tried = 0;
   for (const SharedKind& kind :
