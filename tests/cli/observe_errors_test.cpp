@@ -9,7 +9,7 @@
 namespace tanor::cli {
 namespace {
 
-constexpr const char* beads = R"({"tanor_scene": 1, "points": {"positions": [[0,0,0], [1,0,0], [5,5,0]]},
+constexpr const char* beads = R"({"tanor_scene": 1, "points": {"positions": [[0,0,0], [1,0,0], [5,5,0]], "masses": [0, 1, 1]},
   "supports": [{"name": "hook", "points": [0]}], "forces": [{"kind": "gravity", "acceleration": [0,0,-9.81]}],
   "constraints": [{"name": "rod", "kind": "rod", "pairs": [[0,1]]},
                   {"name": "floor", "kind": "plane", "points": [2], "normal": [0,0,1]}], "motion": {"t_end": 0.1}, )";
@@ -26,6 +26,12 @@ const Asked asked[] = {
     {R"json("observe": ["tension(rdo)"])json", "no constraints or forces are named 'rdo' (did you mean rod?)"},
     {R"json("events": [{"when": "t > 0.1", "do": "break", "of": "floor[0]"}])json",
      "/events/0/do: 'floor[0]' is a plane and does not break"},
+    {R"json("events": [{"when": "t > 0.1", "do": "release", "of": "flor[0]"}])json",
+     "/events/0/of: no constraints or supports or forces are named 'flor' (did you mean floor?)"},
+    {R"json("events": [{"when": "t > 0.1", "do": "stop", "of": "rod[0]"}])json",
+     "/events/0/of: belongs to events that break or release something"},
+    {R"json("events": [{"when": "t > 0.1", "do": "release", "of": "hook"}])json",
+     "point 0 is a support without mass and cannot be let go"},
     {R"json("events": [{"when": "any tension(rdo) > 20", "do": "stop"}])json", "/events/0/when: formula"},
 };
 

@@ -52,6 +52,7 @@ TEST_P(Conditions, ARodBreaksAtItsTensionAndItsPointFliesOn) {
   EXPECT_EQ(simulation.multipliers()[0], 0.0);
   EXPECT_TRUE(simulation.rank().dependences.empty());
   EXPECT_NEAR(simulation.observe()[0].largest[0].value, 39.24, 1e-6);
+  EXPECT_NEAR(simulation.observe()[0].least[0].value, 0.0, 1e-9) << "it was so at the start, before the break";
   EXPECT_TRUE(simulation.certify().passed()) << simulation.certify().line();
   EXPECT_NEAR(simulation.report().energy.drift_relative(), 0.0, 1e-8);
 }
@@ -115,7 +116,8 @@ TEST(ConditionsOnGroups, AGroupThatLetGoOfAMemberHasTheForceOfTheRest) {
   system.add_gravity({0.0, 0.0, -10.0});
   Simulation simulation(system);
   simulation.add_event({.when = "t > 0.1", .action = EventAction::Release, .of = "floor[0]"});
-  for (const char* text : {"force(floor).z", "moment(floor, y)", "multiplier(floor)"})
+  for (const char* text :
+       {"force(floor).z", "moment(floor, y)", "multiplier(floor)", "force(floor[1]).z", "sum multiplier(floor)"})
     simulation.add_observable({.text = text});
   const auto values = [&](std::size_t k) { return simulation.observe()[k].values; };
   EXPECT_NEAR(values(0)[0], 30.0, 1e-12);
@@ -125,6 +127,8 @@ TEST(ConditionsOnGroups, AGroupThatLetGoOfAMemberHasTheForceOfTheRest) {
   EXPECT_NEAR(values(1)[0], -20.0, 1e-12);
   EXPECT_TRUE(std::isnan(values(2)[0]));
   EXPECT_NEAR(values(2)[1], 20.0, 1e-12);
+  EXPECT_NEAR(values(3)[0], 20.0, 1e-12);
+  EXPECT_NEAR(values(4)[0], 20.0, 1e-12);
 }
 
 TEST(ConditionsOnGroups, ASpringThatBreaksTellsItsEnergy) {
@@ -281,6 +285,128 @@ TEST(ConditionsOnGroups, ASupportThatWasLetGoCountsForTheTemperature) {
     ASSERT_TRUE(outcome.ok()) << outcome.what;
     EXPECT_NEAR(simulation.observe()[0].values[0], 0.8, 1e-9);
   }
+}
+
+/// An entry of which one point has gone lets go of the other one, and what has gone with its entry does not go again.
+TEST(ConditionsOnGroups, AnEntryAndItsMembersGoOnce) {
+  const auto run = [](const char* first, const char* second) {
+    System system;
+    system.add_point({.position = {0.0, 0.0, 0.0}, .mass = 1.0});
+    system.add_point({.position = {1.0, 0.0, 0.0}, .mass = 1.0});
+    system.supports.push_back({.name = "hooks", .points = {0, 1}});
+    system.add_gravity({0.0, 0.0, -fall});
+    Simulation simulation(system);
+    simulation.add_event({.when = "t > 0.1", .action = EventAction::Release, .of = first});
+    simulation.add_event({.when = "t > 0.2", .action = EventAction::Release, .of = second});
+    const Outcome outcome = simulation.advance_to(0.4);
+    EXPECT_TRUE(outcome.ok()) << outcome.what;
+    return std::pair(simulation.passages().size(), simulation.positions()[5]);
+  };
+  const auto [both, other] = run("hooks[0]", "hooks");
+  EXPECT_EQ(both, 2u);
+  EXPECT_NEAR(other, -0.5 * fall * 0.04, 1e-9);
+  const auto [once, same] = run("hooks", "hooks[1]");
+  EXPECT_EQ(once, 1u);
+  EXPECT_NEAR(same, -0.5 * fall * 0.09, 1e-9);
+}
+
+/// "20 < any tension(rod)" is "any tension(rod) > 20", and speaks of the same rod.
+TEST(ConditionsOnGroups, TheNumberMayStandFirst) {
+  for (const char* when : {"39.24 < any tension(rod)", "any tension(rod) > 39.24", "39.24 < tension(rod)",
+                           "any tension(rod) > 2*19.62 + 0*t", "2*19.62 + 0*t < any tension(rod)"}) {
+    Simulation simulation(make_pendulum(), {.method = Method::Dop853, .rtol = 1e-11});
+    simulation.add_event({.when = when, .action = EventAction::Break});
+    ASSERT_TRUE(simulation.advance_to(0.6).ok());
+    ASSERT_EQ(simulation.passages().size(), 1u) << when;
+    EXPECT_EQ(simulation.passages()[0].member, "rod[0]");
+    const double speed = std::sqrt(2.0 * fall * 2.0 / 3.0);
+    EXPECT_NEAR(std::hypot(simulation.velocities()[3],
+                           simulation.velocities()[5] + fall * (0.6 - simulation.passages()[0].time)),
+                speed, 1e-8);
+  }
+}
+
+/// Three bonds of 10, 20 and 30 N/m are stretched by 0.2. Those that pull too much break at once, one after the other,
+/// and the others keep their own numbers, whichever went.
+TEST(ConditionsOnGroups, MembersBreakOneAfterTheOtherAndTheOthersStay) {
+  System system;
+  Bonds bonds{.name = "bonds", .stiffness = std::vector{10.0, 20.0, 30.0}, .rest_length = std::vector{1.0, 1.0, 1.0}};
+  const Point wall = system.add_support({0.0, 0.0, 0.0});
+  for (const Vector3& place : {Vector3{1.2, 0, 0}, Vector3{0, 1.2, 0}, Vector3{0, 0, 1.2}})
+    bonds.pairs.push_back({wall.index, system.add_point({.position = place, .mass = 1.0}).index});
+  system.forces.push_back(bonds);
+  const auto run = [&](const std::vector<Event>& events) {
+    Simulation simulation(system);
+    for (const Event& event : events) simulation.add_event(event);
+    const Outcome outcome = simulation.advance_to(1e-3);
+    EXPECT_TRUE(outcome.ok()) << outcome.what;
+    std::array<double, 3> pulls{};  // by what is left
+    for (std::size_t k = 0; k < 3; ++k) pulls[k] = -simulation.accelerations()[3 * (k + 1) + k];
+    return std::pair(std::vector(simulation.passages().begin(), simulation.passages().end()), pulls);
+  };
+  const auto [two, left] = run({{.when = "any tension(bonds) > 3", .action = EventAction::Break}});
+  ASSERT_EQ(two.size(), 2u);
+  EXPECT_EQ(two[0].member, "bonds[2]");
+  EXPECT_NEAR(two[0].energy_lost, 0.6, 1e-12);
+  EXPECT_EQ(two[1].member, "bonds[1]");
+  EXPECT_NEAR(two[1].energy_lost, 0.4, 1e-12);
+  EXPECT_NEAR(left[0], 2.0, 1e-3);
+  EXPECT_EQ(left[1] + left[2], 0.0);
+  const auto [named, last] = run({{.when = "t > -1", .action = EventAction::Break, .of = "bonds[0]"},
+                                  {.when = "t > -1", .action = EventAction::Break, .of = "bonds[1]"}});
+  EXPECT_EQ(named.size(), 2u);
+  EXPECT_EQ(last[0] + last[1], 0.0);
+  EXPECT_NEAR(last[2], 6.0, 1e-2);
+  const auto [all, none] = run({{.when = "any tension(bonds) > 1", .action = EventAction::Break}});
+  EXPECT_EQ(all.size(), 3u);
+  EXPECT_EQ(none[0] + none[1] + none[2], 0.0);
+}
+
+/// A report at the instant of a break is told once, whatever rounding makes of it there.
+TEST(ConditionsOnGroups, AReportAtTheInstantOfABreakIsToldOnce) {
+  System system;
+  const Point wall = system.add_support({0.0, 0.0, 0.0});
+  const Point block = system.add_point({.position = {1.0, 0.0, 0.0}, .velocity = {2.0, 0.0, 0.0}, .mass = 1.0});
+  system.forces.push_back(
+      Springs{.name = "spring", .pairs = {{wall.index, block.index}}, .stiffness = 16.0, .rest_length = 1.0});
+  for (int k = 1; k <= 20; ++k) {
+    const std::string when = "position(1).x > 1 + 0.02*" + std::to_string(k);
+    Simulation simulation(system, {.method = Method::Dop853, .rtol = 1e-12});
+    simulation.add_event({.name = "there", .when = when});
+    simulation.add_event({.when = when, .action = EventAction::Break, .of = "spring[0]"});
+    ASSERT_TRUE(simulation.advance_to(1.0).ok());
+    EXPECT_EQ(simulation.passages().size(), 2u) << k;
+  }
+}
+
+/// A rod whose length changes with time is no longer asked for it.
+TEST(ConditionsOnGroups, ARodThatGrowsBreaks) {
+  System system = make_pendulum();
+  std::get<Rods>(system.constraints[0]).length = ScalarFunction::formula("1 + 0.5*t");
+  Simulation simulation(system, {.method = Method::Dop853, .rtol = 1e-10, .start = StartMode::Project});
+  simulation.add_event({.when = "t > 0.2", .action = EventAction::Break, .of = "rod[0]"});
+  const Outcome outcome = simulation.advance_to(0.5);
+  ASSERT_TRUE(outcome.ok()) << outcome.what;
+  EXPECT_EQ(simulation.accelerations()[5], -fall);
+  EXPECT_TRUE(simulation.certify().passed()) << simulation.certify().line();
+}
+
+/// A condition on a tension that nothing determines is never known to be true.
+TEST(ConditionsOnGroups, ForcesThatPrestressLeavesOpenMeetNoCondition) {
+  System system;
+  RodGroup rods = system.add_rods("links");
+  const Point left = system.add_support({0.0, 0.0, 0.0}), right = system.add_support({2.0, 0.0, 0.0});
+  const Point middle = system.add_point({.position = {1.0, 0.0, 0.0}, .mass = 1.0});
+  rods.join(left, middle);
+  rods.join(middle, right);
+  system.add_point({.position = {5.0, 0.0, 0.0}, .mass = 1.0});
+  system.add_gravity({1.0, 0.0, -10.0});
+  Simulation simulation(system);
+  simulation.add_event({.name = "open", .when = "max tension(links) > t - 1"});
+  const Outcome outcome = simulation.advance_to(0.5);
+  EXPECT_FALSE(outcome.ok());
+  EXPECT_NE(outcome.what.find("\"open\" is not finite at t = 0"), std::string::npos) << outcome.what;
+  EXPECT_TRUE(simulation.passages().empty());
 }
 
 TEST(ConditionsOnGroups, PointsThatWereFreeBeforeAreNotNamed) {

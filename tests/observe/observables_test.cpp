@@ -7,6 +7,7 @@
 #include <tanor/motion.hpp>
 
 #include "errors.hpp"
+#include "scenes.hpp"
 
 namespace tanor {
 namespace {
@@ -176,15 +177,47 @@ TEST(Observables, PressureOfDumbbellsIsThatOfADoubleLoop) {
   EXPECT_NEAR(find(found, "temperature()").values[0], 2.0 * kinetic / (3.0 * 18.0 - 9.0 - 3.0), 1e-13);
 }
 
-/// The tension of a pendulum follows from its state, T = m (v^2 - g z)/L, also at steps of methods that leave no forces
-/// behind.
-TEST(Observables, TensionsAtEveryStepAreThoseOfTheState) {
-  for (const Method method : {Method::Rattle, Method::Rk4, Method::Dopri5, Method::Taylor}) {
+/// A rod that turns has the same virial where it joins an image of its second point.
+TEST(Observables, VirialOfARodThroughAFaceIsThatOfTheWholeMolecule) {
+  const double edge = 4.0;
+  std::vector<std::vector<double>> found;
+  for (const double shift : {0.0, edge}) {
+    System system;
+    system.cell = Cell{.xx = edge, .yy = edge, .zz = edge};
+    system.units = units_from_name("lj");
+    system.add_point({.position = {0.1, 1.0, 1.0}, .velocity = {0.0, 1.0, 0.0}});
+    system.add_point({.position = {-0.4 + shift, 1.0, 1.2}, .velocity = {0.0, -1.0, 0.0}});
+    system.constraints.push_back(Rods{.name = "rods", .pairs = {{0, 1}}, .offsets = {{-shift, 0.0, 0.0}}});
+    Simulation simulation(system, {.rtol = 1e-10});
+    for (const char* text : {"virial()", "pressure()"}) simulation.add_observable({.text = text});
+    simulation.observe();
+    found.push_back(simulation.observe()[0].values);
+    found.back().push_back(simulation.observe()[1].values[0]);
+  }
+  EXPECT_NEAR(found[0][0], -2.0 * 0.25 / 0.29, 1e-12);  // -T x^2/L with T/L = 2 v^2/L^2
+  for (std::size_t k = 0; k < found[0].size(); ++k) EXPECT_NEAR(found[0][k], found[1][k], 1e-12) << k;
+}
+
+/// The tension of a pendulum follows from its state, T = m v^2/L + F.r/L, also at steps of methods that leave no forces
+/// behind, or those before the constraints alone. A spring to (1, 3, 0) makes them differ from place to place.
+class ObservablesAtSteps : public testing::TestWithParam<std::tuple<Method, double>> {};
+INSTANTIATE_TEST_SUITE_P(Methods, ObservablesAtSteps,
+                         testing::Combine(testing::Values(Method::Rattle, Method::Rattle4, Method::Rk4, Method::Dopri5,
+                                                          Method::Taylor),
+                                          testing::Values(0.0, 5.0)));
+
+TEST_P(ObservablesAtSteps, TensionsAreThoseOfTheState) {
+  {
+    const auto [method, stiffness] = GetParam();
     System system;
     const Point hook = system.add_support({0.0, 0.0, 0.0}),
-                bob = system.add_point({.position = {1.0, 0.0, 0.0}, .mass = 2.0});
+                bob = system.add_point({.position = {1.0, 0.0, 0.0}, .mass = 2.0}),
+                wall = system.add_support({1.0, 3.0, 0.0});
     system.add_rods("rod").join(hook, bob);
     system.add_gravity({0.0, 0.0, -of_earth});
+    if (stiffness > 0.0)
+      system.forces.push_back(
+          Springs{.name = "spring", .pairs = {{bob.index, wall.index}}, .stiffness = stiffness, .rest_length = 1.0});
     Simulation simulation(system, {.method = method, .step = has_fixed_steps(method) ? 1e-2 : 0.0});
     simulation.add_observable({.text = "max tension(rod)", .every_step = true});
     simulation.add_observable({.text = "tension(rod)"});
@@ -192,18 +225,88 @@ TEST(Observables, TensionsAtEveryStepAreThoseOfTheState) {
 
     const Outcome outcome = simulation.advance_to(1.0, [&](const MotionReport&) {
       const Solution at = simulation.solution();
-      const double* const v = at.velocities.data() + 3;
-      const double tension = 2.0 * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2] - of_earth * at.positions[5]);
+      const double *const v = at.velocities.data() + 3, *const r = at.positions.data() + 3;
+      const double length = std::hypot(1.0 - r[0], 3.0 - r[1], r[2]);
+      const double outwards = (1.0 - r[0]) * r[0] + (3.0 - r[1]) * r[1] - r[2] * r[2];
+      const double tension = 2.0 * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2] - of_earth * r[2]) +
+                             stiffness * (length - 1.0) / length * outwards;
       largest = std::max(largest, tension);
       worst = std::max(worst, std::abs(simulation.observe(false)[1].values[0] - tension));
       return true;
     });
 
     ASSERT_TRUE(outcome.ok()) << outcome.what;
-    EXPECT_GT(largest, 50.0) << name_of(method);  // 6 g = 58.86 N at the bottom
+    EXPECT_GT(largest, 40.0) << name_of(method);  // 6 g = 58.86 N at the bottom without the spring
     EXPECT_LT(worst, 1e-10) << name_of(method);
     EXPECT_NEAR(simulation.observe(false)[0].largest[0].value, largest, 1e-10) << name_of(method);
   }
+}
+
+/// Steps of `rattle` end with K, its factor and the forces, so that tensions at every step evaluate no force anew.
+TEST(Observables, TensionsAtStepsOfRattleEvaluateNoForces) {
+  const auto count_evaluations = [](bool observes) {
+    std::size_t evaluations = 0;
+    PotentialKernel weight{.num_points = 1, .thread_safe = false, .depends_on_time = false};
+    weight.context = std::shared_ptr<void>(&evaluations, [](void*) {});
+    weight.evaluate = [](const void* context, const PotentialBatch& batch) {
+      for (std::size_t k = 0; k < batch.count; ++k) batch.energy[k] = of_earth * batch.r[3 * k + 2];
+      if (batch.hessian != nullptr) std::fill_n(batch.hessian, 9 * batch.count, 0.0);
+      if (batch.gradient == nullptr) return;
+      ++*static_cast<std::size_t*>(const_cast<void*>(context));
+      for (std::size_t k = 0; k < 3 * batch.count; ++k) batch.gradient[k] = k % 3 == 2 ? of_earth : 0.0;
+    };
+    System system;
+    const Point hook = system.add_support({0.0, 0.0, 0.0}), bob = system.add_point({.position = {1.0, 0.0, 0.0}});
+    system.add_rods("rod").join(hook, bob);
+    system.forces.push_back(Potential{.name = "weight", .points = {{bob.index}}, .kernel = weight});
+    Simulation simulation(system, {.method = Method::Rattle, .step = 1e-2});
+    if (observes) simulation.add_observable({.text = "tension(rod)", .every_step = true});
+    EXPECT_TRUE(simulation.advance_to(0.5).ok());
+    return evaluations;
+  };
+  const std::size_t plain = count_evaluations(false);
+  EXPECT_GE(plain, 50u);
+  EXPECT_EQ(count_evaluations(true), plain);
+}
+
+/// Numbers that were told are compared with a second evaluation, also where numbers cancel: of two hooks that carry the
+/// same, of forces across the plane of a motion, of an energy of 0.
+TEST(Observables, ACertificateSeesEachNumberThatIsWrong) {
+  System system = scenes::make_melt(4);
+  const double edge = 4.0 * scenes::spacing;
+  system.cell = Cell{.xx = edge, .yy = edge, .zz = edge};
+  PairForces& pairs = std::get<PairForces>(system.forces[0]);
+  for (Index point = 0; point < 64; ++point) pairs.points.push_back(point);
+  const Point left = system.add_support({50.0, 0.0, 0.0}, {}, "left");
+  const Point bob = system.add_point({.position = {51.0, 0.0, -1.0}, .mass = 2.0});
+  const Point right = system.add_support({52.0, 0.0, 0.0}, {}, "right");
+  RodGroup links = system.add_rods("links");
+  links.join(left, bob);
+  links.join(bob, right);
+  system.forces.push_back(ConstantForce{"weight", {bob.index}, Vector3{0.0, 0.0, -20.0}});
+  Simulation simulation(system, {.method = Method::Dop853, .rtol = 1e-9, .start = StartMode::Project});
+  for (const char* text : {"each tension(rods)", "max tension(links)", "load(left)", "load(left).z - load(right).z",
+                           "load(right).y", "moment(links, y, [1, 2, 3])", "temperature()", "pressure()", "virial()",
+                           "energy()", "2*kinetic() - potential()", "acceleration(3)", "distance(0, 1)"})
+    simulation.add_observable({.text = text});
+  ASSERT_TRUE(simulation.advance_to(0.02).ok()) << simulation.outcome().what;
+  const std::span<const Observed> found = simulation.observe();
+  ASSERT_TRUE(simulation.certify().passed()) << simulation.certify().line();
+  for (const Observed& each : found) {
+    std::vector<double>& values = const_cast<Observed&>(each).values;
+    double size = 0.0;
+    for (const double value : values) size = std::max(size, std::abs(value));
+    const double right_one = std::exchange(values.back(), values.back() + 1e-4 * std::max(size, 1.0));
+    const Certificate certificate = simulation.certify();
+    EXPECT_FALSE(certificate.passed()) << each.name;
+    EXPECT_EQ(certificate.checks.back().where, each.name);
+    values.back() = right_one;
+  }
+  ASSERT_TRUE(simulation.certify().passed());
+  // Energies that the motion has kept wrongly show in all that is made of them.
+  const_cast<MotionReport&>(simulation.report()).energy.kinetic *= 1.0 + 1e-6;
+  simulation.observe();
+  EXPECT_FALSE(simulation.certify().passed());
 }
 
 TEST(Observables, BadTextsAreRefusedWithTheirPlace) {

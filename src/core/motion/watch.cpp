@@ -37,6 +37,10 @@ void Watch::begin(double t) {
   std::erase_if(passages_, [t](const Passage& passage) { return passage.time > t; });
 }
 
+void Watch::note_passed(std::size_t k, bool rises) {
+  signs_[k] = rises ? at_zero : -at_zero;
+}
+
 std::string Watch::name_of(std::size_t k) const {
   const std::string& name = functions_[k].name;
   return "event " + (name.empty() ? text(k) : "\"" + name + "\"");

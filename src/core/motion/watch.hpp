@@ -34,6 +34,8 @@ class Watch {
 
   /// Begins at t, which need not be where the last step ended. Later passages are forgotten.
   void begin(double t);
+  /// Notes that a function passed where the motion begins, so that it does not pass there again by rounding.
+  void note_passed(std::size_t k, bool rises);
 
   /// Looks for passages in a good step. The time of the first one that stops is written to `stop` (infinite if none
   /// stops). It lies behind the beginning of the step, so that a step can end there. The mechanics is at `to` again

@@ -94,6 +94,7 @@ void Simulation::Implementation::restore(std::unique_ptr<Implementation>* at, st
     *at = std::move(other);
   }
   (*at)->restore(snapshot);
+  (*at)->keep_signs();
 }
 
 namespace {
@@ -126,7 +127,7 @@ Outcome Simulation::Implementation::check_rest() const {
 Outcome Simulation::Implementation::take_out(std::unique_ptr<Implementation>* at, const Thing& thing,
                                              std::size_t number) {
   Implementation& before = **at;
-  if (std::ranges::count(before.taken, thing) > 0) return before.outcome;  // two events name it
+  if (Things(before.system(), before.taken).is_absent(thing)) return before.outcome;  // two events name it
   const Energy energy_before = before.form.energy(before.state.t, before.state.x.data(), before.state.v.data());
   const std::vector<std::byte> progress = before.save_progress();
   std::vector<double> r = before.now.positions, v = before.now.velocities;
@@ -142,7 +143,7 @@ Outcome Simulation::Implementation::take_out(std::unique_ptr<Implementation>* at
   after->restore_progress(progress, r, v);
   after->continue_from(before);
 
-  // The energy that was held is lost: it counts as work, so that the drift remains that of the method.
+  // The change of energy counts as work, so that the drift remains that of the method.
   const Energy energy = after->form.energy(after->state.t, after->state.x.data(), after->state.v.data());
   constexpr double rounding = 1e-12;
   EnergyReport& report = after->report.energy;
@@ -157,7 +158,8 @@ Outcome Simulation::Implementation::take_out(std::unique_ptr<Implementation>* at
   const std::vector<char> was_free = before.find_free_points();
   for (std::size_t i = 0; i < was_free.size(); ++i) is_free[i] = is_free[i] != 0 && was_free[i] == 0 ? 1 : 0;
   Passage& passage = after->passages[number];
-  passage.energy_lost = lost;
+  // The energy with which a support begins to move comes from outside.
+  if (thing.list == Thing::List::Forces) passage.energy_lost = lost;
   if (passage.rest = name_points(is_free); !passage.rest.empty()) passage.rest += " without constraints";
   after->outcome = after->check_rest();
   *at = std::move(after);

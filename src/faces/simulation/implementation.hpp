@@ -30,7 +30,7 @@ struct Simulation::Implementation final : SimulatedMotion {
   std::size_t add_event(const Event& event);
   std::span<const Passage> list_passages();
   void collect_passages() override { list_passages(); }
-  bool has_taken_its_thing(const Event& event) const;
+  bool has_taken_its_thing(std::size_t event) const;
   /// Notes conditions that have become true at the present state. Returns what they ask for.
   struct Acts {
     std::vector<std::pair<Thing, std::size_t>> taken{};  // with the number of its passage
@@ -49,6 +49,7 @@ struct Simulation::Implementation final : SimulatedMotion {
   static std::unique_ptr<Implementation> make_without(const Implementation& of, std::vector<Thing> things);
   /// Takes over requests, passages and extremes from a simulation of the same system with other things taken out.
   void continue_from(const Implementation& before);
+  void keep_signs();
   /// Returns the points that no constraint joins, [point].
   std::vector<char> find_free_points() const;
   using SimulatedMotion::restore;

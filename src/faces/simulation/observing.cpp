@@ -11,6 +11,17 @@ namespace {
 
 using Which = Observables::Which;
 
+/// Marks what a solve has not found.
+void forget_forces(Solution* at) {
+  for (const auto array :
+       {&Solution::accelerations, &Solution::multipliers, &Solution::reactions, &Solution::support_forces})
+    std::ranges::fill(at->*array, std::numeric_limits<double>::quiet_NaN());
+}
+
+bool takes(const Event& event) {
+  return event.action == EventAction::Break || event.action == EventAction::Release;
+}
+
 /// Returns what an event takes out, from `of` or from the member of which its condition speaks. Throws InputError if
 /// that is nothing, or nothing that breaks or can be let go.
 std::optional<Thing> find_what_goes(const Things& things, const Event& event, const Condition& condition) {
@@ -58,8 +69,7 @@ std::optional<Thing> find_what_goes(const Things& things, const Event& event, co
 std::unique_ptr<Condition> read_condition(const Things& things, const Event& event) {
   auto condition = std::make_unique<Condition>(things, event.when, event.parameters);
   check_enum(event.action, EventAction::Release, "/event/action");
-  const bool takes = event.action == EventAction::Break || event.action == EventAction::Release;
-  if (takes) {
+  if (takes(event)) {
     const std::vector<Thing> taken{*find_what_goes(things, event, *condition)};
     (void)without(things.system(), taken);
   }
@@ -140,7 +150,7 @@ void Simulation::Implementation::look_on_the_way(Needs needs) {
   const Parts parts = needs.forces || needs.places || !needs.multipliers ? Parts::All : Parts::Multipliers;
   if ((needs.forces || needs.multipliers) && !integration.knows_acceleration()) {
     solve_on_the_way(parts, &seen.at);
-    if (!seen.at.outcome.ok()) std::ranges::fill(seen.at.multipliers, std::numeric_limits<double>::quiet_NaN());
+    if (!seen.at.outcome.ok()) forget_forces(&seen.at);
     return;
   }
   if (needs_points(parts)) write_points();
@@ -172,42 +182,66 @@ ObservedInstant Simulation::Implementation::look_inside(double t, const double* 
       model.numbering.scatter_points(tau, seen.friction);
     }
     if (at.outcome.ok()) at.outcome = write_solution(here, found, Parts::All, &at);
-    if (!at.outcome.ok()) std::ranges::fill(at.multipliers, std::numeric_limits<double>::quiet_NaN());
+    if (!at.outcome.ok()) forget_forces(&at);
   } else {
     form.write_points(here, state.a.data(), state.reactions, points.r.data(), points.v.data(), points.w.data());
     model.numbering.scatter_points(points.r, at.positions);
     model.numbering.scatter_points(points.v, at.velocities);
   }
   if (needs.energy) energy = form.energy(t, x, x_dot);
-  return describe(at, t, energy);
+  return describe(needs.solves() ? without_unknown(at) : at, t, energy);
 }
 
-/// Evaluates the observables once more, with the reactions that the certificate has found anew.
+/// Compares the numbers that were told with those of texts that are read anew, from the reactions that the certificate
+/// has found anew and from energies of the system alone.
 void Simulation::Implementation::verify_observables(const Reactions& anew, std::span<const double> friction,
                                                     Certificate* certificate) {
   if (observables == nullptr || certificate->checks.empty()) return;  // nothing moves
-  const std::vector<std::vector<double>> first = observables->evaluate(look_at(observables->needs(Which::All)));
+  const Needs needs = observables->needs(Which::All);
+  if (observables->time() != state.t) observables->take(look_at(needs), Which::All, false);
   if (seen.at.positions.empty()) seen.at = make_solution(model.system, now.coordinates.size());
   if (!write_solution(anew, &seen.at).ok()) return;
+  seen.at.time = state.t;
   seen.friction.resize(friction.size());
   model.numbering.scatter_points(friction, seen.friction);
-  const Energy energy = form.energy(state.t, state.x.data(), state.v.data());
-  const std::vector<std::vector<double>> second =
-      observables->evaluate(describe(without_unknown(seen.at), state.t, energy));
+  Observables second(system(), taken), nudged(system(), taken);
+  second.add(*observables);
+  nudged.add(*observables);
+  Solution known = without_unknown(seen.at);
+  ObservedInstant at = describe(known, state.t, {});
+  if (needs.energy) find_energies(model.system, seen.at, &at);
+  second.take(at, Which::All);
+  // Numbers that cancel are measured by their change where what they are found from changes a little.
+  constexpr double little = 1e-9;
+  const auto nudge = [](std::span<double> numbers) {
+    double size = 0.0;
+    for (const double each : numbers) size = std::max(size, std::isnan(each) ? 0.0 : std::abs(each));
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+      numbers[i] += little * size * std::cos(2.3 * static_cast<double>(i));
+  };
+  for (std::vector<double>* const array :
+       {&known.accelerations, &known.multipliers, &known.reactions, &known.support_forces, &seen.friction})
+    nudge(*array);
+  double fall = 0.0;  // the energy of the largest forces along the scene
+  for (const double each : work.f) fall += std::abs(each) * model.scene_size;
+  at.kinetic += little * at.kinetic;
+  at.potential -= little * (std::abs(at.potential) + fall);
+  nudged.take(at, Which::All);
   constexpr const char* what = "second evaluation of the observables";
   CertificateCheck check{.identity = what, .words = what};
-  const std::span<const Observed> found = observables->found();
-  for (std::size_t k = 0; k < first.size(); ++k) {
+  for (std::size_t k = 0; k < second.found().size(); ++k) {
+    const Observed &first = observables->found()[k], &other = second.found()[k];
     double size = 0.0, difference = 0.0;
-    for (const Extreme* const extreme : {found[k].least.data(), found[k].largest.data()})
-      if (std::isfinite(extreme->value)) size = std::max(size, std::abs(extreme->value));
-    for (std::size_t i = 0; i < first[k].size(); ++i) {
-      if (std::isnan(first[k][i]) && std::isnan(second[k][i])) continue;  // what was taken out has no number
-      size = std::max(size, std::abs(second[k][i]));
-      difference = std::max(difference, std::abs(first[k][i] - second[k][i]));
+    for (std::size_t i = 0; i < first.values.size(); ++i) {
+      const double value = other.values[i];
+      const bool are_none = std::isnan(first.values[i]) && std::isnan(value);  // of what was taken out
+      if (are_none || first.values[i] == value) continue;
+      size = std::max({size, std::abs(value), std::abs(nudged.found()[k].values[i] - value) / little});
+      difference = larger(difference, std::abs(first.values[i] - value));
     }
-    const double error = size > 0.0 ? difference / size : 0.0;
-    if (!(error <= check.error)) check = {what, error, 0.0, found[k].name, what};
+    double error = difference == 0.0 ? 0.0 : difference / size;
+    if (std::isnan(error)) error = std::numeric_limits<double>::infinity();
+    if (error >= check.error) check = {what, error, 0.0, first.name, what};
   }
   // Forces from two solves differ by the rounding of S.
   constexpr double digits = 1e3 * std::numeric_limits<double>::epsilon();
@@ -225,6 +259,7 @@ std::size_t Simulation::Implementation::add_event(const Event& event) {
   if (event.when.empty()) {
     if (!event.value) throw InputError("/event", "\"" + event.name + "\" has no function");
     conditions.push_back(nullptr);
+    events.push_back(event);
     function.value = [this, value = event.value, at_r = std::vector<double>(points.r.size()),
                       at_v = std::vector<double>(points.v.size()),
                       size = 3 * system().num_points()](double t, const double* x, const double* x_dot) mutable {
@@ -237,14 +272,15 @@ std::size_t Simulation::Implementation::add_event(const Event& event) {
   } else {
     if (event.value) throw InputError("/event", "\"" + event.name + "\" has both a function and a condition");
     if (!part.is_whole()) throw InputError("/event", "conditions need the whole system on one rank");
-    if (forms.is_tangent() && (event.action == EventAction::Break || event.action == EventAction::Release))
+    if (forms.is_tangent() && takes(event))
       throw InputError("/event", "what coordinates place cannot be taken out; take solver.form normal");
     conditions.push_back(read_condition(Things(system(), taken), event));
+    events.push_back(event);
     const Condition* const condition = conditions.back().get();
     const Needs needs = condition->needs();
     constexpr double never = -1.0;
-    const bool is_done = has_taken_its_thing(event);
-    function.value = [this, condition, needs, is_done](double t, const double* x, const double* x_dot) {
+    function.value = [this, condition, needs, is_done = has_taken_its_thing(number)](double t, const double* x,
+                                                                                     const double* x_dot) {
       return is_done ? never : condition->value(look_inside(t, x, x_dot, needs));
     };
     function.direction = Event::Direction::Rising;
@@ -253,18 +289,15 @@ std::size_t Simulation::Implementation::add_event(const Event& event) {
     if (function.name.empty()) function.name = event.when;
   }
   integration.watch().add(std::move(function));
-  events.push_back(event);
   truths.emplace_back();
   return number;
 }
 
 /// Returns true if what the event names is taken out.
-bool Simulation::Implementation::has_taken_its_thing(const Event& event) const {
-  if (event.of.empty()) return false;
+bool Simulation::Implementation::has_taken_its_thing(std::size_t event) const {
+  if (events[event].of.empty() || !takes(events[event])) return false;
   const Things things(system(), taken);
-  return std::ranges::any_of(taken, [&](const Thing& thing) {
-    return things.name(thing) == event.of || things.name({thing.list, thing.index}) == event.of;
-  });
+  return things.is_absent(*find_what_goes(things, events[event], *conditions[event]));
 }
 
 std::span<const Passage> Simulation::Implementation::list_passages() {
@@ -292,7 +325,7 @@ Simulation::Implementation::Acts Simulation::Implementation::act() {
     }
     const Condition& condition = *conditions[number];
     Truth& truth = truths[number];
-    if (has_taken_its_thing(event)) continue;
+    if (has_taken_its_thing(number)) continue;
     const double value = condition.value(look_at(condition.needs()));
     if (has_passed[number] == 0) {
       // At the instant of a passage the value is rounding.
@@ -307,7 +340,7 @@ Simulation::Implementation::Acts Simulation::Implementation::act() {
     const Things things(system(), taken);
     if (const std::optional<Thing> thing = condition.thing()) passage.member = things.name(*thing);
     acts.stops = acts.stops || event.action == EventAction::Stop;
-    if (event.action != EventAction::Break && event.action != EventAction::Release) continue;
+    if (!takes(event)) continue;
     const Thing goes = *find_what_goes(things, event, condition);
     passage.member = things.name(goes);
     acts.taken.emplace_back(goes, static_cast<std::size_t>(&passage - passages.data()));
@@ -326,10 +359,18 @@ std::vector<char> Simulation::Implementation::find_free_points() const {
   return is_free;
 }
 
+/// Tells the search for passages which ones were at the present state.
+void Simulation::Implementation::keep_signs() {
+  for (const Passage& passage : passages)
+    if (passage.time == state.t && (conditions[passage.event] == nullptr || truths[passage.event].is_true))
+      integration.watch().note_passed(passage.event, passage.rises);
+}
+
 void Simulation::Implementation::continue_from(const Implementation& before) {
   passages = before.passages;
   for (const Event& event : before.events) add_event(event);
   truths = before.truths;
+  keep_signs();
   if (before.observables == nullptr) return;
   observables = std::make_unique<Observables>(system(), taken);
   observables->add(*before.observables);

@@ -131,8 +131,13 @@ void Things::require_forces(const Arguments& arguments) const {
                                        " needs each of the forces, and a host gives their sum on each point alone"};
 }
 
-bool Things::is_absent(const Thing& member) const {
-  return std::ranges::count(absent_, member) > 0;
+bool Things::is_absent(const Thing& thing) const {
+  if (absent_.empty()) return false;
+  const auto has = [&](const Thing& each) { return std::ranges::count(absent_, each) > 0; };
+  if (has(thing) || has({thing.list, thing.index})) return true;
+  for (std::size_t k = 0; !thing.member && k < num_members(thing); ++k)
+    if (!has({thing.list, thing.index, k})) return false;
+  return !thing.member;
 }
 
 std::size_t Things::num_members(const Thing& thing) const {

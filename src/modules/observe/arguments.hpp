@@ -85,7 +85,8 @@ class Things {
   /// Returns the name of a point: of its entry of supports, or "point 7".
   std::string name_point(Index point) const;
   std::size_t num_members(const Thing& thing) const;
-  bool is_absent(const Thing& member) const;
+  /// Returns true if a member was taken out, by itself or with its entry, or all members of an entry.
+  bool is_absent(const Thing& thing) const;
   /// Returns the numbers that the members of a thing have in names; empty if these are 0, 1, 2, …
   std::span<const std::size_t> numbers(const Thing& thing) const;
   /// Throws TextFault if the quantity needs to know each force, and a host gives their sums.

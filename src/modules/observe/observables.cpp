@@ -74,37 +74,42 @@ Needs Observables::needs(Which which) const {
   return needs;
 }
 
-std::vector<std::vector<double>> Observables::evaluate(const ObservedInstant& at) const {
-  std::vector<std::vector<double>> numbers;
-  for (std::size_t k = 0; k < texts_.size(); ++k) {
-    Observed seen = found_[k];
-    texts_[k].evaluate(at, &seen);
-    numbers.push_back(std::move(seen.values));
-  }
-  return numbers;
-}
-
 bool Observables::has_of_every_step() const {
   return std::ranges::any_of(given_, &Observable::every_step);
 }
 
 void Observables::take(const ObservedInstant& at, Which which, bool counts) {
+  if (which == Which::All) time_ = at.time;
   for (std::size_t k = 0; k < texts_.size(); ++k) {
     if (which == Which::OfEveryStep && !given_[k].every_step) continue;
     Observed& seen = found_[k];
     texts_[k].evaluate(at, &seen);
     if (!counts) continue;
     const std::size_t parts = seen.least.size(), members = seen.values.size() / parts;
-    for (std::size_t k = 0; k < members; ++k) {
-      const std::string& member = seen.members.empty() ? seen.member : seen.members[k];
+    for (std::size_t i = 0; i < members; ++i) {
+      const std::string& member = seen.members.empty() ? seen.member : seen.members[i];
       for (std::size_t p = 0; p < parts; ++p)
-        widen(seen.values[k * parts + p], at.time, member, &seen.least[p], &seen.largest[p]);
+        widen(seen.values[i * parts + p], at.time, member, &seen.least[p], &seen.largest[p]);
     }
   }
 }
 
 void check_observable(const System& system, const Observable& observable) {
   Observables(system).add(observable);
+}
+
+void detail::find_energies(const System& system, const Solution& at, ObservedInstant* energies) {
+  std::vector<double> masses = system.masses, r(at.positions.size());
+  for (const Support& support : system.supports)
+    for (const Index point : support.points) masses[static_cast<std::size_t>(point)] = 0.0;
+  energies->kinetic = 0.0;
+  for (std::size_t k = 0; k < r.size(); ++k)
+    energies->kinetic += 0.5 * masses[k / 3] * at.velocities[k] * at.velocities[k];
+  const Numbering numbering = number(system);
+  Forces forces(system, numbering);
+  numbering.gather_points(at.positions, r);
+  forces.set_time(at.time);
+  energies->potential = forces.potential(Parallel(1), at.time, r.data());
 }
 
 std::vector<Observed> observe(const System& system, std::span<const Observable> wanted, const Solution& at,
@@ -123,18 +128,7 @@ std::vector<Observed> observe(const System& system, std::span<const Observable> 
                        0.0,
                        0.0,
                        rank};
-  if (observables.needs(Observables::Which::All).energy) {
-    std::vector<double> masses = system.masses, r(at.positions.size());
-    for (const Support& support : system.supports)
-      for (const Index point : support.points) masses[static_cast<std::size_t>(point)] = 0.0;
-    for (std::size_t k = 0; k < r.size(); ++k)
-      seen.kinetic += 0.5 * masses[k / 3] * at.velocities[k] * at.velocities[k];
-    const Numbering numbering = number(system);
-    Forces forces(system, numbering);
-    numbering.gather_points(at.positions, r);
-    forces.set_time(at.time);
-    seen.potential = forces.potential(Parallel(1), at.time, r.data());
-  }
+  if (observables.needs(Observables::Which::All).energy) find_energies(system, at, &seen);
   observables.take(seen, Observables::Which::All);
   return {observables.found().begin(), observables.found().end()};
 }
@@ -181,6 +175,10 @@ Condition::Condition(const Things& things, const std::string& text, const Consta
   left_ = std::make_unique<ObservedText>(things, text.substr(0, place), parameters);
   right_ = std::make_unique<ObservedText>(things, text.substr(place + 1), parameters);
   sign_ = text[place] == '>' ? 1.0 : -1.0;
+  if (left_->quantity() == nullptr && right_->quantity() != nullptr) {  // "20 < any tension(links)"
+    std::swap(left_, right_);
+    sign_ = -sign_;
+  }
   is_any_ = left_->is_any();
   left_->take_any(static_cast<int>(sign_));
   if (!left_->is_number() || !right_->is_number())

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -32,8 +33,8 @@ class Observables {
   void take(const ObservedInstant& at, Which which, bool counts = true);
   std::span<const Observed> found() const { return found_; }
   std::span<Observed> found() { return found_; }
-  /// Returns the numbers of each at an instant, which does not count for the extremes.
-  std::vector<std::vector<double>> evaluate(const ObservedInstant& at) const;
+  /// Returns the instant of the last look at all, s.
+  double time() const { return time_; }
 
  private:
   const System& system_;
@@ -41,7 +42,11 @@ class Observables {
   std::vector<ObservedText> texts_;
   std::vector<Observable> given_;
   std::vector<Observed> found_;
+  double time_ = std::numeric_limits<double>::quiet_NaN();
 };
+
+/// Writes the energies of an answer, from the system alone. Its supports have no kinetic energy.
+void find_energies(const System& system, const Solution& at, ObservedInstant* energies);
 
 /// A condition on observables, "any tension(links) > 20": true where `value` is positive.
 class Condition {

@@ -34,8 +34,10 @@ class ObservedText {
   /// Returns the number of a text that has one only.
   double number(const ObservedInstant& at) const;
 
-  /// Returns true if the text is a term with `any` alone.
-  bool is_any() const { return terms_.size() == 1 && terms_[0].word == Word::Any; }
+  /// Returns true if some term has `any`.
+  bool is_any() const {
+    return std::ranges::any_of(terms_, [](const Term& term) { return term.word == Word::Any; });
+  }
   /// Returns true if something of which the text speaks was taken out as a whole.
   bool is_gone() const {
     return std::ranges::any_of(terms_, [](const Term& term) { return term.quantity.is_gone; });

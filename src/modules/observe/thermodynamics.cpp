@@ -21,7 +21,7 @@ double degrees_of_freedom(const Things& things, std::size_t rank) {
   std::size_t num_held = 0;
   for (std::size_t s = 0; s < system.supports.size(); ++s)
     for (std::size_t k = 0; k < system.supports[s].points.size(); ++k)
-      if (!things.is_absent({Thing::List::Supports, s, k}) && !things.is_absent({Thing::List::Supports, s})) ++num_held;
+      if (!things.is_absent({Thing::List::Supports, s, k})) ++num_held;
   const double count = 3.0 * static_cast<double>(system.num_points() - num_held) - static_cast<double>(rank);
   return system.cell && num_held == 0 ? count - 3.0 : count;
 }

@@ -159,7 +159,9 @@ Ending advance(const scene::Scene& scene, Simulation* simulation, RunFolder* fol
       return {interrupt->code, fmt::format("{} came", interrupt->name)};
     }
     if (is_early) {
-      why = fmt::format("the event \"{}\" stops there", simulation->passages().back().name);
+      const std::span<const Passage> all = simulation->passages();
+      const auto stop = std::ranges::find(all.rbegin(), all.rend(), EventAction::Stop, &Passage::action);
+      why = fmt::format("the event \"{}\" stops there", stop->name);
       break;
     }
   }
