@@ -4,6 +4,7 @@ import copy
 import json
 import os
 import pathlib
+import pickle
 import tempfile
 import unittest
 
@@ -71,9 +72,17 @@ class SceneAsSystem(unittest.TestCase):
         self.assertLess(len(tanor.Scene(EXAMPLES / "melt_generated.json")._repr_html_()), 400_000)
         self.assertEqual((scene.motion.method, scene.motion.rtol, scene.t_end), ("dopri5", 1e-6, 0.6))
         system.forces[0].acceleration = (0, 0, -1.62)  # on the moon
-        accelerations = tanor.Simulation(system).accelerations  # a flat net falls freely, but for its supports
-        numpy.testing.assert_allclose(accelerations[200], (0, 0, -1.62), atol=1e-12)
-        numpy.testing.assert_array_equal(scene.system.forces[0].acceleration, (0, 0, -9.81))  # the scene is as it was
+        # A flat net falls freely, but for its supports. The scene and its system are one.
+        for moon in (system, scene, pickle.loads(pickle.dumps(scene)), copy.deepcopy(scene)):
+            numpy.testing.assert_allclose(tanor.Simulation(moon).accelerations[200], (0, 0, -1.62), atol=1e-12)
+        scene.masses = 0.2
+        scene.motion.method, scene.motion.step = "rk4", 0.01
+        self.assertEqual(system.masses, 0.2)
+        for moon in (tanor.Simulation(scene), tanor.Simulation(copy.copy(scene))):
+            self.assertEqual(moon.report.method, "rk4")
+        self.assertEqual(tanor.Simulation(scene, method="rattle").report.method, "rattle")
+        self.assertEqual(scene.motion.method, "rk4")
+        self.assertEqual(tanor.Scene(scene.file).motion.method, "dopri5")  # the file is as it was
 
     def test_a_scene_begins_at_its_own_time_and_takes_options_by_name(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -305,7 +305,10 @@ std::vector<Constraint> read_constraints(const py::object& constraints) {
 }
 
 System read_system(const py::object& object) {
-  if (py::isinstance<SceneFile>(object)) return object.cast<SceneFile&>().read().system;
+  if (py::isinstance<SceneFile>(object)) {
+    auto& scene = object.cast<SceneFile&>();
+    return scene.seen.contains("system") ? read_system(scene.seen["system"]) : scene.read().system;
+  }
   const Given given{object, ""};
   System system;
   std::vector<Vector3> positions, velocities;
@@ -374,7 +377,10 @@ template <class Options>
 Options choose_options(const py::object& options, const py::object& system) {
   if (!options.is_none()) return read_struct<Options>({options, Description<Options>::place});
   if (!py::isinstance<SceneFile>(system)) return {};
-  return std::invoke(Description<Options>::of_scene, system.cast<SceneFile&>().read());
+  auto& scene = system.cast<SceneFile&>();
+  const char* part = Description<Options>::place + 1;
+  if (scene.seen.contains(part)) return read_struct<Options>({scene.seen[part], Description<Options>::place});
+  return std::invoke(Description<Options>::of_scene, scene.read());
 }
 template <class Options>
 void take_named_options(const char* what, const py::object& system, const py::kwargs& named, py::object* options,

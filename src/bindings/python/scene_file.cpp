@@ -45,17 +45,31 @@ std::unique_ptr<SceneFile> load(const py::object& file, const py::object& method
 
 py::tuple get_state(const SceneFile& self) {
   const scene::Overrides& o = self.overrides;
-  return py::make_tuple(self.text, self.file, o.method, o.step, o.max_step, o.rtol, o.atol, o.t_end, o.threads);
+  return py::make_tuple(self.text, self.file, o.method, o.step, o.max_step, o.rtol, o.atol, o.t_end, o.threads,
+                        self.seen);
 }
 
 std::unique_ptr<SceneFile> set_state(const py::tuple& s) {
-  return std::make_unique<SceneFile>(s[0].cast<std::string>(), s[1].cast<std::string>(),
-                                     overrides_of(s[py::slice(2, 9, 1)]));
+  auto result = std::make_unique<SceneFile>(s[0].cast<std::string>(), s[1].cast<std::string>(),
+                                            overrides_of(s[py::slice(2, 9, 1)]));
+  result->seen = s[9].cast<py::dict>();
+  return result;
+}
+
+/// Binds a part of a scene as one object, which is made when it is asked for and is what the scene consists of then.
+template <class Make>
+void bind_part(py::class_<SceneFile>* scene, const char* part, const char* doc, const Make& make) {
+  const auto get = [part, make](const py::object& self) -> py::object {
+    const py::dict seen = self.cast<SceneFile&>().seen;
+    if (!seen.contains(part)) seen[part] = make(self);
+    return seen[part];
+  };
+  scene->def_property_readonly(part, get, doc);
 }
 
 constexpr const char* scene_doc = R"doc(
 A scene file: a system with its motion, for Simulation, Dynamics, InverseDynamics and run_scene. The format is
-docs/scene-format.md.
+docs/scene-format.md. What is changed in `system`, `motion` and `solver` holds for the scene.
 
 file                                          a path
 method, step, max_step, rtol, atol, t_end, threads  values that replace those of the file, as the options of the
@@ -76,7 +90,8 @@ const scene::Scene& SceneFile::read() {
 void bind_scene(py::module_& module) {
   using py::arg;
   const py::none none;
-  py::class_<SceneFile>(module, "Scene", scene_doc)
+  py::class_<SceneFile> scene(module, "Scene", scene_doc);
+  scene
       .def(py::init(&load), arg("file"), py::kw_only(), arg("method") = none, arg("step") = none,
            arg("max_step") = none, arg("rtol") = none, arg("atol") = none, arg("t_end") = none, arg("threads") = none)
       .def_readonly("file", &SceneFile::file, "(str) its path")
@@ -91,25 +106,27 @@ void bind_scene(py::module_& module) {
       .def_property_readonly(
           "output_every", [](SceneFile& self) { return self.read().output_every; }, "(float) s; 0: start and end only")
       .def_property_readonly(
-          "system", [](SceneFile& self) { return give_system(self.read().system); },
-          "(System) what the file describes, as objects of one's own to read and to change")
-      .def_property_readonly(
-          "motion", [](const py::object& self) { return give_options<MotionOptions>(self); },
-          "(MotionOptions) how the file asks for steps")
-      .def_property_readonly(
-          "solver", [](const py::object& self) { return give_options<SolverOptions>(self); },
-          "(SolverOptions) how the file asks for solutions")
-      .def_property_readonly(
-          "num_points", [](SceneFile& self) { return self.read().system.num_points(); }, "(int) supports included")
+          "num_points", [](const py::object& self) { return py::len(self.attr("positions")); },
+          "(int) supports included")
       .def_property_readonly(
           "old_names", [](SceneFile& self) { return self.read().old_names; },
           "(list[str]) names of an older version that the file uses, with those of today")
       .def("__repr__",
-           [](SceneFile& self) {
-             return "Scene(" + py::repr(py::str(self.file)).cast<std::string>() + ", " +
-                    py::repr(give_system(self.read().system)).cast<std::string>() + ")";
+           [](const py::object& self) {
+             return "Scene(" + py::repr(self.attr("file")).cast<std::string>() + ", " +
+                    py::repr(self.attr("system")).cast<std::string>() + ")";
            })
       .def(py::pickle(&get_state, &set_state));
+  bind_part(&scene, "system", "(System) what moves, to read and to change",
+            [](const py::object& self) { return give_system(self.cast<SceneFile&>().read().system); });
+  bind_part(&scene, "motion", "(MotionOptions) how steps are taken", give_options<MotionOptions>);
+  bind_part(&scene, "solver", "(SolverOptions) how solutions are found", give_options<SolverOptions>);
+  for (const char* name : {"positions", "masses", "velocities", "supports", "constraints", "forces", "friction",
+                           "coordinates", "cell", "units"})
+    scene.def_property(
+        name, [name](const py::object& self) -> py::object { return self.attr("system").attr(name); },
+        [name](const py::object& self, const py::object& value) { self.attr("system").attr(name) = value; },
+        "(Any) of its system");
 }
 
 }  // namespace tanor::python

@@ -8,8 +8,8 @@
 
 namespace tanor::python {
 
-/// A scene file as Python holds it. The description is its text and what overrides it; the scene is read anew after a
-/// pickle.
+/// A scene file as Python holds it: its text and what overrides it, and "system", "motion" and "solver" as far as Python
+/// has looked at them. These may have been changed since, and count before the text, which is read anew after a pickle.
 class SceneFile {
  public:
   SceneFile(std::string text, std::string file, scene::Overrides overrides);
@@ -19,6 +19,7 @@ class SceneFile {
 
   const std::string text, file;
   const scene::Overrides overrides;
+  py::dict seen;
 
  private:
   std::optional<scene::Scene> scene_;
