@@ -169,6 +169,8 @@ TEST(StoredMotionTest, TheExtentIsThatOfAllFrames) {
   EXPECT_EQ(extent.tensions.most, 2.0);
   for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_LE(extent.least[axis], static_cast<double>(axis));
   EXPECT_FALSE(extent.tips.empty());
+  EXPECT_EQ(extent.least[0], -1.0) << "of a ball that guides";
+  EXPECT_EQ(StoredMotion(folder.path()).measure(false).least[0], 0.0);
   // No place of any frame lies beyond the outline in one of its directions.
   double farthest = -HUGE_VAL;
   for (const Vector3& place : extent.outline) farthest = std::max(farthest, place[0]);

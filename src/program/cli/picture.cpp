@@ -61,7 +61,8 @@ ExitCode execute_picture(const Options& options) {
       options.folder / (options.instant.mode > 0
                             ? report::name_mode(static_cast<std::size_t>(options.instant.mode)) + ".png"
                             : report::picture_name));
-  const picture::Drawn drawn = draw({.frame = instant.frame, .extent = motion.measure(), .style = options.style});
+  const picture::Drawn drawn =
+      draw({.frame = instant.frame, .extent = motion.measure(options.style.shows_guides), .style = options.style});
   report::replace_file(file, [&](report::OutputFile* png) { png->write(std::string_view(drawn.png)); });
 
   std::vector<std::string> without_picture;

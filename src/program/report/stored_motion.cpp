@@ -110,7 +110,7 @@ StoredMotion::Instant StoredMotion::at(double time) const {
   return {std::move(frame), before->time, after->time};
 }
 
-MotionExtent StoredMotion::measure() const {
+MotionExtent StoredMotion::measure(bool with_guides) const {
   constexpr double most_points = 5e5;
   constexpr std::size_t least_frames = 12, most_frames = 400;
   std::vector<StoredFrame> frames{read_vtp(frames_.front().file)};
@@ -118,6 +118,8 @@ MotionExtent StoredMotion::measure() const {
   const std::size_t count = std::min(frames_.size(), std::clamp(affordable, least_frames, most_frames));
   for (std::size_t k = 1; k < count; ++k)
     frames.push_back(read_vtp(frames_[k * (frames_.size() - 1) / (count - 1)].file));
+  if (!with_guides)
+    for (StoredFrame& frame : frames) frame.guides.clear();
   MotionExtent extent = measure_motion(frames);
   if (const auto of_page = read_colours(directory_)) extent.tensions = *of_page;
   return extent;

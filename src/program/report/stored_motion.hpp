@@ -30,8 +30,9 @@ class StoredMotion {
   /// numbers of guides are interpolated linearly.
   Instant at(double time) const;
 
-  /// Measures frames spread over the motion. The colours are those of the run's report.html, if it has one.
-  MotionExtent measure() const;
+  /// Measures frames spread over the motion, with the guides or without. The colours are those of the run's
+  /// report.html, if it has one.
+  MotionExtent measure(bool with_guides = true) const;
 
  private:
   std::filesystem::path directory_;
