@@ -12,7 +12,8 @@
 /// (`InverseDynamics`). Names here are those of the field.
 ///
 /// This header does not include <tanor/constrainer.hpp> and <tanor/velocity_verlet.hpp>, for programs with a time loop
-/// of their own, <tanor/recorded.hpp> for their energies, <tanor.h> for C, and <tanor/direct_problem.hpp>, an old name.
+/// of their own, <tanor/recorded.hpp> for their energies, <tanor/report_fields.hpp> for loops over the fields of
+/// reports, <tanor.h> for C, and <tanor/direct_problem.hpp>, an old name.
 
 #include <tanor/build_info.hpp>
 #include <tanor/certificate.hpp>
@@ -27,7 +28,6 @@
 #include <tanor/kernel.hpp>
 #include <tanor/modes.hpp>
 #include <tanor/motion.hpp>
-#include <tanor/report_fields.hpp>
 #include <tanor/statics_names.hpp>
 #include <tanor/system.hpp>
 #include <tanor/time_function.hpp>
