@@ -88,6 +88,20 @@ TEST(LeftOutBytes, CoordinatesAloneHoldNoS) {
   EXPECT_LE(tangent.bytes, both.bytes - normal.factor_bytes());
 }
 
+TEST(LeftOutBytes, LongPathsStayInLanesFromTheFirstProjectionOn) {
+  constexpr Index num_rods = 20'000;
+  Solved solved(scenes::make_chain(num_rods), {.linear_solver = LinearSolver::Paths, .threads = 1});
+  const System& chain = solved.dynamics.system();
+  std::vector<double> velocities = chain.velocities;
+  const AllocationCounter counter;
+
+  EXPECT_TRUE(solved.dynamics.project_velocities({0.0, chain.positions, velocities}).outcome.ok());
+
+  // Two directions, a point, a multiplier and a sum of each rod but for those of one group, which a solve holds, too.
+  const std::ptrdiff_t of_rod = (3 * 3 + 2) * number, of_group = 8 * 65;
+  EXPECT_GE(counter.bytes(), (num_rods - of_group) * of_rod);
+}
+
 TEST(LeftOutBytes, SmoothGuidesTakeNoBytesForFriction) {
   System smooth = make_beads_on_circles();
   smooth.coordinates.clear();

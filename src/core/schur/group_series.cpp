@@ -307,7 +307,7 @@ double GroupSeries::expand(const Parallel& parallel, std::span<double* const> co
   rooms_.resize(groups_.workspaces().size());
   for (Room& room : rooms_) room.longest = any_length;
   const Expansion expansion{coefficients, lambda, passes, needed, last_term};
-  visit_groves(parallel, &groups_, [&](const GroveVisit& visit) { expand(expansion, visit); });
+  visit_groves(parallel, &groups_, Pass::Repeated, [&](const GroveVisit& visit) { expand(expansion, visit); });
   double longest = any_length;
   for (const Room& room : rooms_) longest = std::min(longest, room.longest);
   return longest;

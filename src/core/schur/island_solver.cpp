@@ -9,7 +9,6 @@ void IslandSolver::serve(const SchurProblem& problem, std::span<const Index> bef
   std::vector<Index> own;
   std::ranges::set_difference(before, left, std::back_inserter(own));
   group_.emplace(problem, own);
-  rows_.resize(problem.constraints.num_rows());
 }
 
 Elimination IslandSolver::linearise(const Parallel& parallel, const double* r, const PointSource* source,
@@ -36,6 +35,7 @@ double IslandSolver::evaluate_rates(const Parallel& parallel, const double* r, c
 template <class Evaluate>
 Projection IslandSolver::iterate(const Parallel& parallel, const double* blocks, double target,
                                  const Evaluate& evaluate, double* points, double* sum) {
+  rows_.resize(group_->constraints.num_rows());
   return iterate_along_chord(
       target, [&] { return evaluate(rows_.data()); },
       [&] {

@@ -28,7 +28,7 @@ class IslandSolver : public SchurSolver {
 
  protected:
   IslandSolver() = default;
-  explicit IslandSolver(IslandGroup group) : group_(std::move(group)), rows_(group_->constraints.num_rows()) {}
+  explicit IslandSolver(IslandGroup group) : group_(std::move(group)) {}
 
   /// Serves the islands of `before` that are no longer in `left`.
   void serve(const SchurProblem& problem, std::span<const Index> before, std::span<const Index> left);
@@ -47,7 +47,7 @@ class IslandSolver : public SchurSolver {
                      double* points, double* sum);
 
   std::optional<IslandGroup> group_;
-  std::vector<double> rows_;  // [d] scratch
+  std::vector<double> rows_;  // [d] scratch; made at the first projection
 };
 
 }  // namespace tanor::detail

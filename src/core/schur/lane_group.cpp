@@ -4,7 +4,7 @@
 
 namespace tanor::detail {
 
-LaneGroups::Group::Group(LaneGroups* all, std::size_t group, std::size_t first_group, std::size_t of_grove,
+LaneGroups::Group::Group(LaneGroups* all, Pass pass, std::size_t group, std::size_t first_group, std::size_t of_grove,
                          std::size_t of_thread)
     : GroupTransfers(all->plan_, group, all->places_, all->block_.data()),
       all_(*all),
@@ -14,20 +14,20 @@ LaneGroups::Group::Group(LaneGroups* all, std::size_t group, std::size_t first_g
       grove_(all->workspaces_[of_grove]) {
   const LaneGroup& first = all->plan_.groups[first_group];
   const std::size_t rod = group_.first_rod - first.first_rod, place = group_.first_place - first.first_place;
-  const bool is_of_tree = all->plan_.program == Program::Trees;
-  const bool goes_through = all->goes_through_memory_;
+  const bool goes_through = all->goes_through_memory(pass);
   Workspace& of_pass = goes_through ? work_ : grove_;
   const std::size_t pass_rod = goes_through ? 0 : rod, pass_place = goes_through ? 0 : place;
-  own_ = {of_pass.points.data() + pass_place, of_pass.directions.data() + pass_rod, of_pass.sum.data() + pass_rod,
+  const auto of_projection = [pass_rod](auto& kept) { return kept.size() > 0 ? kept.data() + pass_rod : nullptr; };
+  own_ = {of_pass.points.data() + pass_place, of_projection(of_pass.directions), of_projection(of_pass.sum),
           grove_.right_side.data() + (group - first_group), grove_.residual.data() + (group - first_group)};
   in_ = {.shape = {all->plan_.program, group_.num_rods, group_.num_places, group_.structure,
-                   is_of_tree ? all->plan_.parent.data() + num_lanes * group_.first_rod : nullptr,
+                   is_tree() ? all->plan_.parent.data() + num_lanes * group_.first_rod : nullptr,
                    group_.have_same_parents},
          .points = {all->inverse_mass_.data() + group_.first_place, work_.mobility.data(),
-                    is_of_tree ? work_.s.data() : nullptr},
-         .rods = {is_of_tree ? all->u_.data() + group_.first_rod : of_pass.u.data() + pass_rod,
+                    is_tree() ? work_.s.data() : nullptr},
+         .rods = {is_tree() ? all->u_.data() + group_.first_rod : of_pass.u.data() + pass_rod,
                   all->factor_.data() + group_.first_factor, grove_.b.data() + rod, of_pass.z.data() + pass_rod,
-                  is_of_tree ? all->inverse_masses_.data() + group_.first_rod : nullptr, &work_.border},
+                  is_tree() ? all->inverse_masses_.data() + group_.first_rod : nullptr, &work_.border},
          .dw = work_.dw.data()};
 }
 
@@ -68,7 +68,7 @@ void LaneGroups::Group::hand_over_factor() {
     own->spread = work_.border.spread[lane];
     own->taken = work_.border.taken[lane];
   });
-  if (is_tree() && !group_.stands_alone) own_joint().mobility = in_.points.mobility[group_.num_rods];
+  if (may_hang()) own_joint().mobility = in_.points.mobility[group_.num_rods];
 }
 
 void LaneGroups::Group::hand_over_answers() {
@@ -77,7 +77,7 @@ void LaneGroups::Group::hand_over_answers() {
     own->y = work_.border.y[lane];
     own->taken_y = work_.border.taken_y[lane];
   });
-  if (is_tree() && !group_.stands_alone) in_.points.s[group_.num_rods].write(&own_joint().s);
+  if (may_hang()) in_.points.s[group_.num_rods].write(&own_joint().s);
 }
 
 void LaneGroups::Group::read_separators(const double* blocks, const double* rows) {
@@ -110,7 +110,7 @@ void LaneGroups::Group::answer_at_joints(const Pack3<>* force) {
 }
 
 void LaneGroups::Group::hand_over_roots(const Pack3<>* points) {
-  if (is_tree() && !group_.stands_alone) points[group_.num_rods].write(&own_joint().dw);
+  if (may_hang()) points[group_.num_rods].write(&own_joint().dw);
 }
 
 void LaneGroups::Group::take_joints(Pack3<>* points) {
@@ -215,13 +215,12 @@ void LaneGroups::Group::substitute_down(Pack3<>* points, const Pack3<>* known, b
       set_lane(&points[0], lane, own->r.first);
     });
   }
-  const bool may_hang = is_tree() && !group_.stands_alone;
-  Pack3<> force = may_hang ? own_joint().dw : Pack3<>{};
-  for (std::size_t lane = 0; lane < num_lanes && may_hang; ++lane) {
+  Pack3<> force = may_hang() ? own_joint().dw : Pack3<>{};
+  for (std::size_t lane = 0; lane < num_lanes && may_hang(); ++lane) {
     const std::size_t own = std::min(lane, group_.num_members - 1);
     set_lane(&force, lane, group_.ends_island[lane] ? Vec3{} : Vec3{force.x[own], force.y[own], force.z[own]});
   }
-  lanes::substitute_down(in_, lambda_is_known, may_hang ? &force : nullptr, points);
+  lanes::substitute_down(in_, lambda_is_known, may_hang() ? &force : nullptr, points);
   if (group_.has_joints()) lanes::pull_joints(joints(), in_.dw, known, all_.joints_.data());
   if (points != nullptr) hand_over_roots(points);
 }
@@ -282,7 +281,7 @@ void LaneGroups::Group::move(const double* blocks, bool lambda_is_known, double*
 // ---- in and out ----
 
 const Pack3<>* LaneGroups::Group::offsets() const {
-  return all_.are_shifted_ || group_.is_padded ? all_.offset_.data() + group_.first_rod : nullptr;
+  return all_.are_shifted_ || group_.is_padded ? all_.offset_.data() + group_.first_offset : nullptr;
 }
 
 void LaneGroups::Group::find_directions(const double* r, Pack3<>* u) {

@@ -15,7 +15,7 @@ LaneGroups::LaneGroups(LanePlan plan, const RodRows& given, std::span<const doub
   prepare_workspaces(threads);
 }
 
-/// Calls visit(rod, lane, whether there is one, the point at its first place).
+/// Calls visit(group, k-th rod, lane, whether there is one, the point at its first place).
 template <class Visit>
 void LaneGroups::for_each_rod(const Visit& visit) const {
   for (const LaneGroup& group : plan_.groups) {
@@ -26,7 +26,7 @@ void LaneGroups::for_each_rod(const Visit& visit) const {
                                     : static_cast<std::size_t>(group.structure->topology.rods[k][0]);
       for (std::size_t lane = 0; lane < num_lanes; ++lane) {
         const Index point = plan_.point[(group.first_place + first) * num_lanes + lane];
-        visit(rod, lane, plan_.row[rod * num_lanes + lane] >= 0, point < 0 ? ~point : point);
+        visit(group, k, lane, plan_.row[rod * num_lanes + lane] >= 0, point < 0 ? ~point : point);
       }
     }
   }
@@ -40,11 +40,15 @@ void LaneGroups::read_rods(const RodRows& given) {
   }
   lengths_.value.resize(num_rods);
   are_shifted_ = !given.offset.empty();
-  if (are_shifted_ || std::ranges::any_of(plan_.groups, &LaneGroup::is_padded)) offset_.resize(num_rods);
-  for_each_rod([&](std::size_t rod, std::size_t lane, bool is_there, Index first) {
-    const std::size_t slot = rod * num_lanes + lane;
+  for (LaneGroup& group : plan_.groups) {
+    group.first_offset = offset_.size();
+    if (are_shifted_ || group.is_padded) offset_.resize(offset_.size() + group.num_rods);
+  }
+  for_each_rod([&](const LaneGroup& group, std::size_t k, std::size_t lane, bool is_there, Index first) {
+    const std::size_t rod = group.first_rod + k, slot = rod * num_lanes + lane;
     lengths_.value.data()[rod][lane] = 1.0;
-    if (!is_there) return set_lane(&offset_[rod], lane, {1.0, 0.0, 0.0});  // gives it a direction
+    // The offset of a rod of nobody gives it a direction.
+    if (!is_there) return set_lane(&offset_[group.first_offset + k], lane, {1.0, 0.0, 0.0});
     const auto row = static_cast<std::size_t>(plan_.row[slot]);
     const auto block = static_cast<Index>(given.block[row]);
     block_[slot] = given.ends[row][0] == first ? block : ~block;
@@ -62,7 +66,7 @@ void LaneGroups::read_masses(std::span<const double> inverse_mass) {
     inverse_mass_.data()[k / num_lanes][k % num_lanes] =
         inverse_mass[static_cast<std::size_t>(point < 0 ? ~point : point)];
   }
-  if (plan_.program != Program::Trees) return;
+  if (!plan_.is_of_trees()) return;
   inverse_masses_.resize(plan_.num_slots());
   // Rods of nobody join free points to one that never moves, which leaves them out of all that is found.
   for (const LaneGroup& group : plan_.groups) {
@@ -111,7 +115,7 @@ void LaneGroups::find_places() {
     found.own_points = found.points;
     found.own_points.count = static_cast<std::size_t>(std::find_if_not(point, end, is_own) - point) / num_lanes;
     // The rods of a path that are left over are few in a row, and are moved one by one in less time.
-    if (group.is_padded || (group.num_rods == 1 && plan_.program == Program::Paths)) continue;
+    if (group.is_padded || (group.num_rods == 1 && plan_.is_of_paths())) continue;
     for (const auto& [list, sequences] : {std::pair(&plan_.row, &found.rows), std::pair(&block_, &found.blocks)}) {
       const Sequences own = find_sequences(list->data() + group.first_rod * num_lanes, group.num_rods);
       if (own.count == group.num_rods) *sequences = own;
@@ -121,11 +125,11 @@ void LaneGroups::find_places() {
 
 void LaneGroups::read_offsets(std::span<const Vec3> by_row) {
   if (by_row.empty()) return;
-  for_each_rod([&](std::size_t rod, std::size_t lane, bool is_there, Index) {
-    const std::size_t slot = rod * num_lanes + lane;
+  for_each_rod([&](const LaneGroup& group, std::size_t k, std::size_t lane, bool is_there, Index) {
+    const std::size_t slot = (group.first_rod + k) * num_lanes + lane;
     if (!is_there) return;
     const Vec3 offset = by_row[static_cast<std::size_t>(plan_.row[slot])];
-    set_lane(&offset_[rod], lane, block_[slot] < 0 ? -offset : offset);
+    set_lane(&offset_[group.first_offset + k], lane, block_[slot] < 0 ? -offset : offset);
   });
 }
 
@@ -144,9 +148,8 @@ std::size_t LaneGroups::num_shares(std::size_t num_slots, const Parallel& parall
 }
 
 void LaneGroups::prepare_workspaces(int threads) {
-  const bool are_of_trees = plan_.program == Program::Trees;
   factor_.resize(plan_.size_of_factor);
-  if (are_of_trees) {
+  if (plan_.is_of_trees()) {
     u_.resize(plan_.num_slots());
     joints_.resize(plan_.groups.size());
   }
@@ -156,20 +159,33 @@ void LaneGroups::prepare_workspaces(int threads) {
   workspaces_.resize(static_cast<std::size_t>(Parallel(threads).threads()));
   for (Workspace& work : workspaces_) {
     // Threads share what is more than one thread's, in the arrays of the first one.
-    LanePlan::Extent most{0, of_group, of_group};
+    LanePlan::Extent& most = work.largest = {0, of_group, of_group};
     for (std::size_t grove = 0; grove < plan_.num_groves(); ++grove) {
       const LanePlan::Extent own = plan_.extent(grove);
       if (&work != workspaces_.data() && 2 * own.rods > plan_.num_slots()) continue;
       most = {std::max(most.groups, own.groups), std::max(most.rods, own.rods), std::max(most.places, own.places)};
     }
     for (auto* points : {&work.r, &work.v, &work.w, &work.s, &work.dw}) points->resize(of_group);
-    if (are_of_trees) work.mobility.resize(of_group);
+    if (plan_.is_of_trees()) work.mobility.resize(of_group);
     work.b.resize(most.rods);
-    work.u.resize(are_of_trees ? 0 : most.rods);
-    work.directions.resize(most.rods);
-    work.points.resize(most.places);
-    for (Packs* rods : {&work.z, &work.sum}) rods->resize(most.rods);
     for (Packs* groups : {&work.right_side, &work.residual}) groups->resize(most.groups);
+  }
+  hold(Pass::Single);
+}
+
+void LaneGroups::hold(Pass pass) {
+  const auto grow = [](auto* array, std::size_t size) {
+    if (array->size() < size) array->resize(size);
+  };
+  for (Workspace& work : workspaces_) {
+    const bool is_of_group = goes_through_memory(pass);
+    const std::size_t rods = is_of_group ? work.r.size() : work.largest.rods;
+    if (!plan_.is_of_trees()) grow(&work.u, rods);
+    grow(&work.z, rods);
+    grow(&work.points, is_of_group ? work.r.size() : work.largest.places);
+    if (pass != Pass::Projection) continue;
+    grow(&work.directions, rods);
+    grow(&work.sum, rods);
   }
 }
 

@@ -16,6 +16,11 @@
 
 namespace tanor::detail {
 
+/// Says what groups keep in lanes while a call is in other groups: of paths, in a `Single` pass, no more than b and
+/// what was found, since they go through memory; in `Repeated` passes rods and points, as all others do in any case;
+/// and in a `Projection` also directions and sums.
+enum class Pass { Single, Repeated, Projection };
+
 /// Groups of islands, or of pieces of trees and paths, in lanes: their rods with the factor, and what pieces hand to
 /// one another.
 class LaneGroups {
@@ -26,8 +31,9 @@ class LaneGroups {
 
   const LanePlan& plan() const { return plan_; }
   void read_offsets(std::span<const Vec3> by_row);
-  /// Lets paths go through memory with each pass, or stay in lanes between passes, as all others do.
-  void go_through_memory(bool does) { goes_through_memory_ = does && plan_.program == Program::Paths; }
+  bool goes_through_memory(Pass pass) const { return pass == Pass::Single && plan_.is_of_paths(); }
+  /// Makes room for what is kept in lanes, at the first pass of a kind.
+  void hold(Pass pass);
   /// Takes the lengths that move, l' and l''.
   void take_lengths();
   /// Returns how many threads are worth their while on so many rods in lanes.
@@ -47,10 +53,10 @@ class LaneGroups {
     std::vector<Pack3<>> r, v, w, s, dw;
     std::vector<lanes::Mobility> mobility;
     lanes::Border border;
-    // of a grove, [rod], [place] and [group]; a path that goes through memory uses those of one group, but for b and
-    // what was found
+    // of a grove, [rod], [place] and [group], or of the part that is kept, see Pass
     std::vector<Pack3<>> u, directions, points;
     Packs b, z, sum, right_side, residual;
+    LanePlan::Extent largest;  // of its groves
     // found in all groves, in lanes and island by island
     lanes::Findings found;
     Elimination of_islands;
@@ -72,12 +78,11 @@ class LaneGroups {
 
   LanePlan plan_;
   Index num_moving_;
-  bool goes_through_memory_ = false;
   std::vector<Index> block_;                                                 // [rod][lane]; ~block if it is turned
   std::vector<GroupTransfers::Places> places_;                               // [group]
   Packs inverse_mass_;                                                       // [place]
   Packs inverse_masses_;                                                     // [rod] of trees: both ends, summed
-  std::vector<Pack3<>> offset_;                                              // [rod]; empty if there are none
+  std::vector<Pack3<>> offset_;                                              // [rod] of groups that have some
   bool are_shifted_ = false;                                                 // true if there are offsets of rods
   Lengths lengths_;                                                          // of rods
   std::vector<std::pair<std::size_t, const MovingScalar*>> moving_lengths_;  // by rod and lane
@@ -91,7 +96,8 @@ class LaneGroups {
 /// One group in the lanes of the workspaces of a thread and of its grove.
 class LaneGroups::Group : public GroupTransfers {
  public:
-  Group(LaneGroups* all, std::size_t group, std::size_t first_group, std::size_t of_grove, std::size_t of_thread);
+  Group(LaneGroups* all, Pass pass, std::size_t group, std::size_t first_group, std::size_t of_grove,
+        std::size_t of_thread);
 
   // ---- up ----
   /// Reads r, v and w0 of the points. The next group will write its part of `blocks`.
@@ -158,8 +164,9 @@ class LaneGroups::Group : public GroupTransfers {
   std::span<const JointPlace> joints() const {
     return std::span(all_.plan_.joints).subspan(group_.first_joint, group_.end_joint - group_.first_joint);
   }
-  bool is_path() const { return in_.shape.program == Program::Paths; }
-  bool is_tree() const { return in_.shape.program == Program::Trees; }
+  bool is_path() const { return all_.plan_.is_of_paths(); }
+  bool is_tree() const { return all_.plan_.is_of_trees(); }
+  bool may_hang() const { return is_tree() && !group_.stands_alone; }
   /// Calls visit(separator, lane) for the last rods of pieces of a path.
   template <class Visit>
   void for_separators(const Visit& visit) const;

@@ -13,8 +13,9 @@ namespace tanor::detail {
 /// One grove, and the threads that work on it. A thread that is alone has a workspace of its own.
 class GroveVisit {
  public:
-  GroveVisit(LaneGroups* all, std::size_t number, const Parallel& parallel, std::size_t workspace)
+  GroveVisit(LaneGroups* all, Pass pass, std::size_t number, const Parallel& parallel, std::size_t workspace)
       : all_(*all),
+        pass_(pass),
         number_(number),
         parallel_(parallel),
         levels_(all->plan().levels(number)),
@@ -23,7 +24,7 @@ class GroveVisit {
         workspace_(workspace) {}
 
   bool stands_alone() const { return groups_.front().stands_alone; }
-  bool is_of_paths() const { return all_.plan().program == Program::Paths; }
+  bool is_of_paths() const { return all_.plan().is_of_paths(); }
   std::span<const LaneGroup> groups() const { return groups_; }
   LanePlan::Extent extent() const { return all_.plan().extent(number_); }
   std::size_t first_island() const { return all_.plan().island_start[number_]; }
@@ -86,7 +87,7 @@ class GroveVisit {
     }
     parallel_.for_tasks(shares, [&](std::size_t share) {
       for (std::size_t k = count * share / shares; k < count * (share + 1) / shares; ++k) {
-        LaneGroups::Group group(&all_, first + k, levels_.front(), workspace_, shares == 1 ? workspace_ : share);
+        LaneGroups::Group group(&all_, pass_, first + k, levels_.front(), workspace_, shares == 1 ? workspace_ : share);
         work(group);
       }
     });
@@ -101,6 +102,7 @@ class GroveVisit {
   }
 
   LaneGroups& all_;
+  Pass pass_;
   std::size_t number_;
   const Parallel& parallel_;
   std::span<const std::size_t> levels_;
@@ -112,12 +114,13 @@ class GroveVisit {
 /// Calls work(visit) for each grove. All threads work on a grove that is more than one thread's share, one after the
 /// other; each of the others belongs to one thread.
 template <class Work>
-void visit_groves(const Parallel& parallel, LaneGroups* all, const Work& work) {
+void visit_groves(const Parallel& parallel, LaneGroups* all, Pass pass, const Work& work) {
+  all->hold(pass);
   const LanePlan& plan = all->plan();
   const std::size_t total = plan.num_slots(), shares = all->num_shares(total, parallel);
   const auto is_shared = [&](const GroveVisit& visit) { return shares > 1 && visit.extent().rods * shares > total; };
   for (std::size_t grove = 0; shares > 1 && grove < plan.num_groves(); ++grove) {
-    if (const GroveVisit visit(all, grove, parallel, 0); is_shared(visit)) work(visit);
+    if (const GroveVisit visit(all, pass, grove, parallel, 0); is_shared(visit)) work(visit);
   }
   const auto first_grove = [&](std::size_t share) {
     std::size_t grove = 0;
@@ -129,7 +132,7 @@ void visit_groves(const Parallel& parallel, LaneGroups* all, const Work& work) {
   parallel.for_tasks(shares, [&](std::size_t share) {
     const std::size_t end = share + 1 < shares ? first_grove(share + 1) : plan.num_groves();
     for (std::size_t grove = first_grove(share); grove < end; ++grove) {
-      if (const GroveVisit visit(all, grove, alone, share); !is_shared(visit)) work(visit);
+      if (const GroveVisit visit(all, pass, grove, alone, share); !is_shared(visit)) work(visit);
     }
   });
 }

@@ -31,8 +31,8 @@ enum class Program { Islands, Trees, Paths };
 /// rod of nobody, row -1.
 struct LaneGroup {
   std::size_t num_rods = 0, num_places = 0;
-  std::size_t first_rod = 0, first_place = 0, first_factor = 0;  ///< starts in the arrays of lanes
-  std::size_t first_joint = 0, end_joint = 0;                    ///< of JointPlace
+  std::size_t first_rod = 0, first_place = 0, first_factor = 0, first_offset = 0;  ///< starts in the arrays of lanes
+  std::size_t first_joint = 0, end_joint = 0;                                      ///< of JointPlace
   std::size_t num_members = 0;
   const IslandStructure* structure = nullptr;      ///< of equal islands; null for pieces
   std::array<std::size_t, num_lanes> separator{};  ///< [lane] of pieces of paths
@@ -78,6 +78,8 @@ struct LanePlan {
   std::string reason;    ///< as in SchurSolver::Summary
   FactorSummary factor;  ///< what it costs
 
+  bool is_of_paths() const { return program == Program::Paths; }
+  bool is_of_trees() const { return program == Program::Trees; }
   std::size_t num_separators() const { return paths.empty() ? 0 : paths.back().end_separator; }
   std::size_t num_slots() const { return row.size() / num_lanes; }
   std::size_t num_places() const { return point.size() / num_lanes; }

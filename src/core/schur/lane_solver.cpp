@@ -31,14 +31,13 @@ LaneSolver::LaneSolver(const SchurProblem& problem, const RodRows& rods, LanePla
 
 /// Calls work(visit) for all groves, with findings that are cleared before.
 template <class Work>
-void LaneSolver::visit(const Parallel& parallel, const Work& work, bool stays_in_lanes) {
-  groups_.go_through_memory(!stays_in_lanes);
+void LaneSolver::visit(const Parallel& parallel, const Work& work, Pass pass) {
   for (LaneGroups::Workspace& each : groups_.workspaces()) {
     each.found = {};
     each.of_islands = {};
     each.projection = {};
   }
-  visit_groves(parallel, &groups_, work);
+  visit_groves(parallel, &groups_, pass, work);
 }
 
 /// Includes what was found in the groups of pieces, island by island.
@@ -264,7 +263,7 @@ Projection LaneSolver::project_positions(const Parallel& parallel, const double*
         });
         project(grove, target, sum != nullptr, &Group::evaluate_values, r, sum);
       },
-      true);
+      Pass::Projection);
   return reached();
 }
 
@@ -286,7 +285,7 @@ Projection LaneSolver::project_velocities(const Parallel& parallel, const double
         });
         project(grove, target, false, &Group::evaluate_rates, v, sum);
       },
-      true);
+      Pass::Projection);
   return reached();
 }
 

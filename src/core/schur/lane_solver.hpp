@@ -42,7 +42,7 @@ class LaneSolver final : public IslandSolver {
   LaneSolver(const SchurProblem& problem, const RodRows& rods, LanePlan plan, int threads);
 
   template <class Work>
-  void visit(const Parallel& parallel, const Work& work, bool stays_in_lanes = false);
+  void visit(const Parallel& parallel, const Work& work, Pass pass = Pass::Single);
   template <class TakeDirections>
   Elimination eliminate(const Parallel& parallel, const PointSource* source, const TakeDirections& take);
   void note_findings(const GroveVisit& visit);
