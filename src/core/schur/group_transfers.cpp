@@ -10,14 +10,14 @@ void GroupTransfers::read_points(const double* from, Pack3<>* to) const {
   const std::size_t count = places_.points.count;
   if (count > 0) gather_sequences(from, places_.points, 3, &to->x);
   if (count < group_.num_places)
-    gather_points(from, points_ + count * num_lanes, group_.num_places - count, to + count);
+    gather<false>(from, points_ + count * num_lanes, group_.num_places - count, to + count);
 }
 
 void GroupTransfers::write_points(const Pack3<>* from, double* to) const {
   const std::size_t count = places_.own_points.count;
   if (count > 0) scatter_sequences(&from->x, places_.own_points, 3, to);
   if (count < group_.num_places)
-    scatter_points(from + count, points_ + count * num_lanes, group_.num_places - count, to);
+    scatter<false>(from + count, points_ + count * num_lanes, group_.num_places - count, to);
 }
 
 void GroupTransfers::add_points(const Pack3<>* from, double* to) const {
@@ -46,12 +46,12 @@ void GroupTransfers::write_rows(const Pack<>* from, double* to) const {
 
 void GroupTransfers::read_blocks(const double* from, Pack3<>* to) const {
   if (places_.blocks.count > 0) return gather_sequences(from, places_.blocks, 3, &to->x);
-  gather_blocks(from, blocks_, group_.num_rods, to);
+  gather<true>(from, blocks_, group_.num_rods, to);
 }
 
 void GroupTransfers::write_blocks(const Pack3<>* from, double* to) const {
   if (places_.blocks.count > 0) return scatter_sequences(&from->x, places_.blocks, 3, to);
-  scatter_blocks(from, blocks_, group_.num_rods, to);
+  scatter<true>(from, blocks_, group_.num_rods, to);
 }
 
 Vec3 GroupTransfers::block(const double* blocks, std::size_t rod, std::size_t lane) const {

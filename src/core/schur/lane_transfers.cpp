@@ -19,16 +19,22 @@ double* at(double* array, Index k) {
 
 }  // namespace
 
-void gather_points(const double* from, const Index* points, std::size_t count, Pack3<>* to) {
+template <bool are_blocks>
+void gather(const double* from, const Index* numbers, std::size_t count, Pack3<>* to) {
+  static constexpr double nowhere[3]{1.0, 0.0, 0.0};
   dispatch([=] {
     for (std::size_t p = 0; p < count; ++p) {
       const double* own[num_lanes];
+      Pack<> sign{};
       for (std::size_t lane = 0; lane < num_lanes; ++lane) {
-        const Index point = points[num_lanes * p + lane];
-        own[lane] = from + 3 * static_cast<std::size_t>(point < 0 ? ~point : point);
+        const Index number = numbers[num_lanes * p + lane];
+        const bool is_there = !are_blocks || number != no_block;
+        own[lane] = is_there ? at(from, number < 0 ? ~number : number) : nowhere;
+        if constexpr (are_blocks) sign[lane] = is_there && number < 0 ? -1.0 : 1.0;
       }
       const auto component = [&](std::size_t c) __attribute__((always_inline)) {
-        return Pack<>{own[0][c], own[1][c], own[2][c], own[3][c], own[4][c], own[5][c], own[6][c], own[7][c]};
+        const Pack<> all{own[0][c], own[1][c], own[2][c], own[3][c], own[4][c], own[5][c], own[6][c], own[7][c]};
+        return are_blocks ? sign * all : all;
       };
       to[p].x = component(0);
       to[p].y = component(1);
@@ -37,45 +43,24 @@ void gather_points(const double* from, const Index* points, std::size_t count, P
   });
 }
 
-void scatter_points(const Pack3<>* from, const Index* points, std::size_t count, double* to) {
+template <bool are_blocks>
+void scatter(const Pack3<>* from, const Index* numbers, std::size_t count, double* to) {
   for (std::size_t lane = 0; lane < num_lanes; ++lane) {
     const double* lanes = reinterpret_cast<const double*>(from) + lane;
-    const Index* point = points + lane;
-    for (std::size_t p = 0; p < count; ++p, point += num_lanes, lanes += 3 * num_lanes) {
-      if (*point < 0) continue;
-      double* const a = at(to, *point);
-      *reinterpret_cast<Two*>(a) = Two{lanes[0], lanes[num_lanes]};
-      a[2] = lanes[2 * num_lanes];
+    const Index* number = numbers + lane;
+    for (std::size_t k = 0; k < count; ++k, number += num_lanes, lanes += 3 * num_lanes) {
+      if (are_blocks ? *number == no_block : *number < 0) continue;
+      const double sign = are_blocks && *number < 0 ? -1.0 : 1.0;
+      double* const a = at(to, *number < 0 ? ~*number : *number);
+      *reinterpret_cast<Two*>(a) = Two{sign * lanes[0], sign * lanes[num_lanes]};
+      a[2] = sign * lanes[2 * num_lanes];
     }
   }
 }
-
-void gather_blocks(const double* from, const Index* blocks, std::size_t count, Pack3<>* u) {
-  static constexpr double nowhere[3]{1.0, 0.0, 0.0};
-  for (std::size_t lane = 0; lane < num_lanes; ++lane) {
-    double* lanes = reinterpret_cast<double*>(u) + lane;
-    const Index* block = blocks + lane;
-    for (std::size_t k = 0; k < count; ++k, block += num_lanes, lanes += 3 * num_lanes) {
-      const bool is_turned = *block < 0 && *block != no_block;
-      const double* const g = *block == no_block ? nowhere : at(from, is_turned ? ~*block : *block);
-      for (std::size_t c = 0; c < 3; ++c) lanes[c * num_lanes] = (is_turned ? -1.0 : 1.0) * g[c];
-    }
-  }
-}
-
-void scatter_blocks(const Pack3<>* u, const Index* blocks, std::size_t count, double* to) {
-  for (std::size_t lane = 0; lane < num_lanes; ++lane) {
-    const double* lanes = reinterpret_cast<const double*>(u) + lane;
-    const Index* block = blocks + lane;
-    for (std::size_t k = 0; k < count; ++k, block += num_lanes, lanes += 3 * num_lanes) {
-      if (*block == no_block) continue;
-      const double sign = *block < 0 ? -1.0 : 1.0;
-      double* const g = at(to, *block < 0 ? ~*block : *block);
-      *reinterpret_cast<Two*>(g) = Two{sign * lanes[0], sign * lanes[num_lanes]};
-      g[2] = sign * lanes[2 * num_lanes];
-    }
-  }
-}
+template void gather<false>(const double*, const Index*, std::size_t, Pack3<>*);
+template void gather<true>(const double*, const Index*, std::size_t, Pack3<>*);
+template void scatter<false>(const Pack3<>*, const Index*, std::size_t, double*);
+template void scatter<true>(const Pack3<>*, const Index*, std::size_t, double*);
 
 void gather_rows(const double* from, const Index* rows, std::size_t count, Pack<>* to) {
   auto* const lanes = reinterpret_cast<double*>(to);

@@ -12,18 +12,17 @@
 /// stands in the lanes of one vector.
 namespace tanor::detail {
 
-/// Gathers numbers [place][lane] that lie anywhere into lanes, or scatters them from lanes. A number ~p stands for
-/// point p, which is not written.
-void gather_points(const double* from, const Index* points, std::size_t count, Pack3<>* to);
-void scatter_points(const Pack3<>* from, const Index* points, std::size_t count, double* to);
+/// Gathers points or blocks of K [place][lane] that lie anywhere into lanes, or scatters them from lanes. A number ~p
+/// stands for point p, which is not written, or for the negative of block p, whose sign follows from the direction of
+/// u. The block of a lane without one is (1, 0, 0).
+inline constexpr Index no_block = std::numeric_limits<Index>::min();
+template <bool are_blocks>
+void gather(const double* from, const Index* numbers, std::size_t count, Pack3<>* to);
+template <bool are_blocks>
+void scatter(const Pack3<>* from, const Index* numbers, std::size_t count, double* to);
 /// Does the same with numbers of rows; those of row -1, which is missing, are 0.
 void gather_rows(const double* from, const Index* rows, std::size_t count, Pack<>* to);
 void scatter_rows(const Pack<>* from, const Index* rows, std::size_t count, double* to);
-/// Does the same for blocks of K, whose signs follow from the direction of u. Block ~k is the negative of block k; that
-/// of a lane without a block is (1, 0, 0).
-inline constexpr Index no_block = std::numeric_limits<Index>::min();
-void gather_blocks(const double* from, const Index* blocks, std::size_t count, Pack3<>* u);
-void scatter_blocks(const Pack3<>* u, const Index* blocks, std::size_t count, double* to);
 
 /// Things of each lane that follow one another in memory: `count` of them from first[lane] on, each of so many numbers,
 /// which are moved times the sign.
