@@ -12,18 +12,6 @@ namespace tanor::detail {
 
 namespace {
 
-/// Returns the incidences that make products, grouped by point and split into the parts of their rows.
-std::vector<std::vector<Incidence>> incidences_of_parts(std::span<const Incidence> incidences,
-                                                        std::span<const double> weights,
-                                                        std::span<const Index> part_start) {
-  std::vector<std::vector<Incidence>> result(part_start.size() - 1);
-  for (const Incidence& incidence : group_by_point(incidences, weights)) {
-    const auto after = std::upper_bound(part_start.begin(), part_start.end(), incidence.row);
-    result[static_cast<std::size_t>(after - part_start.begin() - 1)].push_back(incidence);
-  }
-  return result;
-}
-
 /// Returns the points of the rows from `first_row` on; `incidences` are theirs, grouped by point.
 RowsInSpace find_points(std::span<const Incidence> incidences, Index first_row, Index end_row,
                         const PointPlaces& places) {
@@ -57,7 +45,12 @@ GramSolver::GramSolver(std::span<const Incidence> incidences, std::span<const do
                        LinearSolver wanted)
     : GramSolver(rows, wanted) {
   const std::vector<Index> part_start = partition_islands(rows.start);
-  const auto by_part = incidences_of_parts(incidences, weights, part_start);
+  // The incidences that make products stay grouped by point.
+  const Groups<Incidence> by_part(
+      part_start.size() - 1, [&, own = group_by_point(incidences, weights)](const auto& add) {
+        for (const Incidence& each : own)
+          add(std::ranges::upper_bound(part_start, each.row) - part_start.begin() - 1, each);
+      });
   for (std::size_t p = 0; p + 1 < part_start.size(); ++p) {
     add_part(list_products(by_part[p], weights, part_start[p]), part_start[p], part_start[p + 1], ordering,
              squared_norms, [&] { return find_points(by_part[p], part_start[p], part_start[p + 1], places); });

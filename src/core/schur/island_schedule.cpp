@@ -4,24 +4,17 @@
 #include <tuple>
 #include <utility>
 
+#include "base/groups.hpp"
+
 namespace tanor::detail {
 
-namespace {
-
-std::vector<std::vector<int>> rods_of_points(const IslandTopology& topology) {
-  std::vector<std::vector<int>> result(static_cast<std::size_t>(topology.num_points));
-  for (std::size_t a = 0; a < topology.rods.size(); ++a) {
-    for (const int point : topology.rods[a]) {
-      if (point < topology.num_points) result[static_cast<std::size_t>(point)].push_back(static_cast<int>(a));
-    }
-  }
-  return result;
-}
-
-}  // namespace
-
 IslandSchedule::IslandSchedule(const IslandTopology& topology) {
-  const auto by_point = rods_of_points(topology);
+  const Groups<int> by_point(static_cast<std::size_t>(topology.num_points), [&](const auto& add) {
+    for (std::size_t a = 0; a < topology.rods.size(); ++a) {
+      for (const int point : topology.rods[a])
+        if (point < topology.num_points) add(point, static_cast<int>(a));
+    }
+  });
   std::vector<std::set<int>> neighbours(topology.rods.size());  // [row] the other rows with which it has a product
   for (std::size_t p = 0; p < by_point.size(); ++p) {
     // u points from the lower end to the higher one.

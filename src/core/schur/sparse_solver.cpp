@@ -79,7 +79,6 @@ Elimination SparseSolver::solve(const Parallel& parallel, const FreeMotion& moti
 /// The refinement happens here, so that the other islands need not wait for these.
 void SparseSolver::refine(const Parallel& parallel, const double* blocks, const double* b, double* lambda,
                           Elimination* found) {
-  constexpr double good_enough = 1e-12;
   constexpr int most_passes = 3;
   group().gather.write_scaled(parallel, blocks, lambda, group().inverse_mass.data(), group().points, dw_.data());
   found->refinements = refine_solution(
@@ -88,7 +87,7 @@ void SparseSolver::refine(const Parallel& parallel, const double* blocks, const 
         return found->residual =
                    group().constraints.apply_transposed(parallel, group().members, blocks, dw_.data(), b, rows_.data());
       },
-      [&](double residual) { return residual <= good_enough * found->largest_right_side; },
+      [&](double residual) { return residual <= good_enough(false) * found->largest_right_side; },
       [&](int) {
         correct(parallel, blocks, rows_.data(), dw_.data());
         group().add_rows(parallel, rows_.data(), lambda);

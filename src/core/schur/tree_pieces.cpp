@@ -61,10 +61,11 @@ constexpr std::size_t none = static_cast<std::size_t>(-1);
 
 /// A piece while trees are cut. `rods` and `parent` begin at `first` in the lists of the cut.
 struct Piece {
-  std::size_t tree, first, num_rods;  // tree: its island in the end, as trees of one piece are numbered by group
+  std::size_t tree, first, num_rods;
   Index root;
-  std::size_t level;         // comes after those of all pieces below
-  std::size_t above = none;  // the piece that has the root as a joint; none for the last one of a tree
+  std::size_t level;          // comes after those of all pieces below
+  std::size_t above = none;   // the piece that has the root as a joint; none for the last one of a tree
+  std::size_t island = tree;  // in the plan, where trees of one piece are numbered by group
 };
 
 /// Cuts one tree after the other into pieces.
@@ -243,8 +244,8 @@ class Grouping {
       for (; k < end; k += num_lanes) {
         const std::span<Piece> members = pieces.subspan(k, std::min(num_lanes, end - k));
         for (Piece& piece : are_alone ? members : std::span<Piece>()) {
+          piece.island = result_.islands.size();
           result_.islands.push_back({trees_[piece.tree].first_point, trees_[piece.tree].end_point});
-          piece.tree = result_.islands.size() - 1;
         }
         add_group(members);
         result_.groups.back().stands_alone = are_alone;
@@ -294,7 +295,7 @@ class Grouping {
     Index* const point = result_.point.data() + num_lanes * group->first_place + lane;
     Index* const parent = result_.parent.data() + num_lanes * group->first_rod + lane;
     Index* const row = result_.row.data() + num_lanes * group->first_rod + lane;
-    group->island[lane] = static_cast<Index>(piece.tree);
+    group->island[lane] = static_cast<Index>(piece.island);
     group->ends_island[lane] = piece.above == none;
     for (std::size_t k = 0; k < pad; ++k) {
       row[num_lanes * k] = -1;
