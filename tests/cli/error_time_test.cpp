@@ -92,7 +92,7 @@ TEST(ErrorTimeTest, AReferenceFileReplacesTheReferenceRun) {
 
   const std::string line = complaint(
       folder, {"error-time", "s.json", "--t-end", "2", "--methods", "dopri5", "--reference", "end.txt", "--quiet"}, 2);
-  EXPECT_TRUE(contains(line, "end.txt: has no state at t_end = 2 s; its times are 0.5, 1")) << line;
+  EXPECT_TRUE(contains(line, "end.txt: has no state at t_end = 2; its times are 0.5, 1")) << line;
 }
 
 constexpr const char* falling_chain = R"({"tanor_scene": 1, "name": "s",

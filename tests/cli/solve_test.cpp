@@ -41,6 +41,7 @@ TEST(SolveTest, PrintsTheAnswerOfTheContract) {
                          "form",
                          "friction",
                          "friction_report",
+                         "groups",
                          "left_out",
                          "mass_coupling",
                          "multipliers",
@@ -58,6 +59,7 @@ TEST(SolveTest, PrintsTheAnswerOfTheContract) {
                          "tangent_accelerations",
                          "tangent_forces",
                          "tangent_friction",
+                         "units",
                          "velocities"}));
   expect_row(solution["velocities"][1], 3, 0, 0);
   expect_row(solution["accelerations"][1], 0, 0, 18);

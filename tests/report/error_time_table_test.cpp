@@ -57,7 +57,7 @@ TEST(ErrorTimeTableTest, PageNamesTheSceneOfErrorsThatAreNotItsOwn) {
 TEST(ErrorTimeTableTest, AReferenceTellsItsErrorEvenWhereItIsZero) {
   const std::string text = format_error_time(make_table());
 
-  EXPECT_NE(text.find("rk4 is compared with taylor with rtol 1e-13, whose own error is <= 0.0e+00\n"),
+  EXPECT_NE(text.find("rk4 is compared with taylor with rtol 1e-13, whose own error is <= 0.0e+00 mm\n"),
             std::string::npos)
       << text;
   EXPECT_NE(text.find("taylor is compared with end.txt\n"), std::string::npos) << text;

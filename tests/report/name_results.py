@@ -101,7 +101,7 @@ def check_json(folder: Folder, file: pathlib.Path) -> None:
         return
     check_units_of_json(told, folder, file)
     if folder.command != "modes":
-        groups, count = told["groups"], told.get("equations", len(told.get("multipliers", [])))
+        groups, count = {group.pop("name"): group for group in told["groups"]}, told.get("equations", len(told.get("multipliers", [])))
         assert groups["links"] == {"kind": "rod", "first": 0, "members": 3, "rows": 1}, f"{file}: {groups}"
         assert sum(group["members"] * group["rows"] for group in groups.values()) == count, f"{file}: {groups}"
         if "rail" in groups:

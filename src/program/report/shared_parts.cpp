@@ -50,7 +50,7 @@ std::string describe_redundancy(const RankReport& rank) {
 }
 
 Json list_groups(const System& system) {
-  Json groups = Json::object();
+  Json groups = Json::array();
   std::size_t first = 0;
   for (std::size_t g = 0; g < system.constraints.size(); ++g) {
     const auto [members, rows] = std::visit(
@@ -58,8 +58,11 @@ Json list_groups(const System& system) {
           return std::pair((group.*KindOf<Group>::members).size(), static_cast<std::size_t>(KindOf<Group>::rows));
         },
         system.constraints[g]);
-    groups[constraint_name(system, g)] = {
-        {"kind", kind_name(system.constraints[g])}, {"first", first}, {"members", members}, {"rows", rows}};
+    groups.push_back({{"name", constraint_name(system, g)},
+                      {"kind", kind_name(system.constraints[g])},
+                      {"first", first},
+                      {"members", members},
+                      {"rows", rows}});
     first += members * rows;
   }
   return groups;

@@ -34,7 +34,7 @@ std::string describe_redundancy(const RankReport& rank);
 /// Returns the object `friction_report` of `solve`. If the instant was not solved, every member is null.
 Json describe_friction_report(const std::optional<FrictionReport>& report);
 
-/// Returns where the equations of each group of constraints stand among all multipliers: by name its `kind`, its
+/// Returns where the equations of each group of constraints stand among all multipliers: its `name` and `kind`, its
 /// `first` equation, its `members` and the `rows` of each.
 Json list_groups(const System& system);
 
