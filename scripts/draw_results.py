@@ -38,8 +38,7 @@ def save(figure: plt.Figure, path: pathlib.Path) -> None:
 
 def draw_error_time(table: pathlib.Path) -> None:
     with open(table, newline="", encoding="utf-8") as file:
-        head = file.readline().replace("error_m", "error").strip().split(",")  # of tables before 0.3
-        rows = [row for row in csv.DictReader(file, head) if not row["trouble"] and row["error"]]
+        rows = [row for row in csv.DictReader(file) if not row["trouble"] and row["error"]]
     figure, axes = plt.subplots()
     for k, method in enumerate(dict.fromkeys(row["method"] for row in rows)):
         points = [(float(row["wall_s"]), float(row["error"])) for row in rows
