@@ -46,6 +46,23 @@ class Observables(unittest.TestCase):
         expected = math.sqrt(1.0 - sine**2) - math.sqrt(2.0 * 9.81 * sine) * sine * flight
         self.assertAlmostEqual(simulation.positions[1, 0], expected, 9)
 
+    def test_a_member_has_its_name_and_is_nan_once_it_broke(self):
+        simulation = tanor.Simulation(make_cable(4))
+        simulation.add_observable("tension(links)")
+        simulation.add_event(when="t > 0.15", do="break", of="links[2]")
+        run = tanor.run(simulation, 0.3, 0.1)
+        numpy.testing.assert_array_equal(run["links"].tension, run["tension(links)"])
+        for member in (run["links[2]"], run["links"][2], run["links"][-2]):
+            self.assertEqual((member.name, member.multipliers.shape), ("links[2]", (4, 1)))
+            numpy.testing.assert_allclose(member.tension, [0.5 * 9.81 * 2] * 2 + [math.nan] * 2, rtol=1e-10)
+        numpy.testing.assert_allclose(run["links[0]"].tension, 0.5 * 9.81 * numpy.array([4, 4, 2, 2]), rtol=1e-10)
+        self.assertTrue(math.isnan(simulation["links[2]"].tension))
+        self.assertAlmostEqual(simulation.solution()["links[1]"].tension, 0.5 * 9.81, 9)
+        with self.assertRaisesRegex(KeyError, r"links\[4\]"):
+            run["links[4]"]
+        with self.assertRaisesRegex(IndexError, "links has 4 members"):
+            run["links"][4]
+
     def test_options_by_name_scalars_and_groups(self):
         simulation = tanor.Simulation(make_cable(4), rtol=1e-10, method="dop853", threads=1)
         run = tanor.run(simulation, 0.2, 0.1)

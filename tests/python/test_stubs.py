@@ -54,7 +54,8 @@ class Stubs(unittest.TestCase):
         for line in ("    def velocities(self) -> numpy.ndarray: ...",
                      "    def __init__(self, pairs: ArrayLike, *, length: ParameterLike = None",
                      "def modes(system: System | Scene",
-                     "    def __getitem__(self, name: str) -> 'numpy.ndarray | Group': ...",
+                     "    def __getitem__(self, name: str) -> 'numpy.ndarray | Group | Member': ...",
+                     "class Group(Member):",
                      "    def tension(self) -> numpy.ndarray: ..."):
             self.assertIn(line, TEXT)
 

@@ -133,7 +133,8 @@ def data_class(cls: type) -> str:
             has_star = True
         has_default = field.default is not dataclasses.MISSING or field.default_factory is not dataclasses.MISSING
         arguments.append(f"{field.name}: {kind}" + (f" = {written(field.default)}" if has_default else ""))
-    return f"class {cls.__name__}:\n{lines}    def __init__({', '.join(arguments)}) -> None: ...\n{own_members(cls)}"
+    base = f"({cls.__base__.__name__})" if dataclasses.is_dataclass(cls.__base__) else ""
+    return f"class {cls.__name__}{base}:\n{lines}    def __init__({', '.join(arguments)}) -> None: ...\n{own_members(cls)}"
 
 
 def function(name: str, member: object) -> str:

@@ -10,7 +10,7 @@ from ._core import InputError, __version__  # noqa: F401
 from .description import KINDS as _KINDS
 from .description import Definition, Formula, System, Table  # noqa: F401
 from . import plot  # noqa: F401
-from .runs import Failed, Group, Trajectory, run, run_scene  # noqa: F401
+from .runs import Failed, Group, Member, Trajectory, run, run_scene  # noqa: F401
 
 globals().update(_KINDS)
 Scene._repr_html_ = lambda self: self.system._repr_html_()  # noqa: F405

@@ -30,11 +30,11 @@ class Failed(RuntimeError):
 
 
 @dataclasses.dataclass(eq=False)
-class Group:
-    """A group of constraints along a run, or at one instant.
+class Member:
+    """A member of a group of constraints along a run, or at one instant: run["links[3]"] or run["links"][3].
 
-    name         as in the system
-    multipliers  float64 [k, members, equations a member]; at one instant without k
+    name         as in results, links[3]
+    multipliers  float64 [k, equations a member], at one instant without k; NaN once an event has taken it out
     """
 
     name: str
@@ -42,10 +42,26 @@ class Group:
 
     @property
     def tension(self) -> numpy.ndarray:
-        """float64 [k, members], at one instant [members], N: -lambda, of rods and ropes."""
+        """float64 as multipliers, without equations, N: -lambda, of rods and ropes."""
         if self.multipliers.shape[-1] != 1:
             raise AttributeError(f"{self.name} has {self.multipliers.shape[-1]} equations a member and no tension")
         return -self.multipliers[..., 0]
+
+
+@dataclasses.dataclass(eq=False)
+class Group(Member):
+    """A group of constraints along a run, or at one instant.
+
+    name         as in the system
+    multipliers  float64 [k, members, equations a member], at one instant without k; NaN of what events have taken out
+    """
+
+    def __getitem__(self, number: int) -> Member:
+        members = self.multipliers.shape[-2]
+        if not -members <= number < members:
+            raise IndexError(f"{self.name} has {members} members, counted from 0")
+        number %= members
+        return Member(f"{self.name}[{number}]", self.multipliers[..., number, :])
 
     def __repr__(self) -> str:
         times = f" at {self.multipliers.shape[0]} times" if self.multipliers.ndim > 2 else ""
@@ -54,7 +70,7 @@ class Group:
 
 def _look_up(name: str, observed: dict[str, numpy.ndarray], columns: dict[str, list[str]], groups: dict[str, tuple],
              multipliers: numpy.ndarray):
-    """What result[name] is: an observable, a column of one ("load(hook).x"), or a group of constraints."""
+    """What result[name] is: an observable, a column of one ("load(hook).x"), a group of constraints or its member."""
     if name in observed:
         return observed[name]
     if name in groups:
@@ -65,6 +81,9 @@ def _look_up(name: str, observed: dict[str, numpy.ndarray], columns: dict[str, l
         if name in names:
             values = numpy.asarray(observed[each])
             return values.reshape(*multipliers.shape[:-1], len(names))[..., names.index(name)]
+    group, _, number = name.removesuffix("]").rpartition("[")
+    if group in groups and number.isdecimal() and int(number) < groups[group][1]:
+        return _look_up(group, {}, {}, groups, multipliers)[int(number)]
     known = [*observed, *groups]
     near = difflib.get_close_matches(name, known, 1)
     raise KeyError(f"{name}: there are {', '.join(known)}" + (f"; did you mean {near[0]}?" if near else ""))
@@ -82,12 +101,12 @@ class Trajectory:
     observables  structured array [k]: the time `t` and a field for each observable
     units        units of `t` and of the observables by name
     columns      names of the numbers of each observable, as in observables.csv: "load(hook).x"
-    multipliers  float64 [k, equations]
+    multipliers  float64 [k, equations]; NaN of what events have taken out
     groups       first equation, members and equations a member of each group of constraints, by name
     system       System or Scene, as it was given
 
     run["torque"] is an observable over time, run["load(hook).x"] a column of one, run["links"].tension that of a group
-    of rods.
+    of rods, run["links[3]"].tension that of one.
     """
 
     times: numpy.ndarray
@@ -102,7 +121,7 @@ class Trajectory:
     groups: dict[str, tuple]
     system: "System | Scene"  # noqa: F821
 
-    def __getitem__(self, name: str) -> "numpy.ndarray | Group":
+    def __getitem__(self, name: str) -> "numpy.ndarray | Group | Member":
         observed = {each: self.observables[each] for each in self.observables.dtype.names}
         return _look_up(name, observed, self.columns, self.groups, self.multipliers)
 
@@ -141,12 +160,24 @@ def _record_of(observed: list) -> numpy.dtype:
     return numpy.dtype([("t", "<f8"), *((each.name, "<f8", _shape_of(each)) for each in observed)])
 
 
-def _at_one_instant(self, name: str) -> "numpy.ndarray | float | Group":
+def _multipliers_of(simulation: Simulation) -> numpy.ndarray:
+    """A copy in which those of what events have taken out are NaN, as observables are."""
+    multipliers, groups = simulation.multipliers.copy(), simulation.groups
+    for passage in simulation.passages:
+        group, _, number = passage.member.removesuffix("]").rpartition("[")
+        if passage.action in ("break", "release") and group in groups:
+            first, _, rows = groups[group]
+            multipliers[first + int(number) * rows:][:rows] = numpy.nan
+    return multipliers
+
+
+def _at_one_instant(self, name: str) -> "numpy.ndarray | float | Group | Member":
     """report["load(hook)"] is an observable of a state, report["links"].tension that of a group of rods."""
     if isinstance(self, Constrainer):
         groups, multipliers, observed = {}, numpy.zeros(0), self.observed
     else:
-        groups, multipliers = self.groups, self.multipliers
+        groups = self.groups
+        multipliers = _multipliers_of(self) if isinstance(self, Simulation) else self.multipliers
         ask = self.observe if isinstance(self, Simulation) else lambda: getattr(self, "observables", [])
         observed = [] if name in groups else ask()
     values = {each.name: numpy.reshape(each.values, _shape_of(each))[()] for each in observed}
@@ -208,7 +239,7 @@ def run(simulation: Simulation, t_end: "float | ArrayLike", every: float = 0.0, 
         times.append(simulation.time)
         positions.append(simulation.positions.copy())
         velocities.append(simulation.velocities.copy())
-        multipliers.append(simulation.multipliers.copy())
+        multipliers.append(_multipliers_of(simulation))
         values = [numpy.reshape(each.values, record[each.name].shape) for each in simulation.observe()]
         rows.append((simulation.time, *values))
 
