@@ -55,7 +55,12 @@ class SceneAsSystem(unittest.TestCase):
     def test_functions_kernels_and_units_are_carried(self):
         with tempfile.TemporaryDirectory() as folder:
             scene = tanor.Scene(write(folder, CRANE))
+        self.assertEqual((scene.num_points, scene._repr_html_().count("<circle")), (scene.num_points,) * 2)
+        run = pickle.loads(pickle.dumps(tanor.run_scene(scene)))  # none of these asks the scene for its system
+        self.assertEqual(repr(run.system), repr(scene))
         self.expect_same(scene)
+        with self.assertRaisesRegex(TypeError, "before its system is looked at"):
+            pickle.dumps(scene)
         end = [tanor.run(tanor.Simulation(each, scene.motion), 1.0).positions[-1] for each in (scene.system, copy.deepcopy(scene.system))]
         numpy.testing.assert_array_equal(*end)
         self.assertEqual(tanor.Simulation(scene.system, scene.motion).observe()[0].unit, "N")

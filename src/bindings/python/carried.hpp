@@ -58,6 +58,8 @@ py::object give(const Value& value) {
     if (value.constants.size() == 1) return py::float_(value.constants[0]);
     return value.is_initial() ? py::object(py::none()) : give(value.constants);
   } else {
+    if constexpr (std::is_same_v<Value, VectorFunction>)
+      if (value.is_constant()) return default_of(value);
     return py::cast(Carried{value});
   }
 }

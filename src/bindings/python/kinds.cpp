@@ -437,7 +437,13 @@ py::dict list_groups(const System& system) {
 void bind_system_functions(py::module_& module) {
   using py::arg;
   py::class_<Carried>(module, "Carried", "A function, a kernel or a cell of a scene, for the field in which it stands.")
-      .def("__deepcopy__", [](const Carried& self, const py::dict&) { return self; });
+      .def("__repr__", [](const Carried&) { return "<of a scene file>"; })
+      .def("__deepcopy__", [](const Carried& self, const py::dict&) { return self; })
+      .def("__reduce__", [](const Carried&) -> py::tuple {
+        throw py::type_error(
+            "functions, kernels and cells of a scene file are not pickled; pickle its Scene before its "
+            "system is looked at");
+      });
   module.def(
       "validate",
       [](const py::object& object, double time) {

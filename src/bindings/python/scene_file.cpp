@@ -52,7 +52,7 @@ py::tuple get_state(const SceneFile& self) {
 std::unique_ptr<SceneFile> set_state(const py::tuple& s) {
   auto result = std::make_unique<SceneFile>(s[0].cast<std::string>(), s[1].cast<std::string>(),
                                             overrides_of(s[py::slice(2, 9, 1)]));
-  result->seen = s[9].cast<py::dict>();
+  result->seen = s[9].attr("copy")().cast<py::dict>();
   return result;
 }
 
@@ -106,7 +106,7 @@ void bind_scene(py::module_& module) {
       .def_property_readonly(
           "output_every", [](SceneFile& self) { return self.read().output_every; }, "(float) s; 0: start and end only")
       .def_property_readonly(
-          "num_points", [](const py::object& self) { return py::len(self.attr("positions")); },
+          "num_points", [](const py::object& self) { return read_system(self).num_points(); },
           "(int) supports included")
       .def_property_readonly(
           "old_names", [](SceneFile& self) { return self.read().old_names; },
@@ -114,7 +114,7 @@ void bind_scene(py::module_& module) {
       .def("__repr__",
            [](const py::object& self) {
              return "Scene(" + py::repr(self.attr("file")).cast<std::string>() + ", " +
-                    py::repr(self.attr("system")).cast<std::string>() + ")";
+                    py::repr(give_system(read_system(self))).cast<std::string>() + ")";
            })
       .def(py::pickle(&get_state, &set_state));
   bind_part(&scene, "system", "(System) what moves, to read and to change",

@@ -26,7 +26,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char *shapes_name = "shapes.npy", *imaginary_name = "shapes_imaginary.npy";
-constexpr std::string_view picture_prefix = "mode_";
 constexpr int frames_of_period = 24;
 constexpr double largest_move = 0.2;  // relative to half of the scene's size, in pictures
 
@@ -137,8 +136,8 @@ std::vector<fs::path> list_modes(const fs::path& directory) {
   for (const fs::directory_entry& entry : fs::directory_iterator(directory, error)) {
     const std::string stem = entry.path().stem().string();
     const bool is_numbered =
-        stem.starts_with(picture_prefix) && stem.size() > picture_prefix.size() &&
-        std::ranges::all_of(stem.substr(picture_prefix.size()), [](unsigned char c) { return std::isdigit(c); });
+        stem.starts_with(mode_prefix) && stem.size() > mode_prefix.size() &&
+        std::ranges::all_of(stem.substr(mode_prefix.size()), [](unsigned char c) { return std::isdigit(c); });
     const std::string ending = entry.path().extension().string();
     if (!is_numbered || (ending != ".pvd" && ending != ".png")) continue;
     files.push_back(entry.path());
@@ -146,10 +145,6 @@ std::vector<fs::path> list_modes(const fs::path& directory) {
       std::ranges::copy(list_frames(fs::path(entry.path()).replace_extension()), std::back_inserter(files));
   }
   return files;
-}
-
-std::string name_mode(std::size_t number) {
-  return fmt::format("{}{}", picture_prefix, number);
 }
 
 void write_mode_pictures(const fs::path& directory, const System& system, const Solution& rest, const Modes& modes) {

@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <tanor/modes.hpp>
@@ -29,8 +30,11 @@ struct ModesFacts {
 /// Writes `directory/summary.json` and the shapes beside it.
 void write_modes(const std::filesystem::path& directory, const ModesFacts& facts, const Modes& modes);
 
+inline constexpr std::string_view mode_prefix = "mode_";
 /// Returns "mode_<k>", k = 1, 2, …
-std::string name_mode(std::size_t number);
+inline std::string name_mode(std::size_t number) {
+  return std::string(mode_prefix) + std::to_string(number);
+}
 
 /// Writes the vibration of each mode for pictures and ParaView: `directory/mode_<k>.pvd` and the frames that it names
 /// in `mode_<k>`. They show one period, with moves enlarged to a tenth of the scene's size; the period is 1 s if omega
