@@ -21,6 +21,7 @@ struct Observable {
   std::string text{};       ///< such as "max tension(links)", "moment(crank, z)" or "load(hook).z/9.81"
   Constants parameters{};   ///< names of numbers that the text may use
   bool every_step = false;  ///< extremes of all steps; otherwise of the instants at which `observe` is called
+  std::string unit{};       ///< of a formula, or where the system has no letters; else those of the quantity
 };
 
 /// The smallest or the largest number so far.

@@ -348,5 +348,41 @@ TEST(Observables, DefaultsAreTensionsAndLoads) {
   EXPECT_EQ(texts, (std::vector<std::string>{"max tension(links)", "min tension(links)", "load(hook)"}));
 }
 
+/// A rod turns with v = 2 at both ends and drifts with u = 1/2: its pull 2 v^2 takes the pressure of the turning away.
+TEST(Observables, DefaultsOfAPeriodicCellAreTemperatureAndPressureToo) {
+  System system;
+  system.add_point({.position = {1.0, 1.0, 1.0}, .velocity = {0.5, 2.0, 0.0}});
+  system.add_point({.position = {2.0, 1.0, 1.0}, .velocity = {0.5, -2.0, 0.0}});
+  system.constraints.push_back(Rods{.name = "rod", .pairs = {{0, 1}}});
+  const auto list_defaults = [&] {
+    std::vector<std::string> texts;
+    for (const Observable& each : default_observables(system)) texts.push_back(each.text);
+    return texts;
+  };
+  system.cell = Cell{.xx = 4.0, .yy = 4.0};
+  EXPECT_EQ(list_defaults(), (std::vector<std::string>{"tension(rod)"}));  // a slab has no volume
+  system.cell->zz = 4.0;
+  EXPECT_EQ(list_defaults(), (std::vector<std::string>{"tension(rod)", "temperature()", "pressure()"}));
+  Simulation simulation(system);
+  for (const Observable& each : default_observables(system)) simulation.add_observable(each);
+  const std::span<const Observed> found = simulation.observe();
+  EXPECT_NEAR(find(found, "temperature()").values[0], 8.5 / (6.0 - 1.0 - 3.0), 1e-13);
+  EXPECT_NEAR(find(found, "pressure()").values[0], 2.0 * 0.25 / (3.0 * 64.0), 1e-13);
+}
+
+TEST(Observables, AFormulaHasTheUnitThatIsGivenAndAQuantityItsOwn) {
+  System system = make_cable(2);
+  Simulation simulation(system);
+  simulation.add_observable({.text = "-load(hook).z/9.81", .unit = "kg"});
+  EXPECT_EQ(simulation.observe()[0].unit, "kg");
+  const Observable other{.text = "max tension(links)", .unit = "lbf"};
+  EXPECT_EQ(error_of([&] { check_observable(system, other); }),
+            "/unit: \"lbf\": \"max tension(links)\" is in N already");
+  EXPECT_EQ(error_of([&] { check_observable(system, {.text = "2*t", .unit = "s\n"}); }),
+            "/unit: wanted letters on one line, without quotes");
+  system.units = {};
+  EXPECT_EQ(observe(system, std::vector{other}, simulation.solution())[0].unit, "lbf");
+}
+
 }  // namespace
 }  // namespace tanor

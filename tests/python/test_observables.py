@@ -63,6 +63,14 @@ class Observables(unittest.TestCase):
         with self.assertRaisesRegex(IndexError, "links has 4 members"):
             run["links"][4]
 
+    def test_a_formula_has_the_unit_that_is_given(self):
+        simulation = tanor.Simulation(make_cable(4))
+        simulation.add_observable("-load(hook).z/9.81", name="weight", unit="kg")
+        run = tanor.run(simulation, 0.1)
+        self.assertEqual(run.units["weight"], "kg")
+        with self.assertRaisesRegex(tanor.InputError, "is in N already"):
+            simulation.add_observable("tension(links)", unit="kg")
+
     def test_options_by_name_scalars_and_groups(self):
         simulation = tanor.Simulation(make_cable(4), rtol=1e-10, method="dop853", threads=1)
         run = tanor.run(simulation, 0.2, 0.1)

@@ -29,9 +29,9 @@ SPEED = f"lenQ/({TIME})"
 # A bead on three rods between two hooks, and what is asked of it: numbers, vectors, members, vectors of members, formulas.
 OBSERVED = [
     {"what": "max tension(links)", "every_step": True}, "tension(links)", "load(hooks)", "each load(hooks)", "temperature()",
-    {"name": "weight/g, 'quoted'", "what": "load(hooks).z/9.81"}, {"name": "speed", "what": "velocity(1).norm"}, "energy()",
+    {"name": "weight/g, 'quoted'", "what": "load(hooks).z/9.81", "unit": "masQ"}, {"name": "speed", "what": "velocity(1).norm"}, "energy()",
     {"name": "tension", "what": "min tension(links)"}, {"name": "turn", "what": "moment(hooks, y)"}, "angle(0, 1, 2)"]
-UNITS = ["forQ", "forQ", "forQ", "forQ", "temQ", "", SPEED, "eneQ", "forQ", "forQ lenQ", "rad"]
+UNITS = ["forQ", "forQ", "forQ", "forQ", "temQ", "masQ", SPEED, "eneQ", "forQ", "forQ lenQ", "rad"]
 SCENE = {
     "tanor_scene": 1,
     "points": {"positions": [[0, 0, 0], [0.6, 0, -0.7], [1.5, 0, -0.7], [2.2, 0, 0]], "masses": 2,
@@ -245,6 +245,10 @@ def check_folder(folder: Folder) -> set:
     return {file.name for file in files}
 
 
+def without_units(observed: list) -> list:
+    return [each if isinstance(each, str) else {key: each[key] for key in each if key != "unit"} for each in observed]
+
+
 def main() -> int:
     tanor, place = sys.argv[1], pathlib.Path(sys.argv[2])
     if os.environ.get("CI") and not h5py:
@@ -256,7 +260,8 @@ def main() -> int:
         work = place / name
         work.mkdir(parents=True)
         for stem, scene in (("moving", SCENE), ("hanging", HANGING)):
-            (work / f"{stem}.json").write_text(json.dumps(scene | ({"units": letters} if letters else {})), encoding="utf-8")
+            named = scene | ({"units": letters} if letters else {"observe": without_units(OBSERVED)})
+            (work / f"{stem}.json").write_text(json.dumps(named), encoding="utf-8")
         rest = SCENE["points"]["positions"]
         rows = [[t, *(number for point in rest for number in point)] for t in (0, 1, 2, 3, 4, 5)]
         (work / "still.csv").write_text("\n".join(",".join(map(str, row)) for row in rows) + "\n", encoding="utf-8")

@@ -111,9 +111,10 @@ auto present(const Run& self) {
   return (self.now().*method)();
 }
 
-std::size_t add_observable(Run& self, const std::string& what, const std::string& name, bool every_step) {
-  return self.run(
-      [&](Simulation& s) { return s.add_observable({.name = name, .text = what, .every_step = every_step}); });
+std::size_t add_observable(Run& self, const std::string& what, const std::string& name, bool every_step,
+                           const std::string& unit) {
+  const Observable observable{.name = name, .text = what, .every_step = every_step, .unit = unit};
+  return self.run([&](Simulation& s) { return s.add_observable(observable); });
 }
 
 py::dict letters_of(const Units& units) {
@@ -198,12 +199,13 @@ Steps to exactly t_end, s, or to an event that stops; after a failure the state 
 progress  called with a MotionReport after every step; False ends the run there
 Ctrl-C, and what progress raises, end the run after a step, too, and are raised then: the simulation can go on.)doc")
       .def("add_observable", &add_observable, arg("what"), py::kw_only(), arg("name") = "", arg("every_step") = false,
-           R"doc(
+           arg("unit") = "", R"doc(
 Observes "max tension(links)", "moment(crank, z)", "load(hook).z" and the like (docs/observables.md); returns the
 observable's number.
 
 name        in results; `what` if it is empty
-every_step  extremes of all steps; otherwise of the instants at which `observe` is called)doc")
+every_step  extremes of all steps; otherwise of the instants at which `observe` is called
+unit        letters of a formula, "kg"; a quantity alone has those of the system)doc")
       .def("observe", &observe, R"doc(
 list[Observed]: all observables at the present state, also inside a progress callback.)doc")
       .def("add_event", &add_event, arg("function") = none, py::kw_only(), arg("direction") = "both",

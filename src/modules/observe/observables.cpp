@@ -40,6 +40,13 @@ std::size_t Observables::add(const Observable& what) {
   Observed observed = parsed.describe(system_.units);
   observed.name = what.name.empty() ? what.text : what.name;
   observed.text = what.text;
+  if (!what.unit.empty()) {
+    if (!observed.unit.empty())
+      throw InputError("/unit", "\"" + what.unit + "\": \"" + what.text + "\" is in " + observed.unit + " already");
+    if (what.unit.find_first_of("\"\r\n") != std::string::npos)
+      throw InputError("/unit", "wanted letters on one line, without quotes");
+    observed.unit = what.unit;
+  }
   if (std::ranges::count(found_, observed.name, &Observed::name) > 0)
     throw InputError("", "two observables are named \"" + observed.name + "\"");
   texts_.push_back(std::move(parsed));

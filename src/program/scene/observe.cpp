@@ -42,8 +42,13 @@ std::vector<Observable> read_observables(const Cursor& list, const System& syste
       observable.text = each["what"].string();
       observable.name = each["name"].string("");
       observable.every_step = each["every_step"].boolean(false);
+      observable.unit = each["unit"].string("");
     }
-    (each.is_string() ? each : each["what"]).locate([&] { check_observable(system, observable); });
+    try {
+      check_observable(system, observable);
+    } catch (const InputError& error) {
+      (each.is_string() ? each : each[error.where() == "/unit" ? "unit" : "what"]).complain(error.what());
+    }
     const std::string& name = observable.name.empty() ? observable.text : observable.name;
     for (std::size_t k = 0; k + 1 < observables.size(); ++k)
       if (name == (observables[k].name.empty() ? observables[k].text : observables[k].name))

@@ -19,7 +19,7 @@ const std::vector<Part>& parts() {
         "forces", "friction", "cell", "observe", "events", "units", "motion", "solver", "equilibrium", "modes"}},
       {"cell", {"edges", "origin"}},
       {"units", {"name", "length", "mass", "time", "force", "energy", "temperature", "pressure", "boltzmann"}},
-      {"observe", {"name", "what", "every_step"}},
+      {"observe", {"name", "what", "unit", "every_step"}},
       {"events", {"name", "when", "do", "of"}},
 
       {"motion",
