@@ -45,6 +45,7 @@ TEST(BreaksTest, ARopeAndThenASpringBreak) {
   EXPECT_EQ(passages[0].at("rest"), "point 0 and 1 more are without constraints");
   EXPECT_NEAR(summary.at("observables")[0].at("largest")[0].at("value").get<double>(), 3.0 * fall, 1e-8);
   EXPECT_TRUE(summary.at("observables")[0].at("values")[0].is_null());
+  EXPECT_TRUE(summary.at("final").at("multipliers")[0].is_null());
   const double until = 1.0 - t1, left = 0.1, mean = -fall / 16.0;
   const double s = mean + (s1 - mean) * std::cos(4.0 * until) + 0.5 * s1 * std::sin(4.0 * until);
   const double speed = -4.0 * (s1 - mean) * std::sin(4.0 * until) + 2.0 * s1 * std::cos(4.0 * until);

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <limits>
 
 #include "simulation/implementation.hpp"
 #include "simulation/taken_out.hpp"
@@ -19,13 +20,19 @@ std::unique_ptr<Simulation::Implementation> Simulation::Implementation::make_wit
   return made;
 }
 
-bool Simulation::Implementation::is_taken_out(std::size_t row) const {
-  return std::ranges::any_of(taken, [&](const Thing& thing) {
-    if (thing.list != Thing::List::Constraints) return false;
+std::vector<std::size_t> Simulation::Implementation::rows_taken_out() const {
+  std::vector<std::size_t> rows;
+  for (const Thing& thing : taken) {
+    if (thing.list != Thing::List::Constraints) continue;
     const std::size_t count = shape_of(system().constraints[thing.index]).rows_per_member;
     const std::size_t first = now.first_row[thing.index] + *thing.member * count;
-    return first <= row && row < first + count;
-  });
+    for (std::size_t row = first; row < first + count; ++row) rows.push_back(row);
+  }
+  return rows;
+}
+
+void Simulation::Implementation::forget_what_is_gone(Solution* at) const {
+  for (const std::size_t row : rows_taken_out()) at->multipliers[row] = std::numeric_limits<double>::quiet_NaN();
 }
 
 std::vector<std::size_t> Simulation::Implementation::numbers_of(std::span<const Thing> things) {

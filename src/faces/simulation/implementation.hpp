@@ -55,8 +55,10 @@ struct Simulation::Implementation final : SimulatedMotion {
   using SimulatedMotion::restore;
   /// Restores a state, out of whose system events may have taken other things than out of this one.
   static void restore(std::unique_ptr<Implementation>* at, std::span<const std::byte> saved);
-  /// Returns true if an equation is one of a constraint that was taken out.
-  bool is_taken_out(std::size_t row) const;
+  /// Returns the equations of constraints that were taken out.
+  std::vector<std::size_t> rows_taken_out() const;
+  /// Makes the multipliers of what was taken out NaN, as its observables are.
+  void forget_what_is_gone(Solution* at) const;
   static std::vector<std::size_t> numbers_of(std::span<const Thing> things);
   void write_requests(Snapshot* snapshot) override;
   void read_requests(const Snapshot& snapshot) override;

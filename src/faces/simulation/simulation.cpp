@@ -103,8 +103,8 @@ std::span<const double> Simulation::coordinate_rates() const {
 RankReport Simulation::rank() {
   const QuietTraps quiet;
   RankReport report = live(implementation_, "Simulation").find_rank();
-  std::erase_if(report.dependences,
-                [this](const RowDependence& each) { return implementation_->is_taken_out(each.row); });
+  const std::vector<std::size_t> gone = implementation_->rows_taken_out();
+  std::erase_if(report.dependences, [&](const RowDependence& each) { return std::ranges::count(gone, each.row) > 0; });
   const std::vector<std::size_t>& rigid = plan().prestress_rigid_equations;
   for (RowDependence& dependence : report.dependences) {
     if (std::binary_search(rigid.begin(), rigid.end(), dependence.row))
@@ -124,14 +124,18 @@ std::span<const double> Simulation::accelerations() const {
 }
 Solution Simulation::solution() {
   const QuietTraps quiet;
-  return live(implementation_, "Simulation").solution();
+  Solution at = live(implementation_, "Simulation").solution();
+  implementation_->forget_what_is_gone(&at);
+  return at;
 }
 std::vector<double> Simulation::friction_forces() {
   const QuietTraps quiet;
   return live(implementation_, "Simulation").friction_forces();
 }
 std::span<const double> Simulation::multipliers() const {
-  return live(implementation_, "Simulation").now.multipliers;
+  auto& self = const_cast<Implementation&>(live(implementation_, "Simulation"));
+  self.forget_what_is_gone(&self.now);
+  return self.now.multipliers;
 }
 std::span<const double> Simulation::reactions() const {
   return live(implementation_, "Simulation").of_users(&Solution::reactions);

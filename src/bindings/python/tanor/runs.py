@@ -160,24 +160,12 @@ def _record_of(observed: list) -> numpy.dtype:
     return numpy.dtype([("t", "<f8"), *((each.name, "<f8", _shape_of(each)) for each in observed)])
 
 
-def _multipliers_of(simulation: Simulation) -> numpy.ndarray:
-    """A copy in which those of what events have taken out are NaN, as observables are."""
-    multipliers, groups = simulation.multipliers.copy(), simulation.groups
-    for passage in simulation.passages:
-        group, _, number = passage.member.removesuffix("]").rpartition("[")
-        if passage.action in ("break", "release") and group in groups:
-            first, _, rows = groups[group]
-            multipliers[first + int(number) * rows:][:rows] = numpy.nan
-    return multipliers
-
-
 def _at_one_instant(self, name: str) -> "numpy.ndarray | float | Group | Member":
     """report["load(hook)"] is an observable of a state, report["links"].tension that of a group of rods."""
     if isinstance(self, Constrainer):
         groups, multipliers, observed = {}, numpy.zeros(0), self.observed
     else:
-        groups = self.groups
-        multipliers = _multipliers_of(self) if isinstance(self, Simulation) else self.multipliers
+        groups, multipliers = self.groups, self.multipliers
         ask = self.observe if isinstance(self, Simulation) else lambda: getattr(self, "observables", [])
         observed = [] if name in groups else ask()
     values = {each.name: numpy.reshape(each.values, _shape_of(each))[()] for each in observed}
@@ -239,7 +227,7 @@ def run(simulation: Simulation, t_end: "float | ArrayLike", every: float = 0.0, 
         times.append(simulation.time)
         positions.append(simulation.positions.copy())
         velocities.append(simulation.velocities.copy())
-        multipliers.append(_multipliers_of(simulation))
+        multipliers.append(simulation.multipliers.copy())
         values = [numpy.reshape(each.values, record[each.name].shape) for each in simulation.observe()]
         rows.append((simulation.time, *values))
 
