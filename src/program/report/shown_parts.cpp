@@ -53,7 +53,8 @@ std::int32_t add_image(std::int32_t point, const Vector3& offset, ShownParts* sh
 }  // namespace
 
 ShownParts choose_parts(const System& system, std::span<const Index> chosen) {
-  ShownParts shown{.units = system.units};
+  ShownParts shown;
+  shown.units = system.units;
   shown.points.assign(chosen.begin(), chosen.end());
   if (chosen.empty()) {
     shown.points.resize(system.num_points());
