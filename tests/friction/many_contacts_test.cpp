@@ -113,7 +113,8 @@ TEST(ManyContacts, ThoseThatHoldTooMuchAreReleasedWhereverTheyAreInARowTooLongTo
     const Vector3 r{static_cast<double>(k), 0.0, 0.0};
     system.positions.insert(system.positions.end(), r.begin(), r.end());
     system.masses.push_back(2.0);
-    system.forces.push_back(ConstantForce{"", {bead}, Vector3{0.0, k % 3 == 0 ? 0.3 + 0.01 * (k % 50) : 0.2, 1.0}});
+    system.forces.push_back(
+        ConstantForce{"", {bead}, Vector3{0.0, k % 3 == 0 ? 0.3 + 0.01 * static_cast<double>(k % 50) : 0.2, 1.0}});
     system.constraints.push_back(Lines{name, {bead}, r, Vector3{0.0, 1.0, 0.0}});
     system.friction.push_back(Coulomb{.name = "", .at = {name}, .coefficient = mu});
     if (k > 0) rods.pairs.push_back({bead - 1, bead});
@@ -129,7 +130,7 @@ TEST(ManyContacts, ThoseThatHoldTooMuchAreReleasedWhereverTheyAreInARowTooLongTo
   ASSERT_TRUE(report.outcome.ok()) << report.outcome.what;
   EXPECT_EQ(report.friction.sticking, 2 * count / 3);
   for (std::size_t k = 0; k < count; ++k) {
-    const double excess = k % 3 == 0 ? 0.05 + 0.01 * (k % 50) : 0.0;
+    const double excess = k % 3 == 0 ? 0.05 + 0.01 * static_cast<double>(k % 50) : 0.0;
     EXPECT_NEAR(w[3 * k + 1], excess / 2.0, 1e-12) << k;
   }
 }
