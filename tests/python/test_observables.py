@@ -71,6 +71,14 @@ class Observables(unittest.TestCase):
         with self.assertRaisesRegex(tanor.InputError, "is in N already"):
             simulation.add_observable("tension(links)", unit="kg")
 
+    def test_an_event_that_stops_ends_a_run_where_a_state_is_kept(self):
+        for event in ({"when": "t > 0.1", "do": "stop"}, {"function": lambda t, r, v: t - 0.1, "stops": True}):
+            simulation = tanor.Simulation(make_cable(4))
+            simulation.add_event(**event)
+            run = tanor.run(simulation, 0.3, 0.1)
+            numpy.testing.assert_array_equal(run.times, [0.0, 0.1])
+            self.assertEqual(len(tanor.run(simulation, 0.3, 0.1).times), 3)
+
     def test_options_by_name_scalars_and_groups(self):
         simulation = tanor.Simulation(make_cable(4), rtol=1e-10, method="dop853", threads=1)
         run = tanor.run(simulation, 0.2, 0.1)

@@ -142,6 +142,14 @@ Outcome Watch::follow_sign(const Step& step, std::size_t k, const RootIsolation:
     const double slope = slope_at_zero(step, false, g);
     sign = slope != 0.0 ? at_zero * sign_of(slope) : sign_of(samples[0].value);
   }
+  // At once behind a zero of higher order the interpolation may have another sign.
+  const auto may_rise = [](const RootIsolation::Sample& each) { return each.s > 0.5 || each.value >= 0.0; };
+  const bool is_at_start = signs_[k] == 0.0 || (std::isnan(signs_[k]) && std::abs(sign) < 1.0);
+  if (functions_[k].passes_at_start && is_at_start && !(samples[0].value > 0.0) && samples[last / 2].value > 0.0 &&
+      std::ranges::all_of(samples.subspan(1), may_rise)) {
+    add_crossing(step, k, step.from.t, true);
+    sign = at_zero;
+  }
   const bool leaves_zero = std::abs(sign) < 1.0;
   sign = first_signs_[k] = sign_of(sign);
   if (leaves_zero && sign != 0.0) isolation_.leave_zero(sign, false);

@@ -13,8 +13,8 @@
 namespace tanor::detail {
 
 /// Finds where functions of a motion pass through 0, on the scheme's dense output (`RootIsolation`). Each function
-/// keeps its last sign from step to step. At the beginning, and after a passage at the end of a step, a function is at
-/// 0: it does not pass there again, but may right behind.
+/// keeps its last sign from step to step. At the beginning, unless it says otherwise, and after a passage at the end of
+/// a step, a function is at 0: it does not pass there again, but may right behind.
 class Watch {
  public:
   /// A function in the variables of the mechanics.
@@ -23,7 +23,8 @@ class Watch {
     Event::Direction direction;
     bool stops;
     std::string name{};
-    bool solves = false;  ///< it leaves the mechanics linearised elsewhere
+    bool solves = false;           ///< it leaves the mechanics linearised elsewhere
+    bool passes_at_start = false;  ///< where it is 0 before it has a sign and rises from there, it passes
   };
 
   Watch(const IntegrationOptions& options, Mechanics& mechanics) : options_(options), mechanics_(mechanics) {}

@@ -192,10 +192,8 @@ Outcome Simulation::Implementation::advance_through_events(std::unique_ptr<Imple
       return (*at)->outcome = found;
     }
   };
-  const auto has_conditions = [at] {
-    return std::ranges::any_of((*at)->conditions, [](const auto& condition) { return condition != nullptr; });
-  };
-  if (!has_conditions()) return (*at)->advance(t_end, observer);
+  if (std::ranges::none_of((*at)->conditions, [](const auto& condition) { return condition != nullptr; }))
+    return (*at)->advance(t_end, observer);
   bool stops = false;
   (*at)->refuse_inside_advance("advance_to");
   if (!(*at)->outcome.ok()) return (*at)->outcome;

@@ -260,6 +260,7 @@ std::size_t Simulation::Implementation::add_event(const Event& event) {
     if (!event.value) throw InputError("/event", "\"" + event.name + "\" has no function");
     conditions.push_back(nullptr);
     events.push_back(event);
+    events.back().action = event.stops ? EventAction::Stop : EventAction::Report;
     function.value = [this, value = event.value, at_r = std::vector<double>(points.r.size()),
                       at_v = std::vector<double>(points.v.size()),
                       size = 3 * system().num_points()](double t, const double* x, const double* x_dot) mutable {
@@ -284,7 +285,7 @@ std::size_t Simulation::Implementation::add_event(const Event& event) {
       return is_done ? never : condition->value(look_inside(t, x, x_dot, needs));
     };
     function.direction = Event::Direction::Rising;
-    function.stops = true;
+    function.stops = function.passes_at_start = true;
     function.solves = needs.solves();
     if (function.name.empty()) function.name = event.when;
   }
@@ -333,12 +334,14 @@ Simulation::Implementation::Acts Simulation::Implementation::act() {
       const bool was_true = std::exchange(truth.is_true, value > 0.0);
       if (was_true || !truth.is_true) continue;
       passages.push_back({number, state.t, true, event.name, {}, 0.0, {}, event.action});
+      integration.watch().note_passed(number, true);
     }
     truth = {true, state.t};
     Passage& passage =
         *std::find_if(passages.rbegin(), passages.rend(), [&](const Passage& each) { return each.event == number; });
     const Things things(system(), taken);
-    if (const std::optional<Thing> thing = condition.thing()) passage.member = things.name(*thing);
+    const std::optional<Thing> thing = condition.thing();
+    passage.member = thing ? things.name(*thing) : condition.member();
     acts.stops = acts.stops || event.action == EventAction::Stop;
     if (!takes(event)) continue;
     const Thing goes = *find_what_goes(things, event, condition);

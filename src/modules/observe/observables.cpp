@@ -186,7 +186,6 @@ Condition::Condition(const Things& things, const std::string& text, const Consta
     std::swap(left_, right_);
     sign_ = -sign_;
   }
-  is_any_ = left_->is_any();
   left_->take_any(static_cast<int>(sign_));
   if (!left_->is_number() || !right_->is_number())
     throw InputError("", "formula \"" + text + "\": a condition compares single numbers; say any, max, min or sum");
@@ -200,7 +199,7 @@ Needs Condition::needs() const {
 
 std::optional<Thing> Condition::thing() const {
   const Quantity* const quantity = left_->quantity();
-  if (quantity == nullptr || (!is_any_ && seen_.member.empty() && quantity->num_members > 1)) return {};
+  if (quantity == nullptr || (!left_->takes_member() && quantity->num_members > 1)) return {};
   return quantity->thing(member_);
 }
 

@@ -56,16 +56,17 @@ class Condition {
 
   Needs needs() const;
   double value(const ObservedInstant& at) const;
-  /// Returns the thing of which the condition speaks, at the last value: the member that `any` found, or the only one;
-  /// nothing if it speaks of several or of none. Before the first value it is the first member.
+  /// Returns the thing of which the condition speaks, at the last value: the member that `any`, `max` or `min` took, or
+  /// the only one; nothing if it speaks of several or of none. Before the first value it is the first member.
   std::optional<Thing> thing() const;
+  /// Returns the name of the member that they took, which need not be a thing: a point; empty if they took none.
+  const std::string& member() const { return seen_.member; }
 
  private:
   std::unique_ptr<ObservedText> left_, right_;
   double sign_ = 1.0;
   mutable Observed seen_;
   mutable std::size_t member_ = 0;
-  bool is_any_ = false;
 };
 
 }  // namespace tanor::detail

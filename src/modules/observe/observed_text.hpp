@@ -42,6 +42,8 @@ class ObservedText {
   bool is_gone() const {
     return std::ranges::any_of(terms_, [](const Term& term) { return term.quantity.is_gone; });
   }
+  /// Returns true for a term alone with max or min.
+  bool takes_member() const { return lone() && terms_[0].is_reduced(); }
   bool is_number() const { return !lone() || (terms_[0].columns() == 1); }
   /// Returns the quantity and its thing for a term alone; null for a formula.
   const Quantity* quantity() const { return lone() ? &terms_[0].quantity : nullptr; }

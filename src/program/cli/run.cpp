@@ -147,9 +147,7 @@ Ending advance(const scene::Scene& scene, Simulation* simulation, RunFolder* fol
     const double begin = simulation->time();
     target = next_output_time(begin, scene.output_every, scene.t_end);
     const Outcome outcome = simulation->advance_to(target, observe);
-    const bool is_early = outcome.ok() && not_proven.empty() && simulation->time() < target;
-    const bool is_stopped = is_early && caught_interrupt();
-    if (is_stopped)
+    if (outcome.ok() && not_proven.empty() && simulation->time() < target && caught_interrupt())
       folder->write_stop(*simulation);
     else if (simulation->time() > begin)
       folder->write_frame(*simulation);
@@ -158,9 +156,9 @@ Ending advance(const scene::Scene& scene, Simulation* simulation, RunFolder* fol
     if (const auto interrupt = caught_interrupt(); interrupt && simulation->time() < scene.t_end) {
       return {interrupt->code, fmt::format("{} came", interrupt->name)};
     }
-    if (is_early) {
-      const std::span<const Passage> all = simulation->passages();
-      const auto stop = std::ranges::find(all.rbegin(), all.rend(), EventAction::Stop, &Passage::action);
+    const std::span<const Passage> all = simulation->passages();
+    const auto stop = std::ranges::find(all.rbegin(), all.rend(), EventAction::Stop, &Passage::action);
+    if (stop != all.rend() && stop->time == simulation->time()) {
       why = fmt::format("the event \"{}\" stops there", stop->name);
       break;
     }

@@ -237,7 +237,8 @@ def run(simulation: Simulation, t_end: "float | ArrayLike", every: float = 0.0, 
         for end in instants if outcome.ok else ():
             outcome = simulation.advance_to(end, progress)
             keep()
-            if not outcome.ok or simulation.time < end:
+            is_stopped = any(each.action == "stop" and each.time == simulation.time for each in simulation.passages)
+            if not outcome.ok or is_stopped or simulation.time < end:
                 break
     finally:
         if isinstance(progress, _Line):
