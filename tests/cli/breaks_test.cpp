@@ -50,6 +50,9 @@ TEST(BreaksTest, ARopeAndThenASpringBreak) {
   const double s = mean + (s1 - mean) * std::cos(4.0 * until) + 0.5 * s1 * std::sin(4.0 * until);
   const double speed = -4.0 * (s1 - mean) * std::sin(4.0 * until) + 2.0 * s1 * std::cos(4.0 * until);
   EXPECT_EQ(passages[1].at("member"), "spring[0]");
+  const json& at_breaks = summary.at("observables")[1];  // its frames are at 0 and 1.1, where it has no tension
+  EXPECT_NEAR(at_breaks.at("least")[0].at("value").get<double>(), std::min(0.0, 16.0 * s), 1e-8);
+  EXPECT_NEAR(at_breaks.at("largest")[0].at("value").get<double>(), 16.0 * std::max(s1, s), 1e-8);
   EXPECT_NEAR(passages[1].at("energy_lost").get<double>(), 8.0 * s * s, 1e-9);
   const json& positions = summary.at("final").at("positions");
   EXPECT_NEAR(positions[0][2].get<double>(), -3.0 + s + speed * left - 0.5 * fall * left * left, 1e-9);

@@ -181,6 +181,7 @@ Outcome Simulation::Implementation::advance_through_events(std::unique_ptr<Imple
       Acts acts = (*at)->act();
       *stops = *stops || acts.stops;
       if (acts.taken.empty()) return {};
+      (*at)->observe(true);  // what goes has its extremes here
       std::string names;
       Outcome found;  // of the last one, when all are gone
       for (const auto& [thing, passage] : acts.taken) {
@@ -200,15 +201,12 @@ Outcome Simulation::Implementation::advance_through_events(std::unique_ptr<Imple
   if (Outcome found = act_fully(&stops); !found.ok() || stops) return found;
   while (true) {
     (*at)->list_passages();
-    const Outcome advanced = (*at)->advance(t_end, observer);
-    if (!advanced.ok()) return advanced;
-    const std::size_t seen = (*at)->seen_passages;
-    const std::span<const Passage> all((*at)->integration.watch().passages());
-    const bool is_met = std::ranges::any_of(all.subspan(seen), [&](const Passage& each) {
-      return each.time == (*at)->state.t && (*at)->conditions[each.event] != nullptr;
-    });
+    bool goes_on = true;
+    const Observer watched = [&](const MotionReport& report) { return goes_on = !observer || observer(report); };
+    if (const Outcome advanced = (*at)->advance(t_end, watched); !advanced.ok()) return advanced;
     if (Outcome found = act_fully(&stops); !found.ok()) return found;
-    if (stops || !is_met || (*at)->state.t >= t_end) return (*at)->outcome;
+    // A passage that is taken back, as of two equal numbers, ends the advance too.
+    if (stops || !goes_on || (*at)->state.t >= t_end) return (*at)->outcome;
   }
 }
 
