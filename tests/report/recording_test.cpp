@@ -284,6 +284,25 @@ TEST(GuidesTest, ASphereAndAPlaneOfTheSamePointsAreACircle) {
   EXPECT_EQ(place({0, 1}).size(), 2u) << "of other points";
 }
 
+TEST(GuidesTest, ThoseThatAreTooManyToDrawAreCounted) {
+  System system;
+  system.positions.resize(300);
+  system.masses.assign(100, 1.0);
+  std::vector<Index> points(100);
+  for (std::size_t k = 0; k < 100; ++k) {
+    points[k] = static_cast<Index>(k);
+    system.positions[3 * k + 2] = static_cast<double>(k / 2);  // two points a plane
+  }
+  const Planes floors{"", points, Vector3{0, 0, 1}, Parameter()};
+  system.constraints = {floors, floors, Lines{"", {0}, Vector3{}, Vector3{1, 0, 0}}};
+
+  EXPECT_EQ(place_guides(system, 0.0, 0.0).size(), 64u);
+  EXPECT_EQ(Recording(system, {}).count_guides_left_out(system), 50u + 50u + 1u - 64u);
+  system.constraints.pop_back();
+  system.constraints.pop_back();
+  EXPECT_EQ(Recording(system, {}).count_guides_left_out(system), 0u);
+}
+
 // Atwood's machine: both masses hang on a rope with the tension 2 m1 m2/(m1 + m2) g.
 TEST(RecordingTest, ARopeHasItsCourseAndItsTension) {
   System system;

@@ -60,10 +60,18 @@ bool are_close(const std::vector<double>& a, const std::vector<double>& b) {
   return std::ranges::equal(a, b, [](double x, double y) { return std::abs(x - y) <= rounding * (1.0 + std::abs(x)); });
 }
 
-/// Guides, and the points that each holds; none if a group has several guides.
+/// Guides, and the points that each holds; none if a group has several guides. Those for which there is no room are
+/// counted where `left_out` is given.
 struct Placed {
+  std::size_t* left_out;
   std::vector<Guide> guides;
   std::vector<std::vector<Index>> points;
+
+  bool is_full() const { return guides.size() >= 64; }
+  bool takes_another() const {
+    if (is_full() && left_out != nullptr) ++*left_out;
+    return !is_full();
+  }
 };
 
 /// Returns the center, normal and radius of the circle in which a plane meets a sphere; the radius is 0 if it does not.
@@ -92,15 +100,16 @@ void merge_rings(Placed* placed) {
 
 /// Adds one guide for all points, or one for each if their numbers differ at the start.
 template <class Group>
-void add_guides(const System& system, const Group& group, double t_start, double t, std::size_t most, Placed* placed) {
+void add_guides(const System& system, const Group& group, double t_start, double t, Placed* placed) {
   if constexpr (is_drawn<Group>) {
     const std::size_t first = placed->guides.size();
     std::vector<double> before;
-    for (std::size_t k = 0; k < group.points.size() && placed->guides.size() < most; ++k) {
+    for (std::size_t k = 0; k < group.points.size() && (!placed->is_full() || placed->left_out != nullptr); ++k) {
       std::vector<double> numbers = place(system, group, t_start, t_start, k);
       if (are_close(numbers, before)) continue;
       before = std::move(numbers);
-      placed->guides.push_back({std::string(KindOf<Group>::name), group.name, place(system, group, t_start, t, k)});
+      if (placed->takes_another())
+        placed->guides.push_back({std::string(KindOf<Group>::name), group.name, place(system, group, t_start, t, k)});
     }
     placed->points.resize(placed->guides.size());
     if (placed->guides.size() == first + 1) placed->points.back() = group.points;
@@ -158,15 +167,16 @@ void mark(const Points& points, std::vector<bool>* marks) {
 
 }  // namespace
 
-std::vector<Guide> place_guides(const System& system, double t_start, double t, std::size_t most) {
-  Placed placed;
+std::vector<Guide> place_guides(const System& system, double t_start, double t, std::size_t* left_out) {
+  if (left_out != nullptr) *left_out = 0;
+  Placed placed{left_out, {}, {}};
   visit_groups(system, [&]<class Group>(const Group& group) {
     if constexpr (std::is_same_v<Group, UserConstraints>) {
-      if (!has_surface(group) || placed.guides.size() >= most) return;
+      if (!has_surface(group) || !placed.takes_another()) return;
       placed.guides.push_back(place_surface(group, t));
       placed.points.emplace_back();
     } else {
-      add_guides(system, group, t_start, t, most, &placed);
+      add_guides(system, group, t_start, t, &placed);
     }
   });
   merge_rings(&placed);

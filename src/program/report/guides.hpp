@@ -27,11 +27,11 @@ inline bool has_picture(const Guide& guide) {
   return guide.numbers.size() > 1;
 }
 
-/// Returns the guides of constraints and coordinates at time t, in their order and at most `most` of them, the same
-/// ones at every time. Radii, offsets and phases that the system leaves to the start come from its positions at
-/// t_start. Points with individual numbers have a guide each; a sphere and a plane that hold the same points are the
-/// circle in which they meet.
-std::vector<Guide> place_guides(const System& system, double t_start, double t, std::size_t most = 64);
+/// Returns the guides of constraints and coordinates at time t, in their order and at most 64 of them, the same ones at
+/// every time. Radii, offsets and phases that the system leaves to the start come from its positions at t_start. Points
+/// with individual numbers have a guide each; a sphere and a plane that hold the same points are the circle in which
+/// they meet. `left_out` takes the number of the others.
+std::vector<Guide> place_guides(const System& system, double t_start, double t, std::size_t* left_out = nullptr);
 
 /// Returns the ties as guides.
 std::vector<Guide> list_ties(const ShownParts& shown);

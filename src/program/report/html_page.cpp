@@ -138,6 +138,8 @@ Json describe_motion(const System& system, const Recording& recording, const std
   Json without_picture = list_of(list_guides_without_picture(system), name_guide);
   if (shown.ties_left_out > 0)
     without_picture.push_back(fmt::format("{} more ropes and formulas", shown.ties_left_out));
+  if (const std::size_t more = recording.count_guides_left_out(system); more > 0)
+    without_picture.push_back(fmt::format("{} more guides", more));
   const auto image = [](const ShownParts::Image& each) {
     return Json{each.point, each.offset[0], each.offset[1], each.offset[2]};
   };

@@ -126,6 +126,12 @@ std::vector<double> Recording::tensions() const {
   return all;
 }
 
+std::size_t Recording::count_guides_left_out(const System& system) const {
+  std::size_t left_out = 0;
+  place_guides(system, t_start_, t_start_, &left_out);
+  return left_out;
+}
+
 bool Recording::fits(const RecordedFrame& frame) const {
   const std::size_t held = 3 * held_.size();
   return frame.positions.size() == 3 * shown_.num_points && frame.tensions.size() == shown_.rods.size() &&
