@@ -419,9 +419,20 @@ TEST(EquilibriumTest, EquilibriumOnAFloorIsWrittenAsASceneThatRuns) {
   scene["constraints"].push_back(
       {{"name", "far"}, {"kind", "plane"}, {"points", {1}}, {"normal", {0, 0, 1}}, {"offset", -9}});
   scene["equilibrium"] = {{"one_sided", {{"floor", "at_least"}, {"far", "at_least"}}}};
-  scene["observe"] = {
-      "force(floor).z", "force(floor[1]).z", "force(far)", {{"what", "multiplier(far)"}, {"name", "m"}}};
-  scene["events"] = {{{"when", "t > 5"}, {"do", "release"}, {"of", "far"}}, {{"when", "t > 5"}, {"do", "report"}}};
+  scene["constraints"].push_back({{"name", "far2"}, {"kind", "plane"}, {"points", {1}}, {"normal", {0, 1, 0}}});
+  scene["observe"] = {"force(floor).z",
+                      "force(floor[0]).z",
+                      "force(floor[1]).z",
+                      "force(far)",
+                      "force( far ).x",
+                      "sum force( floor ).z",
+                      "force(far2).z",
+                      {{"what", "multiplier(far)"}, {"name", "m"}},
+                      {{"what", "position(1).z"}, {"name", "far off"}}};
+  scene["events"] = {{{"when", "t > 5"}, {"do", "release"}, {"of", "far"}},
+                     {{"when", "t > 5"}, {"do", "release"}, {"of", "floor[1]"}},
+                     {{"when", "t > 6"}, {"do", "release"}, {"of", "far2"}},
+                     {{"name", "far"}, {"when", "t > 5"}, {"do", "report"}}};
 
   const Ended ended = find_at_rest(folder, scene);
   const Ended again = run_program(folder, {"equilibrium", "at_rest/equilibrium.json", "--out", "again"});
@@ -436,8 +447,11 @@ TEST(EquilibriumTest, EquilibriumOnAFloorIsWrittenAsASceneThatRuns) {
   const json at_rest = json::parse(read_text(folder / "at_rest/equilibrium.json"));
   EXPECT_EQ(at_rest["constraints"][1]["points"], json::parse("[2]"));
   EXPECT_EQ(at_rest["constraints"][1]["offset"], json::parse("[-0.3]"));
-  EXPECT_EQ(at_rest["observe"], json::parse(R"(["force(floor).z"])")) << "others have gone or have other numbers";
-  EXPECT_EQ(at_rest["events"], json::parse(R"([{"when": "t > 5", "do": "report"}])"));
+  EXPECT_EQ(at_rest["observe"], json::parse(R"json(["force(floor).z", "sum force( floor ).z", "force(far2).z",
+                                                    {"what": "position(1).z", "name": "far off"}])json"))
+      << "others have gone or have other numbers";
+  EXPECT_EQ(at_rest["events"], json::parse(R"([{"when": "t > 6", "do": "release", "of": "far2"},
+                                               {"name": "far", "when": "t > 5", "do": "report"}])"));
   EXPECT_EQ(again.code, 0) << again.err;
   EXPECT_EQ(run.code, 0) << run.err;
 }

@@ -7,6 +7,8 @@
 #include <sstream>
 #include <thread>
 
+#include <fmt/format.h>
+
 namespace tanor::cli {
 namespace {
 
@@ -218,6 +220,45 @@ TEST(ErrorTimeTest, ASignalKeepsTheRowsThatAreThere) {
   EXPECT_EQ(ended.code, 143) << ended.err;
   EXPECT_EQ(ended.err, "tanor: s.json: SIGTERM came; rows are missing\n") << "in the first run";
   EXPECT_FALSE(std::filesystem::exists(folder / "o")) << "no row was there";
+}
+
+// A bead falls from the horizontal on a rod of 1 m, which breaks at 20 N = 3 m g sin(a), and then flies. The time of
+// the fall is the integral of da/sqrt(2 g sin(a)), by Simpson's rule in the root of a.
+TEST(ErrorTimeTest, ARodBreaksInEachRun) {
+  const Folder folder;
+  write_text(folder / "s.json", R"json({"tanor_scene": 1, "points": {"positions": [[0,0,0], [1,0,0]], "masses": 1},
+    "supports": [{"points": [0]}], "constraints": [{"name": "rod", "kind": "rod", "pairs": [[0, 1]]}],
+    "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}],
+    "events": [{"when": "tension(rod) > 20", "do": "break"}], "motion": {"t_end": 1, "step": 0.01}})json");
+  const double g = 9.81, sine = 20.0 / (3.0 * g), a = std::asin(sine), width = std::sqrt(a) / 2000;
+  double time = 0.0;
+  for (int k = 0; k <= 2000; ++k) {
+    const double u = k * width, weight = k % 2 == 1 ? 4.0 : k == 0 || k == 2000 ? 1.0 : 2.0;
+    time += weight * width / 3.0 * 2.0 * (k == 0 ? 1.0 : u / std::sqrt(std::sin(u * u))) / std::sqrt(2.0 * g);
+  }
+  const double flight = 1.0 - time, speed = std::sqrt(2.0 * g * sine), x = std::cos(a) - speed * sine * flight,
+               z = -sine - speed * std::cos(a) * flight - 0.5 * g * flight * flight;
+  write_text(folder / "end.txt", fmt::format("# by hand\n1\n{} 0 {} 0 0 0\n", x, z));
+
+  const Ended ended = run_program(
+      folder, {"error-time", "s.json", "--methods", "rk4,dopri5", "--reference", "end.txt", "--quiet", "--out", "o"});
+
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  const std::vector<double> errors = read_column(folder / "o/error_time.csv", "error");
+  ASSERT_EQ(errors.size(), 8u);
+  EXPECT_LT(errors[3], 1e-6) << ended.out;
+  EXPECT_LT(errors[7], 1e-7) << ended.out;
+}
+
+TEST(ErrorTimeTest, ASceneThatAnEventStopsIsRefused) {
+  const Folder folder;
+  write_text(folder / "s.json", R"json({"tanor_scene": 1, "points": {"positions": [[0,0,0]]},
+    "events": [{"when": "t > 2", "do": "report"}, {"when": "position(0).x > 2", "do": "stop"}], "motion": {"t_end": 1}
+})json");
+
+  EXPECT_EQ(complaint(folder, {"error-time", "s.json", "--quiet"}, 2),
+            "tanor: s.json: /events/1/do: error-time compares states at t_end, and \"stop\" ends each method's run at "
+            "an instant of its own\n");
 }
 
 /// Returns the method of the first row of the errors that the page of a run shows.

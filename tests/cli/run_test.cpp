@@ -75,7 +75,7 @@ TEST(RunTest, WritesItsFolder) {
   EXPECT_LT(ended.out.find("certificate "), ended.out.find("left out ")) << "what comes for answers reads them first";
   EXPECT_TRUE(contains(ended.err, "t = 0.35 reached")) << ended.err;
   EXPECT_EQ(list_names(folder / "s.out"), (Words{"checkpoint", "observables.csv", "report.txt", "summary.json",
-                                                        "trajectory", "trajectory.pvd", "trajectory.xyz"}));
+                                                 "trajectory", "trajectory.pvd", "trajectory.xyz"}));
   EXPECT_EQ(list_names(folder / "s.out/trajectory").size(), 5u);
   EXPECT_EQ(list_times(folder / "s.out/trajectory.xyz"), (std::vector<double>{0, 0.1, 0.2, 3 * 0.1, 0.35}));
   const json summary = read_json(folder / "s.out/summary.json");
@@ -355,6 +355,21 @@ TEST(RunTest, WhatBrokeIsToldWithItsTimeAndHasNoNumbers) {
   EXPECT_NE(page.find("max tension(rod)  broken at t = 0.125"), std::string::npos) << page;
   EXPECT_EQ(page.find("nan"), std::string::npos) << page;
   EXPECT_TRUE(table.ends_with("\n0.5,,\n")) << table;
+}
+
+TEST(RunTest, AGuideThatLetGoIsToldAsReleasedWhateverElseItsEventsTold) {
+  const Folder folder;
+  write_text(folder / "s.json", R"json({"tanor_scene": 1, "name": "s", "points": {"positions": [[0,0,0]], "masses": 1},
+    "constraints": [{"name": "floor", "kind": "plane", "points": [0], "normal": [0,0,1]}],
+    "forces": [{"kind": "gravity", "acceleration": [0,0,-9.81]}], "observe": ["multiplier(floor)"],
+    "events": [{"when": "t > 0.125", "do": "release", "of": "floor"},
+               {"when": "force(floor).z < 9", "do": "report"}], "motion": {"t_end": 0.5}
+})json");
+  const Ended ended = run_program(folder, {"run", "s.json", "--out", "o"});
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  const std::string page = read_text(folder / "o/report.txt");
+  EXPECT_NE(page.find("multiplier(floor)  released at t = 0.125"), std::string::npos) << page;
+  EXPECT_EQ(page.find("broken"), std::string::npos) << page;
 }
 
 }  // namespace

@@ -48,6 +48,11 @@ std::vector<Method> choose_methods(const std::vector<Method>& wanted, const scen
 
 ExitCode execute_error_time(const Options& options) {
   const scene::Scene scene = prepare(scene::load_moving_scene(options.scene, options.overrides));
+  for (std::size_t k = 0; k < scene.events.size(); ++k)
+    if (scene.events[k].action == EventAction::Stop)
+      throw InputError(
+          fmt::format("{}: /events/{}/do", scene.file.string(), k),
+          "error-time compares states at t_end, and \"stop\" ends each method's run at an instant of its own");
   const std::vector<Method> wanted = read_methods(options.methods);
   const auto say = [&](const std::string& line) {
     if (!options.quiet) fmt::print(stderr, "{}\n", report::wrap(line, 2, report::Terminal::of(stderr).width(), 0));

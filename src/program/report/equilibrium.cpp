@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <functional>
 #include <span>
@@ -242,16 +243,35 @@ void keep_members(const Group& group, const Keep& keep, Json* entry) {
   (*entry)[list_name<Group>()] = keep_some(members);
 }
 
-/// Removes what a scene asks of constraints that are gone, or of members of a group that has others now.
-void leave_out_questions(const std::vector<std::string>& gone, Json* list) {
+/// A group of constraints that the scene at rest lacks, or some members of which it lacks, so that others have other
+/// numbers.
+struct Gone {
+  std::string name;
+  bool is_whole;
+
+  /// Returns true if an argument in a text is the group or one of its members, or if only part is gone, a member.
+  bool is_asked(std::string_view text) const {
+    constexpr const char* blanks = " \t\n\r";
+    for (std::size_t at = text.find(name, 1); at < text.size(); at = text.find(name, at + 1)) {
+      const std::size_t first = text.find_last_not_of(blanks, at - 1);
+      const std::size_t last = text.find_first_not_of(blanks, at + name.size());
+      if (first < at && last < text.size() && std::strchr("(,'\"", text[first]) != nullptr &&
+          std::strchr(is_whole ? "[),'\"" : "[", text[last]) != nullptr)
+        return true;
+    }
+    return false;
+  }
+};
+
+/// Removes what a scene asks of constraints that are gone.
+void leave_out_questions(const std::vector<Gone>& gone, Json* list) {
   Json kept = Json::array();
   for (const Json& each : *list) {
-    const std::string asked = each.dump();
-    const auto is_asked = [&](const std::string& name) {
-      return std::ranges::any_of(std::array{"(", "'", "\""},
-                                 [&](const char* before) { return asked.find(before + name) != std::string::npos; });
-    };
-    if (std::ranges::none_of(gone, is_asked)) kept.push_back(each);
+    std::string asked = each.is_string() ? each.get<std::string>() : "";
+    for (const char* key : {"what", "when"})
+      if (each.contains(key)) asked = each[key];
+    if (each.contains("of")) asked += "(" + each["of"].get<std::string>() + ")";
+    if (std::ranges::none_of(gone, [&](const Gone& group) { return group.is_asked(asked); })) kept.push_back(each);
   }
   *list = std::move(kept);
 }
@@ -259,7 +279,7 @@ void leave_out_questions(const std::vector<std::string>& gone, Json* list) {
 /// Makes the closed one-sided constraints two-sided and removes the open ones.
 void write_closed_constraints(const System& system, const EquilibriumResult& found, Json* json) {
   if (found.open.empty()) return;
-  std::vector<std::string> gone;
+  std::vector<Gone> gone;
   Json& options = (*json)["equilibrium"];
   options.erase("one_sided");
   Json constraints = Json::array();
@@ -267,7 +287,7 @@ void write_closed_constraints(const System& system, const EquilibriumResult& fou
     const auto is_open = found.open.begin() + static_cast<std::ptrdiff_t>(row);
     const auto open = std::count(is_open, is_open + static_cast<std::ptrdiff_t>(members), true);
     if (open > 0 && options.contains("prestress")) options["prestress"].erase(name);
-    if (open > 0) gone.push_back(name + (open < static_cast<std::ptrdiff_t>(members) ? "[" : ""));
+    if (open > 0) gone.push_back({name, open == static_cast<std::ptrdiff_t>(members)});
     if (open == static_cast<std::ptrdiff_t>(members) && members > 0) return;
     Json& entry = constraints.emplace_back(std::move((*json)["constraints"][g]));
     entry["name"] = name;

@@ -159,7 +159,7 @@ std::string describe_extreme(const Extreme& extreme, const std::string& unit, co
                      number_with_unit(extreme.time, units.time), extreme.member.empty() ? "" : " in " + extreme.member);
 }
 
-/// Returns why an observable has no number: the last thing of which it speaks broke, or nothing tells the number.
+/// Returns why an observable has no number: the last thing of which it speaks went, or nothing tells the number.
 std::string explain_nan(const Observed& observed, std::span<const Passage> passages, const Units& units) {
   const auto speaks_of = [&](const std::string& name) {
     return observed.text.find("(" + name + ")") != std::string::npos ||
@@ -167,9 +167,10 @@ std::string explain_nan(const Observed& observed, std::span<const Passage> passa
   };
   std::string why = "not known";
   for (const Passage& each : passages) {
-    if (each.member.empty()) continue;
+    const bool is_release = each.action == EventAction::Release;
+    if (each.member.empty() || (!is_release && each.action != EventAction::Break)) continue;
     if (speaks_of(each.member) || speaks_of(each.member.substr(0, each.member.rfind('['))))
-      why = "broken at t = " + number_with_unit(each.time, units.time);
+      why = (is_release ? "released at t = " : "broken at t = ") + number_with_unit(each.time, units.time);
   }
   return why;
 }
