@@ -152,8 +152,10 @@ struct [[nodiscard]] ProjectionReport {
 };
 
 enum class StartMode {
-  Check,   ///< accepts errors up to 1e-3 of the length and velocity scale; larger ones are an InputError
-  Project  ///< projects onto the nearest admissible start in the M-norm, however far
+  Check,  ///< accepts errors up to 1e-3 of the length and velocity scale; larger ones are an InputError
+  /// Projects onto the nearest admissible start in the M-norm, however far; where rows contradict each other to first
+  /// order alone, as in a straight chain that is longer than its gap, onto one where it hangs nearly as at rest.
+  Project
 };
 
 struct [[nodiscard]] StartReport {
