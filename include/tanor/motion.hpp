@@ -249,8 +249,8 @@ class TANOR_API Simulation {
   /// configuration, a stopping event ends the advance at the end of that step, and its crossing is reported at its own
   /// time. A value that is not finite ends the advance with an outcome that names the event. Events are no part of a
   /// snapshot, and `restore` forgets crossings later than the restored time. What events have taken out is in the
-  /// snapshot: points, members and equations keep their numbers, a multiplier that is gone is 0 and its tension, as an
-  /// observable, NaN. Conditions on forces solve for accelerations at each place where they are evaluated. Throws
+  /// snapshot: points, members and equations keep their numbers, a multiplier that is gone, and its tension,
+  /// are NaN. Conditions on forces solve for accelerations at each place where they are evaluated. Throws
   /// InputError if there is no function, or for a condition that cannot be read or acted upon.
   std::size_t add_event(Event event);
   /// Returns the crossings so far, in the order of time.
