@@ -1,9 +1,11 @@
 #include <cctype>
+#include <regex>
 
 #include <tanor/motion.hpp>
 
 #include "cli/shell.hpp"
 #include "report/loglog_plot.hpp"
+#include "report/shared_parts.hpp"
 
 namespace tanor::cli {
 namespace {
@@ -64,6 +66,36 @@ TEST(WordsTest, ACertificateWithoutAnAnswerPrintsNoNan) {
 
   EXPECT_TRUE(line.starts_with("not certified: ")) << line;
   EXPECT_FALSE(names_no_number(line)) << line;
+}
+
+TEST(WordsTest, ThePageCountsAndShowsNoRounding) {
+  const Folder folder;
+  write_text(folder / "s.json", R"json({"tanor_scene": 1, "units": "real", "points": {
+      "positions": [[0,0,0], [1,0,0], [2,0,0], [5,0,0], [5,0,-1]],
+      "velocities": [[0,0,0], [0,0,0], [0,0,0], [0,0,0], [1e-4,0,0]]},
+    "supports": [{"points": [0, 2]}, {"name": "hook", "points": [3]}],
+    "constraints": [{"kind": "rod", "pairs": [[0, 1], [1, 2]]}, {"name": "line", "kind": "rod", "pairs": [[3, 4]]}],
+    "forces": [{"kind": "gravity", "acceleration": [0,0,-9.81]}],
+    "observe": ["tension(line)", "load(hook).x"], "motion": {"t_end": 0.5}})json");
+  const Ended ended = run_program(folder, {"run", "s.json", "--out", "o"});
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  for (const char* const part :
+       {"  tension(line)  9.81 kcal/mol/angstrom\n", "least 0 kcal/mol/angstrom at t = 0 x 48.88821 fs, largest",
+        "1 point without motion, held rigid", "0.5 of 0.5 x 48.88821 fs\n"})
+    EXPECT_TRUE(contains(ended.out, part)) << part << "\n" << ended.out;
+  EXPECT_TRUE(contains(ended.err, "t = 0.5 x 48.88821 fs reached in 1 step of")) << ended.err;
+
+  const FrictionSummary friction{.solves = 1, .iterations_mean = 1.0};
+  EXPECT_TRUE(report::describe_friction(friction).starts_with("1 iteration an instant"));
+}
+
+TEST(WordsTest, APartOfALoadBesideWhichItIsRoundingHasNoExtremes) {
+  const Folder folder;
+  const Ended ended = run_program(
+      folder, {"run", (std::filesystem::path(TANOR_DOCS) / "../examples/cable.json").string(), "--out", "o"});
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  EXPECT_TRUE(std::regex_search(ended.out, std::regex("load\\(walls\\)\\.x +\\S+ N\n"))) << ended.out;
+  EXPECT_TRUE(std::regex_search(ended.out, std::regex("load\\(walls\\)\\.z +\\S+ N; least"))) << ended.out;
 }
 
 TEST(WordsTest, AReferenceOfHugeOrTinyNumbersLeavesTheTablesReadable) {

@@ -102,9 +102,8 @@ void print_rank(const RankReport& rank, std::size_t num_equations) {
   }
   if (!rank.prestress_rigid_points.empty())
     print("rigid",
-          fmt::format(
-              "{} points are held rigid by prestress, by rods under tension between supports; a run lets them stand",
-              rank.prestress_rigid_points.size()));
+          fmt::format("{} held rigid by prestress, by rods under tension between supports, which stand in a run",
+                      report::count_in_words(rank.prestress_rigid_points.size(), "point")));
 }
 
 void print_answer(const Findings& found, bool is_verbose) {

@@ -30,10 +30,10 @@ using report::with_unit;
 /// Returns "stable after 7 iterations, residual 3e-15 N (the largest force is 4.9 N)" or the like.
 std::string describe(const EquilibriumResult& found, const Units& units) {
   if (std::isnan(found.largest_force)) return "stable: no point can move";
-  std::string line =
-      fmt::format("{} after {} iterations, residual {} (the largest force is {})", name_of(found.stability.status),
-                  found.search.iterations, with_unit(fmt::format("{:.2g}", found.residual_force), units.force),
-                  with_unit(fmt::format("{:.4g}", found.largest_force), units.force));
+  std::string line = fmt::format("{} after {}, residual {} (the largest force is {})", name_of(found.stability.status),
+                                 report::count_in_words(found.search.iterations, "iteration"),
+                                 with_unit(fmt::format("{:.2g}", found.residual_force), units.force),
+                                 with_unit(fmt::format("{:.4g}", found.largest_force), units.force));
   if (found.stability.lowest_omega2 > 0.0)
     line += ", lowest omega " + with_unit(fmt::format("{:.4g}", std::sqrt(found.stability.lowest_omega2)),
                                           report::per_time("rad", units.time));

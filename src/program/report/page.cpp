@@ -104,10 +104,9 @@ std::string format_page(const RunFacts& facts, Simulation& simulation) {
     page += line("singular", "passed at t = " + list_instants(passages.first, passages.count, time_of) +
                                  ": constraints depend on each other there");
   if (!plan.prestress_rigid_points.empty()) {
-    page += line("rigid", fmt::format("{} points are held rigid by prestress, by rods under tension between supports; "
-                                      "they do not move; the forces in "
-                                      "these rods are not determined",
-                                      plan.prestress_rigid_points.size()));
+    page += line("rigid", fmt::format("{} without motion, held rigid by prestress, by rods under tension between "
+                                      "supports; the forces in these rods are not determined",
+                                      count_in_words(plan.prestress_rigid_points.size(), "point")));
   }
   page += line("forces", list_forces(simulation.system()));
   const bool has_friction = !simulation.system().friction.empty();
@@ -130,7 +129,7 @@ std::string format_page(const RunFacts& facts, Simulation& simulation) {
                                      count_in_words(report.steps, "step"), report.rejected,
                                      count_in_words(report.counters.factorizations, "factorization"), plan.ordering(),
                                      plan.factorization(), count_in_words(report.counters.solves, "solve"),
-                                     iterations > 0 ? fmt::format(" ({} iterations)", iterations) : "",
+                                     iterations > 0 ? " (" + count_in_words(iterations, "iteration") + ")" : "",
                                      count_in_words(static_cast<std::size_t>(facts.threads), "thread")));
   page +=
       line("wall time",
@@ -187,7 +186,14 @@ std::string describe_part(const Observed& observed, std::size_t part, std::span<
   } else {
     line = text_of_count(observed.members.size(), "number");
   }
-  if (std::isnan(least.value) || least.value == largest.value) return line;
+  double size = 0.0;  // of the vector, beside which a part may be rounding
+  for (const auto* const list : {&observed.least, &observed.largest})
+    for (const Extreme& each : *list) size = std::max(size, std::abs(each.value));
+  constexpr double rounding = 1e-10;
+  const std::string least_text = number_with_unit(least.value, observed.unit);
+  if (std::isnan(least.value) || largest.value - least.value <= rounding * size ||
+      least_text == number_with_unit(largest.value, observed.unit))
+    return line;
   return line + "; least " + describe_extreme(least, observed.unit, units) + ", largest " +
          describe_extreme(largest, observed.unit, units);
 }

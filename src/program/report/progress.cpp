@@ -88,9 +88,9 @@ std::string Progress::describe(const MotionReport& report, double part, Clock::t
   const double elapsed = std::chrono::duration<double>(now - begin_).count();
   const std::string left = part > 0.0 ? describe_duration(elapsed * (1.0 - part) / part) : "?";
   const double violation = std::max(report.violation.position, report.violation.velocity);
-  return fmt::format("{:3.0f} %  {} left  violation {}  t = {:.4g} of {}  {} steps", 100.0 * part, left,
+  return fmt::format("{:3.0f} %  {} left  violation {}  t = {:.4g} of {}  {}", 100.0 * part, left,
                      in_words(violation, "{:.1e}"), report.time, with_unit(fmt::format("{:.4g}", t_end_), unit_),
-                     report.steps);
+                     count_in_words(report.steps, "step"));
 }
 
 }  // namespace tanor::report

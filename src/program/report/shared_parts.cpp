@@ -126,24 +126,24 @@ std::string describe_friction(const System& system) {
 std::string describe_friction(const FrictionReport& report) {
   std::string text = fmt::format("{}, {} stick", name_contacts(report.contacts), report.sticking);
   if (report.method_used != FrictionMethod::Auto)
-    text += fmt::format(", {} iterations ({})", report.iterations, name_of(report.method_used));
+    text += fmt::format(", {} ({})", count_in_words(report.iterations, "iteration"), name_of(report.method_used));
   return text + fmt::format(", uniqueness {}", describe_uniqueness(report.uniqueness, report.uniqueness_reason));
 }
 
 std::string describe_friction(const FrictionSummary& summary) {
   if (summary.solves == 0) return "no iterations";
-  return fmt::format("{:.3g} iterations an instant, {} at most ({}), contraction {}, uniqueness {}",
-                     summary.iterations_mean, summary.iterations_max, name_of(summary.method_used),
-                     in_words(summary.contraction_max, "{:.2g}"),
+  return fmt::format("{} an instant, {} at most ({}), contraction {}, uniqueness {}",
+                     count_in_words(fmt::format("{:.3g}", summary.iterations_mean), "iteration"),
+                     summary.iterations_max, name_of(summary.method_used), in_words(summary.contraction_max, "{:.2g}"),
                      describe_uniqueness(summary.uniqueness, summary.uniqueness_reason));
 }
 
 std::string describe_several(const FrictionSummary& summary, const Units& units) {
   if (summary.several == 0) return "";
   return fmt::format(
-      "friction: several accelerations obeyed the law at {} instants, at t = {} first; the motion goes on with those "
+      "friction: several accelerations obeyed the law at {}, at t = {} first; the motion goes on with those "
       "nearest to the step before",
-      summary.several, with_unit(text(summary.first_several), units.time));
+      count_in_words(summary.several, "instant"), with_unit(text(summary.first_several), units.time));
 }
 
 }  // namespace tanor::report

@@ -27,8 +27,10 @@ inline std::string per_time(const std::string& what, const std::string& time) {
 }
 
 /// Returns "1 rod" or "2 rods".
-inline std::string count_in_words(std::size_t number, std::string_view what) {
-  return fmt::format("{} {}{}", number, what, number == 1 ? "" : "s");
+template <class Number>
+std::string count_in_words(const Number& number, std::string_view what) {
+  const std::string text = fmt::format("{}", number);
+  return fmt::format("{} {}{}", text, what, text == "1" ? "" : "s");
 }
 
 /// Lists what the scene does not take from its file, then what the computation did not need.

@@ -170,11 +170,12 @@ export function addHistories(charts: Charts, { history, observables = [] }: Page
   for (const each of observables) {
     const { name, unit, parts, least, largest, t, rows } = each, labels = labelsOf(each);
     const extreme = ({ value, t: at, member }: (typeof least)[0]) => `${words(value, unit)} at ${words(at, units.time)}${member ? ` in ${member}` : ""}`;
+    const range = (from: (typeof least)[0], to: typeof from) => (words(from.value, unit) === words(to.value, unit) ? words(to.value, unit) : `least ${extreme(from)}, largest ${extreme(to)}`);
     const rounding = 1e-8, exceeds = (x: Figure, end: Figure) => x !== null && end !== null && x > end + rounding * Math.abs(end), minus = (x: Figure) => x && -x;
     const isBeyond = (x: Figure, k: number) => exceeds(x, largest[k].value) || exceeds(minus(x), minus(least[k].value));
     const told = rows.some((row) => row.some((x, k) => isBeyond(x, k % least.length))) ? "at output times: " : ""; // between them the curve goes further
     charts.add({ title: name + (labels.length > most ? ` (${most} of ${labels.length} curves)` : ""), unit, times: t,
-      note: told + least.map((each, k) => `${parts[k] ? `${parts[k]}: ` : ""}least ${extreme(each)}, largest ${extreme(largest[k])}`).join("; "),
+      note: told + least.map((each, k) => `${parts[k] ? `${parts[k]}: ` : ""}${range(each, largest[k])}`).join("; "),
       curves: labels.slice(0, most).map((label, k) => ({ label, numbers: rows.map((row) => row[k]) })) });
   }
   const energies: [string, string][] = [["kinetic + potential", "energy"], ["kinetic", "kinetic"], ["potential", "potential"]];

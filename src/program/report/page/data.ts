@@ -260,7 +260,7 @@ export function words(number: Figure | undefined, unit = "", digits = 4): string
   if (number === null || number === undefined || !Number.isFinite(number)) return "not known";
   const size = Math.abs(number);
   const text = size !== 0 && (size < 1e-3 || size >= 1e5) ? number.toExponential(digits - 1) : String(+number.toPrecision(digits));
-  return unit ? `${text} ${unit}` : text;
+  return unit ? `${text}${/^[0-9]/.test(unit) ? " x" : ""} ${unit}` : text;
 }
 
 /** Returns a computing time as "45.2 ms". */

@@ -220,7 +220,7 @@ class Page {
 
   private settle(): void {
     this.timeOfNumbers = this.time;
-    find("clock").textContent = `${words(this.time)} ${units.time} of ${words(this.end, units.time)}`;
+    find("clock").textContent = `${words(this.time, units.time)} of ${words(this.end, units.time)}`;
     find<HTMLInputElement>("time").value = String(this.end > this.begin ? (this.time - this.begin) / (this.end - this.begin) : 0);
     if (this.view && this.chosen) {
       find("tension").textContent = this.view.tellForce(this.chosen);
@@ -264,7 +264,7 @@ class Page {
 
   private fillSpeed(): void {
     const natural = this.natural();
-    find("speed").replaceChildren(...[0.1, 0.25, 0.5, 1, 2, 4].map((factor) => new Option(`${words(natural * factor)} ${units.time} in 1 s`, String(factor), factor === 1, factor === this.speed)));
+    find("speed").replaceChildren(...[0.1, 0.25, 0.5, 1, 2, 4].map((factor) => new Option(`${words(natural * factor, units.time)} in 1 s`, String(factor), factor === 1, factor === this.speed)));
     const arrow = this.arrays.held.length > 0 && this.view ? this.view.newtonsPerSize : 0;
     find("arrow-scale").textContent = arrow ? `An arrow of a sixth of the picture is ${words(arrow, units.force, 3)}. Reactions: what guides and supports do, without the pull of rods.` : "";
   }
