@@ -9,7 +9,8 @@
 namespace tanor::cli {
 namespace {
 
-constexpr const char* beads = R"({"tanor_scene": 1, "points": {"positions": [[0,0,0], [1,0,0], [5,5,0]], "masses": [0, 1, 1]},
+constexpr const char* beads =
+    R"({"tanor_scene": 1, "points": {"positions": [[0,0,0], [1,0,0], [5,5,0]], "masses": [0, 1, 1]},
   "supports": [{"name": "hook", "points": [0]}], "forces": [{"kind": "gravity", "acceleration": [0,0,-9.81]}],
   "constraints": [{"name": "rod", "kind": "rod", "pairs": [[0,1]]},
                   {"name": "floor", "kind": "plane", "points": [2], "normal": [0,0,1]}], "motion": {"t_end": 0.1}, )";
@@ -32,7 +33,15 @@ const Asked asked[] = {
      "/events/0/of: belongs to events that break or release something"},
     {R"json("events": [{"when": "t > 0.1", "do": "release", "of": "hook"}])json",
      "point 0 is a support without mass and cannot be let go"},
-    {R"json("events": [{"when": "any tension(rdo) > 20", "do": "stop"}])json", "/events/0/when: formula"},
+    {R"json("events": [{"when": "any tension(rdo) > 20", "do": "stop"}])json",
+     R"json(/events/0/when: formula "any tension(rdo) > 20": column 13: no)json"},
+    {R"json("events": [{"when": "any force(floor).z > 20", "do": "break"}])json",
+     "/events/0/do: 'floor[0]' is a plane and does not break"},
+    {R"json("events": [{"when": "moment(hook, z) > 20", "do": "break"}])json",
+     "/events/0/do: 'hook' is a support and does not break"},
+    {R"json("observe": [{"name": "t", "what": "kinetic()"}])json",
+     R"json(/observe/0/what: "t" is the name of the time)json"},
+    {R"json("observe": [{"name": "a\nb", "what": "kinetic()"}])json", "/observe/0/what: the name of an observable holds"},
 };
 
 /// Names that no scene has, and quantities that lack what they are measured about, are refused before the run.

@@ -315,8 +315,14 @@ TEST(Observables, BadTextsAreRefusedWithTheirPlace) {
   const auto refuse = [&](const std::string& text) {
     return error_of([&] { check_observable(system, {.text = text}); });
   };
-  EXPECT_EQ(refuse("tenson(links)"),
-            "formula \"tenson(links)\": column 1: 'tenson' is no quantity (did you mean tension?)");
+  EXPECT_EQ(
+      refuse("tenson(links)"),
+      "formula \"tenson(links)\": column 1: 'tenson' is not known (did you mean tension?); known names: t, pi and "
+      "the functions sqrt, exp, log, sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, tanh, abs, min, max, and "
+      "of things sum, each, any, tension, force, moment, load, multiplier, reaction, friction, position, "
+      "velocity, acceleration, distance, angle, energy, kinetic, potential, temperature, pressure, virial");
+  EXPECT_EQ(refuse("max tenson(links)"),
+            "formula \"max tenson(links)\": column 5: 'tenson' is no quantity (did you mean tension?)");
   EXPECT_EQ(
       refuse("max tension(lnks)"),
       "formula \"max tension(lnks)\": column 13: no constraints or forces are named 'lnks' (did you mean links?); "
@@ -338,8 +344,62 @@ TEST(Observables, BadTextsAreRefusedWithTheirPlace) {
             "one");
   EXPECT_NE(refuse("2*tension(links)").find("say max, min or sum"), std::string::npos);
   EXPECT_NE(refuse("load(hook).w").find("there is no part .w"), std::string::npos);
-  EXPECT_NE(refuse("sinn(t)").find("sinn"), std::string::npos);
+  EXPECT_NE(refuse("sinn(t)").find("'sinn' is not known (did you mean sin?)"), std::string::npos);
+  EXPECT_NE(refuse("maxx tension(links)").find("'maxx' is not known (did you mean max?)"), std::string::npos);
+  EXPECT_NE(refuse("lode(hook).z/2").find("'lode' is not known; known names: t, "), std::string::npos);
+  EXPECT_NE(refuse("sum(tension(links))").find("sum stands before a quantity"), std::string::npos);
+  EXPECT_EQ(refuse("temperature"),
+            "formula \"temperature\": column 1: temperature has no brackets behind it; temperature() is right");
+  EXPECT_EQ(refuse("temperature(0)"),
+            "formula \"temperature(0)\": column 1: temperature takes nothing in its brackets");
+  EXPECT_EQ(
+      refuse("tension(links[-1])"),
+      "formula \"tension(links[-1])\": column 9: '-1' is no number of a member; those of links are counted from 0");
   EXPECT_NE(refuse("any tension(links)").find("conditions"), std::string::npos);
+}
+
+/// The whole condition is quoted, and columns are counted in it.
+TEST(Observables, FaultsOfConditionsHaveTheirPlaceInAll) {
+  const System system = make_cable(3);
+  const auto refuse = [&](const std::string& when) { return error_of([&] { check_event(system, {.when = when}); }); };
+  EXPECT_TRUE(refuse("5 < 1 + tenson(links[0])")
+                  .starts_with("formula \"5 < 1 + tenson(links[0])\": column 9: 'tenson' is not known (did you mean "
+                               "tension?); known"));
+  EXPECT_EQ(refuse("t + > 5"), "formula \"t + > 5\": column 5: found '>', expected a number, a name or '('");
+  EXPECT_EQ(refuse("5 < "), "formula \"5 < \": column 5: found the end, expected a number, a name or '('");
+  EXPECT_EQ(refuse("5 < 2*tension(lnks)").substr(0, 45), "formula \"5 < 2*tension(lnks)\": column 15: no const");
+  EXPECT_EQ(
+      refuse("any tension(links)/2 > 5"),
+      "formula \"any tension(links)/2 > 5\": column 1: a formula needs one number of these 3; say max, min or sum "
+      "in place of any, or name one member");
+  EXPECT_NE(refuse("any tension(links) > any tension(links)").find("any on one side"), std::string::npos);
+}
+
+/// Whatever an entry is named, the run shows its tension without a word.
+TEST(Observables, NamesMayHoldAnything) {
+  for (const std::string name : {"Bob's", "'links'", "a, 'b", "it''s, (1]", "'", "\"", "a > b's", "b[3]'s"}) {
+    System system = make_cable(2);
+    std::get<Rods>(system.constraints[0]).name = name;
+    const std::vector<Observable> wanted = default_observables(system);
+    Simulation simulation(system);
+    for (const Observable& each : wanted) simulation.add_observable(each);
+    const std::span<const Observed> seen = simulation.observe();
+    EXPECT_NEAR(seen[0].values[0], 2 * 0.5 * of_earth, 1e-12) << wanted[0].text;
+    EXPECT_EQ(seen[0].member, name + "[0]");
+    EXPECT_NO_THROW(check_event(system, {.when = wanted[0].text + " > 2"})) << wanted[0].text;
+    EXPECT_NO_THROW(check_event(system, {.when = "2 < " + wanted[0].text})) << wanted[0].text;
+  }
+}
+
+TEST(Observables, NamesThatResultsCannotHoldAreRefused) {
+  const System system = make_cable(2);
+  EXPECT_EQ(error_of([&] { check_observable(system, {.name = "t", .text = "kinetic()"}); }),
+            "\"t\" is the name of the time in results; give another name");
+  EXPECT_EQ(error_of([&] { check_observable(system, {.text = "t"}); }),
+            "\"t\" is the name of the time in results; give another name");
+  for (const std::string name : {"a\nb", "\x7f", "\t"})
+    EXPECT_EQ(error_of([&] { check_observable(system, {.name = name, .text = "kinetic()"}); }),
+              "the name of an observable holds a line break or another control character");
 }
 
 TEST(Observables, DefaultsAreTensionsAndLoads) {

@@ -30,8 +30,13 @@ SPEED = f"lenQ/({TIME})"
 OBSERVED = [
     {"what": "max tension(links)", "every_step": True}, "tension(links)", "load(hooks)", "each load(hooks)", "temperature()",
     {"name": "weight/g, 'quoted'", "what": "load(hooks).z/9.81", "unit": "masQ"}, {"name": "speed", "what": "velocity(1).norm"}, "energy()",
-    {"name": "tension", "what": "min tension(links)"}, {"name": "turn", "what": "moment(hooks, y)"}, "angle(0, 1, 2)"]
-UNITS = ["forQ", "forQ", "forQ", "forQ", "temQ", "masQ", SPEED, "eneQ", "forQ", "forQ lenQ", "rad"]
+    {"name": "tension", "what": "min tension(links)"}, {"name": "turn", "what": "moment(hooks, y)"}, "angle(0, 1, 2)",
+    {"name": "weight|g, 'quoted'", "what": "2*t"}, {"name": "observed tension", "what": "3*t"}, {"name": ".", "what": "4*t"},
+    {"name": "α\\\U0001f600", "what": "5*t"}, {"name": "β\\\U0001f601", "what": "6*t"}]
+UNITS = ["forQ", "forQ", "forQ", "forQ", "temQ", "masQ", SPEED, "eneQ", "forQ", "forQ lenQ", "rad", "", "", "", "", ""]
+# Names of groups of H5MD that would meet another, or that HDF5 reads otherwise.
+GROUPS = {"weight|g, 'quoted'": "observed weight|g, 'quoted'", "tension": "observed tension",
+          "observed tension": "observed observed tension", ".": "observed ."}
 SCENE = {
     "tanor_scene": 1,
     "points": {"positions": [[0, 0, 0], [0.6, 0, -0.7], [1.5, 0, -0.7], [2.2, 0, 0]], "masses": 2,
@@ -143,6 +148,7 @@ def check_npz(folder: Folder, file: pathlib.Path) -> None:
     observed = arrays["observables"]
     assert observed["t"].tolist() == table.pop(folder.head("t", TIME)).tolist()
     assert observed.dtype["load(hooks)"].shape == (3,) and observed.dtype["each load(hooks)"].shape == (2, 3)
+    assert list(observed.dtype.names[1:]) == [each if isinstance(each, str) else each.get("name", each["what"]) for each in OBSERVED]
     flat = np.concatenate([observed[name].reshape(len(observed), -1) for name in observed.dtype.names[1:]], axis=1)
     assert np.array_equal(flat.T, np.array(list(table.values()))), "numbers of observables.csv"
     assert [name.decode() for name in arrays["observable_columns"]] == [name for name, _ in list_columns()]
@@ -165,7 +171,7 @@ def check_h5md(folder: Folder, file: pathlib.Path) -> None:
         columns = iter(table.values())
         for each, unit in zip(OBSERVED, UNITS):
             name = each if isinstance(each, str) else each.get("name", each["what"])
-            value = data["observables"][("observed " if name == "tension" else "") + name.replace("/", "|")]["value"]
+            value = data["observables"][GROUPS.get(name, name.replace("/", "|"))]["value"]
             assert value.attrs.get("unit", b"").decode() == folder.unit(unit), name
             for column in value[:].reshape(len(times), -1).T:
                 assert np.array_equal(column, next(columns)), name

@@ -155,7 +155,7 @@ const BadInput bad_inputs[] = {
      R"json(number, a name or '(')json"},
     {"EquationNamesAPointThatItsTuplesLack", three_points(R"("constraints": [{"kind": "formula", "points": [[0], )"
     R"([1]], "equation": "x1 - x2"}])"),
-     R"(scene.json: /constraints/0/equation: formula "x1 - x2": column 6: 'x2' is not known; known names: x1, y1, )"
+     R"(scene.json: /constraints/0/equation: formula "x1 - x2": column 6: 'x2' is not known (did you mean x1?); known names: x1, y1, )"
      R"(z1, t, pi and the functions sqrt, exp, log, sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, tanh, abs, )"
      R"(min, max)"},
     {"EquationIsMissing", three_points(R"("constraints": [{"kind": "formula", "points": [[0]]}])"),

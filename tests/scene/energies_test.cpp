@@ -268,7 +268,7 @@ const Rule rules[] = {
     {"ForceIsNoNumber", R"json({"kind": "formula", "tuples": [[0,1]], "x2": "1/x1"})json",
      R"json(/forces/0/tuples/0: [0, 1]: the force is [0, 0, 0, inf, 0, 0] at the start)json"},
     {"UnknownNameInAComponent", R"({"kind": "formula", "tuples": [[0,1]], "z2": "x3"})",
-     R"json(/forces/0/z2: formula "x3": column 1: 'x3' is not known; known names: x1, y1, z1, x2, y2, z2, vx1, vy1, vz1, vx2, vy2, vz2, t, pi, k and the functions sqrt, exp, log, sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, tanh, abs, min, max)json"},
+     R"json(/forces/0/z2: formula "x3": column 1: 'x3' is not known (did you mean x1?); known names: x1, y1, z1, x2, y2, z2, vx1, vy1, vz1, vx2, vy2, vz2, t, pi, k and the functions sqrt, exp, log, sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, tanh, abs, min, max)json"},
     {"NeitherAlongNorTriples", R"({"kind": "bending", "law": "cosine", "stiffness": 1})",
      R"json(/forces/0/triples: missing, wanted a list of triples of points)json"},
 };

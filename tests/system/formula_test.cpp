@@ -175,7 +175,8 @@ TEST(Formula, UnknownNamesAreListedWithTheKnownOnes) {
 
 TEST(Formula, NamesAreReadWhole) {
   EXPECT_TRUE(error_of_formula("1 + time1").starts_with("formula \"1 + time1\": column 5: 'time1' is not known;"));
-  EXPECT_TRUE(error_of_formula("Sin(t)").starts_with("formula \"Sin(t)\": column 1: 'Sin' is not known;"));
+  EXPECT_TRUE(
+      error_of_formula("Sin(t)").starts_with("formula \"Sin(t)\": column 1: 'Sin' is not known (did you mean sin?);"));
 }
 
 TEST(Formula, ErrorsNameTheColumnWhatIsThereAndWhatWasExpected) {

@@ -6,6 +6,7 @@
 
 #include <tanor/error.hpp>
 
+#include "base/suggestion.hpp"
 #include "system/even_roots.hpp"
 
 namespace tanor::detail {
@@ -74,11 +75,11 @@ std::string make_heading(std::string_view text) {
 class Formula::Parser {
  public:
   Parser(std::string_view text, std::span<const std::string> variables, const Constants& constants,
-         const ReadVariable& read, Formula* formula)
+         const OwnVariables& own, Formula* formula)
       : text_(text),
         variables_(variables),
         constants_(constants),
-        read_(read),
+        own_(own),
         program_(formula->program_),
         depth_(formula->depth_) {}
 
@@ -156,9 +157,9 @@ class Formula::Parser {
 
   /// Parses a variable that the owner of the formula reads.
   bool parse_own_variable() {
-    if (!read_) return false;
+    if (!own_.read) return false;
     try {
-      const std::optional<int> variable = read_(text_, &position_);
+      const std::optional<int> variable = own_.read(text_, &position_);
       if (variable) emit_operand({Operation::Variable, *variable});
       return variable.has_value();
     } catch (const TextFault& fault) {
@@ -181,7 +182,7 @@ class Formula::Parser {
     } else if (name == "pi") {
       emit_operand({Operation::Constant, 0, std::numbers::pi});
     } else {
-      fail(start, quote(name) + " is not known; known names: " + known_names());
+      fail(start, quote(name) + " is not known" + suggest_name(name) + "; known names: " + known_names());
     }
     position_ += name.size();
   }
@@ -298,6 +299,14 @@ class Formula::Parser {
     }
   }
 
+  std::string suggest_name(std::string_view name) const {
+    std::vector<std::string> known(variables_.begin(), variables_.end());
+    for (const auto& [constant, value] : constants_) known.push_back(constant);
+    for (const Function& function : functions) known.emplace_back(function.name);
+    known.insert(known.end(), own_.names.begin(), own_.names.end());
+    return std::ranges::count(known, name) > 0 ? "" : suggest(name, known);
+  }
+
   std::string known_names() const {
     std::string names;
     for (const std::string& variable : variables_) names += variable + ", ";
@@ -307,13 +316,17 @@ class Formula::Parser {
     for (const Function& function : functions) {
       names += (&function == functions ? "" : ", ") + std::string(function.name);
     }
+    for (const std::string& own : own_.names) names += (&own == own_.names.data() ? ", and of things " : ", ") + own;
     return names;
   }
 
   /// Throws with what stands at the next place that is no space.
   [[noreturn]] void fail_expecting(const std::string& expectation) {
     skip_spaces();
-    if (position_ == text_.size()) fail(position_, "found the end, expected " + expectation);
+    const bool is_part = !own_.all.empty() && text_.data() + position_ != own_.all.data() + own_.all.size();
+    if (position_ == text_.size())
+      fail(position_,
+           "found " + (is_part ? quote({text_.data() + position_, 1}) : "the end") + ", expected " + expectation);
     std::string_view found = word_at(position_);
     if (found.empty()) {
       std::size_t end = position_ + 1;
@@ -323,16 +336,18 @@ class Formula::Parser {
     fail(position_, "found " + quote(found) + ", expected " + expectation);
   }
 
-  [[noreturn]] void fail(std::size_t place, const std::string& problem) const { refuse(text_, {place, problem}); }
+  [[noreturn]] void fail(std::size_t place, const std::string& problem) const {
+    refuse(text_, {place, problem}, own_.all);
+  }
 
-  std::string heading() const { return make_heading(text_); }
+  std::string heading() const { return make_heading(own_.all.empty() ? text_ : own_.all); }
 
   static constexpr int largest_nesting = 200;
 
   std::string_view text_;
   std::span<const std::string> variables_;
   const Constants& constants_;
-  const ReadVariable& read_;
+  const OwnVariables& own_;
   std::vector<Instruction>& program_;
   int& depth_;
   std::size_t position_ = 0;
@@ -344,13 +359,15 @@ Formula::Formula(std::string_view text, std::span<const std::string> variables, 
     : Formula(text, variables, constants, {}) {}
 
 Formula::Formula(std::string_view text, std::span<const std::string> variables, const Constants& constants,
-                 const ReadVariable& read) {
-  Parser(text, variables, constants, read, this).parse();
+                 const OwnVariables& own) {
+  Parser(text, variables, constants, own, this).parse();
   program_.shrink_to_fit();
 }
 
-void Formula::refuse(std::string_view text, const TextFault& fault) {
-  const auto before = text.substr(0, fault.place);
+void Formula::refuse(std::string_view text, const TextFault& fault, std::string_view all) {
+  const std::size_t first = all.empty() ? 0 : static_cast<std::size_t>(text.data() - all.data());
+  if (!all.empty()) text = all;
+  const auto before = text.substr(0, first + fault.place);
   const auto column = 1 + before.size() - std::ranges::count_if(before, continues_character);
   throw InputError("", make_heading(text) + "column " + std::to_string(column) + ": " + fault.problem);
 }

@@ -22,6 +22,15 @@ struct TextFault {
   std::string problem;
 };
 
+/// Variables that the owner of a formula reads by itself.
+struct OwnVariables {
+  /// Reads what stands at a place of the text if it is one more variable, and moves the place behind it. Returns its
+  /// number, or nothing where a name of the formula stands. Throws TextFault.
+  std::function<std::optional<int>(std::string_view text, std::size_t* place)> read{};
+  std::vector<std::string> names{};  ///< words with which such variables begin, for messages
+  std::string_view all{};            ///< the text of which the formula is a part, for messages; empty if it is all
+};
+
 /// A formula such as `0.1*sin(omega*t)`. It is parsed once and evaluated often, on numbers and on jets.
 ///
 ///   sum      = product {(+|-) product}          power   = primary [^ unary]: 2^3^2 = 2^9, -x^2 = -(x^2), 2^-1 = 1/2
@@ -37,14 +46,11 @@ class Formula {
   /// the column (from 1, in characters), what stands there and what would be right.
   Formula(std::string_view text, std::span<const std::string> variables, const Constants& constants = {});
 
-  /// Reads what stands at a place of the text if it is one more variable, and moves the place behind it. Returns its
-  /// number, or nothing where a name of the formula stands. Throws TextFault.
-  using ReadVariable = std::function<std::optional<int>(std::string_view text, std::size_t* place)>;
-  /// Parses a text with such variables beside those with names.
+  /// Parses a text with variables of its owner beside those with names.
   Formula(std::string_view text, std::span<const std::string> variables, const Constants& constants,
-          const ReadVariable& read);
-  /// Throws the InputError that tells of a fault: the text, the column, and the problem.
-  [[noreturn]] static void refuse(std::string_view text, const TextFault& fault);
+          const OwnVariables& own);
+  /// Throws the InputError that tells of a fault: the text, or all of which it is a part, the column, and the problem.
+  [[noreturn]] static void refuse(std::string_view text, const TextFault& fault, std::string_view all = {});
 
   /// Returns the value at the variables, in the order of their names. Allocates nothing.
   template <class T>

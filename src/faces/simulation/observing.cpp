@@ -33,10 +33,6 @@ std::optional<Thing> find_what_goes(const Things& things, const Event& event, co
     } catch (const TextFault& fault) {
       throw InputError("/of", fault.problem);
     }
-    if (thing->list != Thing::List::Supports && !thing->member && things.num_members(*thing) != 1)
-      throw InputError("/of", "'" + event.of + "' has " + text(things.num_members(*thing)) + " members; name one");
-    if (!thing->member)
-      thing->member = thing->list == Thing::List::Supports ? std::nullopt : std::optional<std::size_t>(0);
   } else {
     thing = condition.thing();
   }
@@ -44,6 +40,7 @@ std::optional<Thing> find_what_goes(const Things& things, const Event& event, co
     throw InputError("/of", std::string("what the event ") + (breaks ? "breaks" : "releases") +
                                 " is not said: the condition \"" + event.when + "\" speaks of no single thing");
   }
+  if (thing->list != Thing::List::Supports && !thing->member && things.num_members(*thing) == 1) thing->member = 0;
   const std::string name = "'" + things.name(*thing) + "'";
   const System& system = things.system();
   const bool is_joint = thing->list == Thing::List::Forces
@@ -62,6 +59,8 @@ std::optional<Thing> find_what_goes(const Things& things, const Event& event, co
   }
   if (!breaks && thing->list == Thing::List::Forces)
     throw InputError("/do", name + " is a force; release is for supports and guides");
+  if (thing->list != Thing::List::Supports && !thing->member)
+    throw InputError("/of", name + " has " + text(things.num_members(*thing)) + " members; name one");
   return thing;
 }
 

@@ -51,30 +51,38 @@ const char* word_for(Thing::List list) {
 
 void Arguments::require(std::size_t least, std::size_t most, std::string_view wanted) const {
   if (list.size() < least || list.size() > most)
-    throw TextFault{place, std::string(quantity) + " takes (" + std::string(wanted) + ")"};
+    throw TextFault{place, std::string(quantity) +
+                               (most > 0 ? " takes (" + std::string(wanted) + ")" : " takes nothing in its brackets")};
 }
 
 std::string quoted_name(const std::string& name) {
-  const bool is_plain = name.find_first_of(",()[]'") == std::string::npos && name == trim(name) && !name.empty();
-  return is_plain ? name : "'" + name + "'";
+  if (name.find_first_of(",()[]") == std::string::npos && name == trim(name) && !name.empty() && name[0] != '\'')
+    return name;
+  std::string quoted = "'";
+  for (const char c : name) quoted += c == '\'' ? std::string("''") : std::string(1, c);
+  return quoted + "'";
 }
 
 Arguments read_arguments(std::string_view text, std::string_view quantity, std::size_t begin, std::size_t* place) {
   Arguments arguments{quantity, begin, {}};
   std::size_t at = *place + 1, first = at, depth = 0;
-  bool is_quoted = false;
+  Quotes quotes;
+  quotes.hold('(');
   const auto take = [&](std::size_t end) {
     const std::string_view all = text.substr(first, end - first);
-    std::string_view inner = trim(all);
+    const std::string_view inner = trim(all);
     const std::size_t start = inner.empty() ? first : static_cast<std::size_t>(inner.data() - text.data());
-    if (inner.size() >= 2 && inner.front() == '\'' && inner.back() == '\'') inner = inner.substr(1, inner.size() - 2);
-    arguments.list.push_back({inner, start});
+    std::string name(inner);
+    if (inner.size() >= 2 && inner.front() == '\'' && inner.back() == '\'') {
+      name = inner.substr(1, inner.size() - 2);
+      for (std::size_t k = 0; (k = name.find("''", k)) != std::string::npos; ++k) name.erase(k, 1);
+    }
+    arguments.list.push_back({std::move(name), start});
     first = end + 1;
   };
   for (; at < text.size(); ++at) {
     const char c = text[at];
-    if (c == '\'') is_quoted = !is_quoted;
-    if (is_quoted) continue;
+    if (quotes.hold(c)) continue;
     if (c == '(' || c == '[') ++depth;
     if (c == ',' && depth == 0) take(at);
     if (c == ']' || c == ')') {
@@ -163,9 +171,13 @@ Thing Things::find(const Argument& argument, std::initializer_list<Thing::List> 
   if (const auto found = find_name(argument.text)) return *found;
   std::string_view name = argument.text;
   if (const std::size_t bracket = name.rfind('['); bracket != std::string_view::npos && name.back() == ']') {
-    const auto member = read_number<std::size_t>(name.substr(bracket + 1, name.size() - bracket - 2));
+    const std::string_view inside = name.substr(bracket + 1, name.size() - bracket - 2);
+    const auto member = read_number<std::size_t>(inside);
     name = name.substr(0, bracket);
-    if (std::optional<Thing> found = member ? find_name(name) : std::nullopt) {
+    if (std::optional<Thing> found = find_name(name)) {
+      if (!member)
+        argument.fail("'" + std::string(inside) + "' is no number of a member; those of " + std::string(name) +
+                      " are counted from 0");
       found->member = place_of(*member, *found, argument);
       return *found;
     }

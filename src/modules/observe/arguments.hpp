@@ -17,7 +17,7 @@ namespace tanor::detail {
 
 /// One argument of a quantity, and where it stands in the text.
 struct Argument {
-  std::string_view text;
+  std::string text;  ///< without its quotes
   std::size_t place = 0;
 
   [[noreturn]] void fail(const std::string& problem) const { throw TextFault{place, problem}; }
@@ -35,10 +35,28 @@ struct Arguments {
   const Argument& operator[](std::size_t i) const { return list[i]; }
 };
 
+/// Follows quotes through a text. Only the beginning of an argument opens them, so that Bob's needs none; inside, two
+/// stand for one.
+class Quotes {
+ public:
+  /// Returns true if the next character is one of the quotes or between them.
+  bool hold(char c) {
+    const bool was_open = is_open_;
+    if (c == '\'') is_open_ = !is_open_ && (before_ == '(' || before_ == ',' || before_ == '\'');
+    if (was_open && !is_open_) return before_ = '\'', true;
+    if (c != ' ' && c != '\t' && c != '\n' && c != '\r') before_ = c == '\'' ? 'x' : c;
+    return is_open_;
+  }
+
+ private:
+  char before_ = '\0';  ///< the last character that is no blank; a quote if it closed
+  bool is_open_ = false;
+};
+
 /// Reads "(a, [1, 2], 'b')" at a place of the text, which moves behind it.
 Arguments read_arguments(std::string_view text, std::string_view quantity, std::size_t begin, std::size_t* place);
 
-/// Returns a name as an argument has it, in quotes if it holds more than letters, digits and blanks.
+/// Returns a name as an argument has it, in quotes where it would be read otherwise without.
 std::string quoted_name(const std::string& name);
 
 /// A group of constraints, an entry of supports, or a force; or one member of it.

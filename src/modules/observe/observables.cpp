@@ -20,11 +20,10 @@ void widen(double value, double time, const std::string& member, Extreme* least,
 /// Returns the place of the comparison in a condition, outside of brackets and quotes.
 std::size_t find_comparison(std::string_view text) {
   int depth = 0;
-  bool is_quoted = false;
+  Quotes quotes;
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
-    if (c == '\'') is_quoted = !is_quoted;
-    if (is_quoted) continue;
+    if (quotes.hold(c)) continue;
     if (c == '(' || c == '[') ++depth;
     if (c == ')' || c == ']') --depth;
     if (depth == 0 && (c == '<' || c == '>')) return i;
@@ -35,7 +34,7 @@ std::size_t find_comparison(std::string_view text) {
 }  // namespace
 
 std::size_t Observables::add(const Observable& what) {
-  ObservedText parsed(things_, what.text, what.parameters);
+  ObservedText parsed(things_, what.text, what.parameters, what.text);
   if (parsed.is_any()) throw InputError("", "formula \"" + what.text + "\": any belongs to conditions; say max or min");
   Observed observed = parsed.describe(system_.units);
   observed.name = what.name.empty() ? what.text : what.name;
@@ -49,6 +48,9 @@ std::size_t Observables::add(const Observable& what) {
   }
   if (std::ranges::count(found_, observed.name, &Observed::name) > 0)
     throw InputError("", "two observables are named \"" + observed.name + "\"");
+  if (observed.name == "t") throw InputError("", "\"t\" is the name of the time in results; give another name");
+  if (std::ranges::any_of(what.name, [](char c) { return (0 <= c && c < ' ') || c == 127; }))
+    throw InputError("", "the name of an observable holds a line break or another control character");
   texts_.push_back(std::move(parsed));
   given_.push_back(what);
   found_.push_back(std::move(observed));
@@ -179,8 +181,9 @@ Condition::Condition(const Things& things, const std::string& text, const Consta
   if (text.substr(place + 1).starts_with('='))
     throw InputError("", "formula \"" + text + "\": found " + text.substr(place, 2) + ", wanted " + text[place] +
                              ", which passes at the same instant");
-  left_ = std::make_unique<ObservedText>(things, text.substr(0, place), parameters);
-  right_ = std::make_unique<ObservedText>(things, text.substr(place + 1), parameters);
+  const std::string_view all = text;
+  left_ = std::make_unique<ObservedText>(things, all.substr(0, place), parameters, all);
+  right_ = std::make_unique<ObservedText>(things, all.substr(place + 1), parameters, all);
   sign_ = text[place] == '>' ? 1.0 : -1.0;
   if (left_->quantity() == nullptr && right_->quantity() != nullptr) {  // "20 < any tension(links)"
     std::swap(left_, right_);
@@ -188,7 +191,8 @@ Condition::Condition(const Things& things, const std::string& text, const Consta
   }
   left_->take_any(static_cast<int>(sign_));
   if (!left_->is_number() || !right_->is_number())
-    throw InputError("", "formula \"" + text + "\": a condition compares single numbers; say any, max, min or sum");
+    throw InputError("", "formula \"" + text + "\": a condition compares single numbers; say " +
+                             (right_->is_any() ? "any on one side, and " : "any, ") + "max, min or sum");
   seen_ = left_->describe({});
 }
 

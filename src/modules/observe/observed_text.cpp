@@ -98,6 +98,9 @@ class ObservedText::Reader {
     if (term.word != Word::None) {
       const std::size_t next = skip_spaces(text, begin + name.size());
       const std::string_view then = word_at(text, next);
+      const bool is_function = term.word == Word::Max || term.word == Word::Min;
+      if (then.empty() && !is_function && next < text.size() && text[next] == '(')
+        throw TextFault{begin, std::string(name) + " stands before a quantity without brackets, any tension(links)"};
       if (then.empty()) return {};  // max(a, b) of formulas
       at = next;
       name = then;
@@ -106,15 +109,14 @@ class ObservedText::Reader {
     const bool has_bracket = bracket < text.size() && text[bracket] == '(';
     const QuantityKind* const kind = find_kind(name);
     if (kind == nullptr) {
-      if (term.word == Word::None && !has_bracket) return {};
+      if (term.word == Word::None) return {};  // a name of formulas, or unknown there
       std::vector<std::string> known;
       for (const QuantityKind& each : quantity_kinds()) known.emplace_back(each.name);
-      const std::string near = suggest(name, known);
-      if (term.word == Word::None && near.empty()) return {};  // a function of formulas, or unknown there
-      if (is_function(name)) return {};
-      throw TextFault{at, "'" + std::string(name) + "' is no quantity" + near};
+      throw TextFault{at, "'" + std::string(name) + "' is no quantity" + suggest(name, known)};
     }
-    if (!has_bracket) throw TextFault{at, std::string(name) + " takes (" + std::string(kind->arguments) + ")"};
+    if (!has_bracket)
+      throw TextFault{at, std::string(name) + " has no brackets behind it; " + std::string(name) + "(" +
+                              std::string(kind->arguments) + ") is right"};
     const Arguments arguments = read_arguments(text, name, at, &bracket);
     term.quantity = kind->make(things_, arguments);
     if (term.quantity.num_members == 0)
@@ -133,8 +135,10 @@ class ObservedText::Reader {
       if (term.num_parts() > 1)
         throw TextFault{places_[k], "a vector stands in a formula; take one of its parts, " + list_parts(term)};
       if (term.num_members() > 1)
-        throw TextFault{places_[k], "a formula needs one number of these " + text(term.num_members()) +
-                                        "; say max, min or sum before it, or name one member"};
+        throw TextFault{places_[k],
+                        "a formula needs one number of these " + text(term.num_members()) + "; say max, " +
+                            (term.word == Word::Any ? "min or sum in place of any" : "min or sum before it") +
+                            ", or name one member"};
     }
   }
 
@@ -145,12 +149,6 @@ class ObservedText::Reader {
     for (const auto& [word, meaning] : words)
       if (word == name) return meaning;
     return Word::None;
-  }
-
-  static bool is_function(std::string_view name) {
-    constexpr std::string_view functions[] = {"sqrt", "exp",   "log",  "sin",  "cos",  "tan", "asin", "acos",
-                                              "atan", "atan2", "sinh", "cosh", "tanh", "abs", "min",  "max"};
-    return std::ranges::count(functions, name) > 0;
   }
 
   static std::string list_parts(const Term& term) {
@@ -178,17 +176,20 @@ class ObservedText::Reader {
   std::vector<std::size_t> places_;
 };
 
-ObservedText::ObservedText(const Things& things, const std::string& text, const Constants& parameters) {
+ObservedText::ObservedText(const Things& things, std::string_view text, const Constants& parameters,
+                           std::string_view all) {
   Reader reader(things, this);
   const std::vector<std::string> variables{"t"};
-  Formula formula(text, variables, parameters,
-                  [&](std::string_view all, std::size_t* place) { return reader.read(all, place); });
+  OwnVariables own{
+      [&](std::string_view part, std::size_t* place) { return reader.read(part, place); }, {"sum", "each", "any"}, all};
+  for (const QuantityKind& each : quantity_kinds()) own.names.emplace_back(each.name);
+  Formula formula(text, variables, parameters, own);
   const bool is_lone = terms_.size() == 1 && formula.is_variable(1);
   if (!is_lone) {
     try {
       reader.require_numbers();
     } catch (const TextFault& fault) {
-      Formula::refuse(text, fault);
+      Formula::refuse(text, fault, all);
     }
     formula_ = std::move(formula);
   }

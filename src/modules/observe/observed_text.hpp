@@ -21,8 +21,8 @@ namespace tanor::detail {
 /// are added up.
 class ObservedText {
  public:
-  /// Throws InputError with the text, the column and what would be right.
-  ObservedText(const Things& things, const std::string& text, const Constants& parameters = {});
+  /// Throws InputError with the text, or all of which it is a part, the column and what would be right.
+  ObservedText(const Things& things, std::string_view text, const Constants& parameters, std::string_view all);
   ObservedText(ObservedText&&) = default;  // copies would share the scratch of quantities
   ObservedText& operator=(ObservedText&&) = default;
 

@@ -249,21 +249,23 @@ class ConstraintForces {
 /// The sum of the forces with which constraints act on their points. What they are fixed to feels the opposite.
 Quantity make_force(const Things& things, const Arguments& arguments) {
   arguments.require(1, 1, "constraints");
-  const auto forces = std::make_shared<ConstraintForces>(things, things.find(arguments[0], {List::Constraints}));
+  const Thing thing = things.find(arguments[0], {List::Constraints});
+  const auto forces = std::make_shared<ConstraintForces>(things, thing);
   const auto evaluate = [forces](const ObservedInstant& at, double* values) {
     const double* const eta = forces->evaluate(at);
     Vec3 sum{};
     for (const Index point : forces->points()) sum = sum + load(eta, point);
     store(values, 0, sum);
   };
-  return {Dimension::Forces, {.forces = true}, evaluate, xyz()};
+  Quantity result{Dimension::Forces, {.forces = true}, evaluate, xyz()};
+  result.thing = [thing](std::size_t) { return thing; };
+  return result;
 }
 
 /// The moment about an axis of the forces with which a thing acts on the mechanism: the torque of a motor.
 Quantity make_moment(const Things& things, const Arguments& arguments) {
   if (arguments.size() == 1)
-    throw TextFault{arguments.place,
-                    "a moment needs an axis: moment(" + std::string(arguments[0].text) + ", z, [0, 0, 0])"};
+    throw TextFault{arguments.place, "a moment needs an axis: moment(" + arguments[0].text + ", z, [0, 0, 0])"};
   arguments.require(2, 3, "supports or constraints, axis, about");
   const Vec3 axis = things.axis(arguments[1]);
   const Thing thing = things.find(arguments[0], {List::Supports, List::Constraints});
@@ -272,7 +274,7 @@ Quantity make_moment(const Things& things, const Arguments& arguments) {
   const std::vector<Index> points = is_load ? points_of_support(things, thing) : forces->points();
   const std::optional<Vec3> place = arguments.size() < 3 ? Vec3{} : things.vector(arguments[2]);
   const Index about_point = place ? 0 : things.point(arguments[2]);
-  return one_number(Dimension::Moment, {.forces = true}, [=](const ObservedInstant& at) {
+  Quantity result = one_number(Dimension::Moment, {.forces = true}, [=](const ObservedInstant& at) {
     const Vec3 about = place ? *place : load(at.positions.data(), about_point);
     const double* const acting = is_load ? at.support_forces.data() : forces->evaluate(at);
     double sum = 0.0;
@@ -280,6 +282,8 @@ Quantity make_moment(const Things& things, const Arguments& arguments) {
       sum += dot(axis, cross(load(at.positions.data(), point) - about, load(acting, point)));
     return is_load ? -sum : sum;
   });
+  result.thing = [thing](std::size_t) { return thing; };
+  return result;
 }
 
 // ---- geometry ----

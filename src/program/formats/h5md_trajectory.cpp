@@ -263,11 +263,12 @@ class H5mdTrajectory : public FrameFile {
     add("/particles/all/velocity", rows, &Frame::velocities, Dimension::Velocity);
     add("/particles/all/force", rows, &Frame::forces, Dimension::Forces);
     add("/particles/all/constraint_force", rows, &Frame::reactions, Dimension::Forces);
+    const std::vector<std::string> groups = groups_of(observables);
     for (std::size_t k = 0; k < observables.size(); ++k) {
       std::vector<hsize_t> shape;
       if (!observables[k].members.empty()) shape.push_back(observables[k].members.size());
       if (!observables[k].parts.empty()) shape.push_back(observables[k].parts.size());
-      elements.push_back({group_of(observables[k]) + "/value", shape, true, false,
+      elements.push_back({groups[k] + "/value", shape, true, false,
                           [k](const Frame& frame) { return frame.observables[k].values.data(); }});
     }
     if (!shown_->rods.empty()) add("/observables/tension", rods, &Frame::tensions, Dimension::Forces);
@@ -341,17 +342,26 @@ class H5mdTrajectory : public FrameFile {
     check(H5Awrite(made, H5T_STD_REF_OBJ, &reference));
   }
 
-  /// Returns an observable's group, in whose name '/' would begin another.
-  static std::string group_of(const Observed& each) {
-    std::string name = each.name;
-    std::ranges::replace(name, '/', '|');
-    const bool is_ours = name == "tension" || name == "total_energy" || name.ends_with("_violation");
-    return (is_ours ? "/observables/observed " : "/observables/") + name;
+  /// Returns the groups of observables, in whose names '/' would begin another. Each has its own.
+  static std::vector<std::string> groups_of(std::span<const Observed> observables) {
+    std::vector<std::string> groups;
+    for (const Observed& each : observables) {
+      std::string name = each.name;
+      std::ranges::replace_if(
+          name, [](char c) { return c == '/' || c == '\0'; }, '|');
+      const auto is_taken = [&] {
+        return name == "." || name == "tension" || name == "total_energy" || name == "position_violation" ||
+               name == "velocity_violation" || std::ranges::count(groups, "/observables/" + name) > 0;
+      };
+      while (is_taken()) name = "observed " + name;
+      groups.push_back("/observables/" + name);
+    }
+    return groups;
   }
-  void add_words(const Observed& each) const {
-    const Handle value = check(H5Dopen2(file_, (group_of(each) + "/value").c_str(), H5P_DEFAULT), H5Dclose);
+  void add_words(const Observed& each, const std::string& group) const {
+    const Handle value = check(H5Dopen2(file_, (group + "/value").c_str(), H5P_DEFAULT), H5Dclose);
     if (!each.unit.empty()) add_text(value, "unit", each.unit);
-    if (each.text != each.name) add_text(value, "observable", each.text);
+    if (!group.ends_with("/" + each.text)) add_text(value, "observable", each.text);
     if (!each.parts.empty()) add_text(value, "parts", join(each.parts));
     add_members(value, each.members);
   }
@@ -379,7 +389,8 @@ class H5mdTrajectory : public FrameFile {
       add_particles(request);
       make_group(file_, "observables");
       add_elements(request);
-      for (const Observed& each : request.observables) add_words(each);
+      const std::vector<std::string> groups = groups_of(request.observables);
+      for (std::size_t k = 0; k < groups.size(); ++k) add_words(request.observables[k], groups[k]);
     }
     check(H5Fstart_swmr_write(file_));
     check(H5Fflush(file_, H5F_SCOPE_LOCAL));  // a full disk is reported now, not when the file closes

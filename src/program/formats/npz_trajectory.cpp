@@ -27,14 +27,19 @@ constexpr std::array<const char*, 4> row_names{"position", "velocity", "accelera
 
 constexpr const char* observables_key = "observables";
 
-/// Returns the type of a row of observables as numpy describes it: [('t', '<f8'), ('load(hook)', '<f8', (3,)), …].
+/// Returns the type of a row of observables as numpy describes it: [('t', '<f8'), ('load(hook)', '<f8', (3,)), …]. Its
+/// head is ASCII, so letters beyond that are there by number, as Python writes them.
 std::string describe_record(std::span<const Observed> observables) {
   std::string type = "[('t', '<f8')";
   for (const Observed& each : observables) {
     std::string name;
-    for (const char c : each.name) {
-      if (c == '\'' || c == '\\') name += '\\';
-      name += static_cast<unsigned char>(c) < 128 ? c : '_';
+    for (auto c = each.name.begin(); c != each.name.end();) {
+      const unsigned first = static_cast<unsigned char>(*c);
+      std::uint32_t code =
+          first < 0x80 ? first : first & (0x1Fu >> ((first >= 0xE0 ? 1 : 0) + (first >= 0xF0 ? 1 : 0)));
+      while (++c != each.name.end() && (*c & 0xC0) == 0x80) code = code << 6 | (*c & 0x3Fu);
+      const bool is_plain = code >= ' ' && code < 127 && code != '\'' && code != '\\';
+      name += is_plain ? std::string(1, static_cast<char>(code)) : fmt::format("\\U{:08x}", code);
     }
     std::string shape;
     if (!each.members.empty()) shape += fmt::format("{},", each.members.size());
