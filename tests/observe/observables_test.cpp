@@ -367,7 +367,7 @@ TEST(Observables, FaultsOfConditionsHaveTheirPlaceInAll) {
                                "tension?); known"));
   EXPECT_EQ(refuse("t + > 5"), "formula \"t + > 5\": column 5: found '>', expected a number, a name or '('");
   EXPECT_EQ(refuse("5 < "), "formula \"5 < \": column 5: found the end, expected a number, a name or '('");
-  EXPECT_EQ(refuse("5 < 2*tension(lnks)").substr(0, 45), "formula \"5 < 2*tension(lnks)\": column 15: no const");
+  EXPECT_TRUE(refuse("5 < 2*tension(lnks)").starts_with("formula \"5 < 2*tension(lnks)\": column 15: no const"));
   EXPECT_EQ(
       refuse("any tension(links)/2 > 5"),
       "formula \"any tension(links)/2 > 5\": column 1: a formula needs one number of these 3; say max, min or sum "
