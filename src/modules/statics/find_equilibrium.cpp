@@ -448,8 +448,13 @@ EquilibriumResult detail::rest_from(const System& system, const SteadyFrame& fra
 }
 
 Solution state_at_rest(const EquilibriumResult& found, double time) {
-  Solution state{
-      {}, time, found.positions, found.velocities, {}, found.multipliers, found.reactions, found.support_forces};
+  Solution state;
+  state.t = time;
+  state.positions = found.positions;
+  state.velocities = found.velocities;
+  state.multipliers = found.multipliers;
+  state.reactions = found.reactions;
+  state.support_forces = found.support_forces;
   for (std::vector<double>* array : {&state.velocities, &state.reactions, &state.support_forces})
     array->resize(found.positions.size());
   const bool moves = std::ranges::any_of(state.velocities, [](double each) { return each != 0.0; });
