@@ -449,7 +449,7 @@ EquilibriumResult detail::rest_from(const System& system, const SteadyFrame& fra
 
 Solution state_at_rest(const EquilibriumResult& found, double time) {
   Solution state;
-  state.t = time;
+  state.time = time;
   state.positions = found.positions;
   state.velocities = found.velocities;
   state.multipliers = found.multipliers;
