@@ -76,7 +76,7 @@ ROOMS = {
     "simulation": Sees("base system evaluate assembly schur friction dynamics ranks observe certificate motion", "enum_names", "Eigen/"),
     # program
     "scene":    Sees("base/member_names.hpp base/text.hpp base/suggestion.hpp", "tanor", "nlohmann/ fmt/ unistd.h sys/resource.h"),
-    "report":   Sees("scene base/archive.hpp base/checksum.hpp base/member_names.hpp base/text.hpp base/with_unit.hpp", "tanor", "nlohmann/ fmt/ unistd.h fcntl.h spawn.h sys/wait.h sys/ioctl.h "
+    "report":   Sees("scene system/members.hpp base/archive.hpp base/checksum.hpp base/member_names.hpp base/text.hpp base/with_unit.hpp", "tanor", "nlohmann/ fmt/ unistd.h fcntl.h spawn.h sys/wait.h sys/ioctl.h "
                      "zlib.h dlfcn.h"),
     "formats":  Sees("report scene", "observables", "fmt/ unistd.h fcntl.h sys/resource.h hdf5.h zip.h"),
     "picture":  Sees("base/vec3.hpp system/operations.hpp report/colours.hpp report/guides.hpp report/vtp_reader.hpp report/motion_extent.hpp", "system", "cairo.h"),
@@ -84,7 +84,7 @@ ROOMS = {
     "cli":      Sees("base/text.hpp base/suggestion.hpp scene report view picture", "tanor",
                      "nlohmann/ fmt/ CLI/ poll.h unistd.h fcntl.h spawn.h sys/file.h sys/mman.h sys/resource.h sys/stat.h dlfcn.h"),
     # bindings
-    "python":   Sees("scene base/member_names.hpp", "tanor", "pybind11/"),
+    "python":   Sees("scene system/members.hpp base/member_names.hpp", "tanor", "pybind11/"),
     "embed":    Sees("", "constrainer", "mpi.h atom.h comm.h domain.h error.h fix.h force.h group.h input.h lammps.h "
                      "modify.h update.h OpenMM.h openmm/"),
     "mpi":      Sees("system/members.hpp system/chosen_members.hpp system/fingerprint.hpp base/disjoint_sets.hpp base/groups.hpp base/checksum.hpp base/archive.hpp base/member_names.hpp cli "

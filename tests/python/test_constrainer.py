@@ -100,7 +100,7 @@ class StepsOnTheHostsArrays(unittest.TestCase):
         host = Host()
         constrainer = host.constrainer
         self.assertEqual(constrainer.add_observable("max tension(rods)", name="most"), 0)
-        constrainer.add_observable("load(support0).z")
+        constrainer.add_observable("load(support0).z", unit="kN")
         host.r[:] = 0.1 * numpy.arange(11)[:, None] * (0, 0, -1)
         multipliers = numpy.zeros(10)
         self.assertTrue(constrainer.observe(host.r, host.v, host.f, multipliers=multipliers, time=2.5).ok)
@@ -109,7 +109,7 @@ class StepsOnTheHostsArrays(unittest.TestCase):
         self.assertAlmostEqual(most.values[0], 9.81, 12)
         self.assertEqual((most.name, most.largest[0].time, most.largest[0].member), ("most", 2.5, "rods[0]"))
         self.assertAlmostEqual(load.values[0], -9.81, 12)
-        self.assertEqual(load.columns, ["load(support0).z"])
+        self.assertEqual((load.columns, load.unit, most.unit), (["load(support0).z"], "kN", ""))
         constrainer.add_observable("load(support0)", name="load")
         constrainer.observe(host.r, host.v, host.f)
         self.assertEqual((constrainer["most"], constrainer["load(support0).z"]), (most.values[0], load.values[0]))
@@ -120,7 +120,16 @@ class StepsOnTheHostsArrays(unittest.TestCase):
         constrainer.remove_observable(0)
         copied = copy.deepcopy(constrainer)
         copied.observe(host.r, host.v, host.f)
-        self.assertEqual([each.values[0] for each in copied.observed], [load.values[0]])
+        self.assertEqual([(each.values[0], each.unit) for each in copied.observed], [(load.values[0], "kN")])
+
+    def test_one_mass_is_that_of_all(self):
+        rods = [tanor.Rods([[0, 1]])]
+        positions, velocities, forces = numpy.array([[0.0, 0, 0], [1, 0, 0]]), numpy.zeros((2, 3)), numpy.array([[1.0, 0, 0], [0, 0, 0]])
+        one, each = numpy.empty((2, 3)), numpy.empty((2, 3))
+        tanor.Constrainer(2.0, rods, positions).solve(positions, velocities, forces, accelerations=one)
+        tanor.Constrainer([2.0, 2.0], rods, positions).solve(positions, velocities, forces, accelerations=each)
+        numpy.testing.assert_array_equal(one, each)
+        numpy.testing.assert_allclose(one[:, 0], 0.25, rtol=1e-14)
 
     def test_an_index_reads_and_writes_rows_in_another_order(self):
         host = Host()

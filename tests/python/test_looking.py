@@ -9,6 +9,7 @@ import pathlib
 import pickle
 import subprocess
 import sys
+import tempfile
 import unittest
 
 import numpy
@@ -47,6 +48,13 @@ class Plots(unittest.TestCase):
         (line,) = tanor.plot.histories(run, "load(hook).z").lines
         numpy.testing.assert_array_equal(line.get_ydata(), run["load(hook)"][:, 2])
 
+    def test_histories_of_groups_and_members_are_tensions(self):
+        run = tanor.run(tanor.Simulation(cable()), 0.2, 0.1)
+        lines = tanor.plot.histories(run, ["links", "links[3]"]).lines
+        self.assertEqual([line.get_label() for line in lines], [f"links[{k}] [N]" for k in (0, 1, 2, 3, 3)])
+        for line, k in zip(lines, (0, 1, 2, 3, 3)):
+            numpy.testing.assert_array_equal(line.get_ydata(), run["links"].tension[:, k])
+
     def test_histories_say_how_many_they_leave_out(self):
         simulation = tanor.Simulation(cable(20))
         simulation.add_observable("tension(links)", name="each")
@@ -58,7 +66,18 @@ class Plots(unittest.TestCase):
             axes = tanor.plot.tensions(result, "links", bins=4)
             self.assertEqual([bar.get_height() for bar in axes.patches], [1, 1, 1, 1])
             self.assertAlmostEqual(axes.patches[0].get_x(), 0.5 * 9.81, 9)
-        self.assertEqual(axes.get_xlabel(), "tension of links")
+        self.assertEqual(axes.get_xlabel(), "tension of links [N]")
+        run = tanor.run(tanor.Simulation(cable()), 0.2)
+        self.assertEqual(tanor.plot.tensions(run, "links").get_xlabel(), "tension of links at t = 0.2 s [N]")
+        run.system.units = "none"
+        self.assertEqual(tanor.plot.tensions(run, "links").get_xlabel(), "tension of links at t = 0.2")
+
+    def test_a_mode_has_the_units_of_its_system(self):
+        rest = tanor.find_equilibrium(cable())
+        axes = tanor.plot.modes(tanor.modes(cable(), rest.positions))
+        for label in (axes.get_xlabel(), axes.get_ylabel()):
+            self.assertRegex(label, r"^[xyz] \[m\]$")
+        self.assertRegex(axes.get_legend().get_texts()[1].get_text(), r"^omega = [0-9.]+ rad/s$")
 
     def test_a_mode_is_drawn_in_its_plane(self):
         # A wire along y swings in z, where it is less stiff, and then in x: each mode lies in a plane.
@@ -94,6 +113,18 @@ class Plots(unittest.TestCase):
         self.assertEqual(list(curves), ["rattle", "rattle4", "rattle6", "rk4", "dopri5", "dop853", "taylor"])
         numpy.testing.assert_array_equal(curves["rattle"][0], [0.020720593, 1.5143660854075131e-05])
         self.assertEqual((axes.get_xscale(), axes.get_yscale()), ("log", "log"))
+        self.assertEqual((axes.get_xlabel(), axes.get_ylabel()), ("seconds", "error"))
+
+    def test_tables_of_errors_have_units_now_and_before(self):
+        new = "method,wall_s,error,trouble,unit_of_length,unit_of_time\nrk4,0.5,1e-3,,angstrom,fs\nrk4,1,,too long,angstrom,fs\n"
+        old = "method,wall_s,error_m,trouble\nrk4,0.5,1e-3,\n"  # of 0.2
+        for text, label in ((new, "error [angstrom]"), (old, "error [m]")):
+            with tempfile.NamedTemporaryFile("w", suffix=".csv") as file:
+                file.write(text)
+                file.flush()
+                axes = tanor.plot.error_time(file.name)
+            self.assertEqual(axes.get_ylabel(), label)
+            numpy.testing.assert_array_equal(numbers_of(axes.lines[0]), [[0.5, 1e-3]])
 
 
 class Tables(unittest.TestCase):
@@ -146,6 +177,29 @@ class Reprs(unittest.TestCase):
         self.assertIn("positions=<32000 x 3>", repr(rest))
         for thing in (system, simulation, run, rest):
             self.assertLess(len(thing._repr_html_()), 400_000)
+
+    def test_a_system_tells_masses_supports_and_groups(self):
+        self.assertEqual(repr(cable()), "System('system': 5 points; masses 0.5, 2 in all; supports hook (1 point); "
+                         "constraints links (4 rods); forces gravity0)")
+        sphere = tanor.UserConstraints([[0]], kernel="x1^2 + y1^2 + z1^2 - 1", name="ball")
+        system = tanor.System(numpy.eye(3), [1, 2, 3], supports=[tanor.Support([2])], name="odd",
+                              constraints=[tanor.Rods([[0, 1]]), sphere, tanor.Planes([0], normal=(1, 0, 0))],
+                              forces=[tanor.Springs([[0, 1], [1, 2]], stiffness=1.0), tanor.FormulaForce([0, 1], kernel=("0", "0", "t"))],
+                              friction=[tanor.Coulomb(["plane2"], coefficient=0.3, velocity=0.1)])
+        self.assertEqual(repr(system), "System('odd': 3 points; masses 1 to 2, 3 in all; supports support0 (1 point); "
+                         "constraints rod0 (1 rod), ball (1 tuple), plane2 (1 point); forces spring0 (2 springs), formula1 (2 points); "
+                         "friction coulomb0 (1 guide))")
+        many = tanor.System([[0, 0, 0]], "heavy", forces=[tanor.Gravity((0, 0, -1)) for _ in range(9)])  # not checked yet
+        self.assertEqual(repr(many), "System('system': 1 point; forces gravity0, gravity1, gravity2, gravity3, gravity4, gravity5, 3 more)")
+
+    def test_one_of_a_kind_is_no_plural(self):
+        system = tanor.System([[0, 0, 0]], forces=[tanor.Gravity((0, 0, -1))])
+        run = tanor.run(tanor.Simulation(system, method="rk4", step=0.1), 0.0)
+        self.assertEqual(repr(tanor.Simulation(system, method="rk4", step=0.1)), "Simulation('system', 1 point, t = 0, rk4)")
+        self.assertTrue(repr(run).startswith("Trajectory(1 time to t = 0, 1 point, ok"), repr(run))
+        self.assertEqual(repr(tanor.Simulation(cable(1))["links"]), "Group('links', 1 member)")
+        self.assertEqual(repr(tanor.Dynamics(system)), "Dynamics(1 point, 0 equations)")
+        self.assertEqual(repr(tanor.InverseDynamics(cable(1))), "InverseDynamics(2 points, 1 equation)")
 
     def test_pictures_for_notebooks_show_points_and_rods(self):
         system = cable()
@@ -232,6 +286,20 @@ class Notebooks(unittest.TestCase):
 
 
 class Numpy(unittest.TestCase):
+    def test_what_is_no_system_or_run_is_told(self):
+        simulation = tanor.Simulation(pendulum())
+        for call, error, said in (
+                (lambda: tanor.Simulation("net.json"), TypeError, "found 'net.json', wanted a System or a Scene"),
+                (lambda: tanor.run("net.json", 1.0), TypeError, "found 'net.json', wanted a Simulation"),
+                (lambda: tanor.Simulation(tanor.System([[0, 0, 0]], supports=[0])), tanor.InputError, "/supports/0: found 0, wanted a Support"),
+                (lambda: tanor.run(simulation, -1.0), ValueError, "t_end: -1.0 lies before"),
+                (lambda: tanor.run(simulation, 1.0, every=-0.1), ValueError, "every: -0.1 is negative"),
+                (lambda: tanor.run(simulation, 0.0)[0], KeyError, "there are t,")):
+            with self.assertRaisesRegex(error, said):
+                call()
+        for wrong in (None, tanor.Support(0), [0]):  # its text stands before it is checked
+            self.assertIn("System('system': 1 point", repr(tanor.System([[0, 0, 0]], supports=wrong)))
+
     def test_numbers_of_numpy_broadcast(self):
         for masses in (numpy.float32(2), numpy.int64(2), numpy.array(2.0), [2, 2]):
             system = tanor.System([[0, 0, 0], [1, 0, 0]], masses, velocities=numpy.array([0, 0, 1]), forces=[tanor.Gravity((0, 0, -1))])
@@ -273,12 +341,39 @@ class Numpy(unittest.TestCase):
             with self.assertRaisesRegex(AttributeError, name):
                 setattr(thing, name, 1.0)
 
+    def test_a_misspelt_argument_is_told_with_what_is_meant(self):
+        scene = os.path.join(os.environ["TANOR_EXAMPLES"], "pendulum.json")
+        simulation = tanor.Simulation(pendulum())
+        misspelt = [
+            (lambda: tanor.System([[0, 0, 0]], mases=1.0), "System has no argument 'mases' (did you mean masses?)"),
+            (lambda: tanor.Rods([[0, 1]], lenght=1.0), "Rods has no argument 'lenght' (did you mean length?)"),
+            (lambda: tanor.MotionOptions(rtoll=1.0), "MotionOptions has no argument 'rtoll' (did you mean rtol?)"),
+            (lambda: tanor.Formula("t", constnts={}), "Formula has no argument 'constnts' (did you mean constants?)"),
+            (lambda: tanor.run(simulation, 1.0, evry=0.1), "run has no argument 'evry' (did you mean every?)"),
+            (lambda: tanor.run_scene(scene, progres=True), "run_scene has no argument 'progres' (did you mean progress?)"),
+            (lambda: tanor.Scene(scene, tend=1.0), "Scene has no argument 'tend' (did you mean t_end?)"),
+            (lambda: tanor.Simulation(pendulum(), rtoll=1e-6), "Simulation has no argument 'rtoll' (did you mean rtol?)"),
+            (lambda: tanor.modes(pendulum(), cuont=3), "modes has no argument 'cuont' (did you mean count?)"),
+            (lambda: simulation.add_observable("t", evry_step=True), "add_observable has no argument 'evry_step' (did you mean every_step?)"),
+            (lambda: simulation.add_event(stop=True), "add_event has no argument 'stop' (did you mean stops?)"),
+            (lambda: tanor.plot.tensions(simulation, "rods", bin=3), "tensions has no argument 'bin' (did you mean bins?)"),
+            (lambda: tanor.Gravity((0, 0, 1), colour="red"), "Gravity has no argument 'colour' (it has acceleration, name)"),
+        ]
+        for call, expected in misspelt:
+            with self.assertRaises(TypeError) as raised:
+                call()
+            self.assertEqual(str(raised.exception), expected)
+
+        def fail(report):
+            raise TypeError("of the caller")
+
+        with self.assertRaisesRegex(TypeError, "^of the caller$"):
+            tanor.run(simulation, 1.0, progress=fail)
+
     def test_options_of_rest_and_modes_stand_by_name(self):
         rest = tanor.find_equilibrium(cable(), force_tolerance=1e-13, threads=1)
         modes = tanor.modes(cable(), rest.positions, count=3, multipliers=rest.multipliers)
         self.assertEqual(modes.omega.shape, (3,))
-        with self.assertRaisesRegex(TypeError, r"modes has no option 'cuont' \(did you mean count\?\)"):
-            tanor.modes(cable(), rest.positions, cuont=3)
         with self.assertRaisesRegex(tanor.InputError, "/equilibrium/force_tolerance"):
             tanor.find_equilibrium(cable(), force_tolerance=-1.0)
         with self.assertRaisesRegex(tanor.InputError, "no force has the name 'wind'"):

@@ -52,6 +52,8 @@ class Observables(unittest.TestCase):
         simulation.add_event(when="t > 0.15", do="break", of="links[2]")
         run = tanor.run(simulation, 0.3, 0.1)
         numpy.testing.assert_array_equal(run["links"].tension, run["tension(links)"])
+        self.assertEqual([member.name for member in run["links"][1:3]], ["links[1]", "links[2]"])
+        self.assertEqual((len(run["links"]), len(list(run["links"]))), (4, 4))
         for member in (run["links[2]"], run["links"][2], run["links"][-2]):
             self.assertEqual((member.name, member.multipliers.shape), ("links[2]", (4, 1)))
             numpy.testing.assert_allclose(member.tension, [0.5 * 9.81 * 2] * 2 + [math.nan] * 2, rtol=1e-10)
@@ -87,7 +89,7 @@ class Observables(unittest.TestCase):
         self.assertEqual(run["load(hook)"].shape, (3, 3))
         self.assertLess(len(repr(run)), 300)
         self.assertIn("<svg", run._repr_html_())
-        with self.assertRaisesRegex(TypeError, r"no option 'rtl' \(did you mean rtol\?\)"):
+        with self.assertRaisesRegex(TypeError, r"no argument 'rtl' \(did you mean rtol\?\)"):
             tanor.Simulation(make_cable(4), rtl=1e-10)
         with self.assertRaisesRegex(KeyError, "load"):
             run["lod(hook)"]
@@ -100,6 +102,30 @@ class Observables(unittest.TestCase):
         self.assertEqual(repr(rest["links"]), "Group('links', 4 members)")
         with self.assertRaisesRegex(KeyError, "load"):
             rest["lod(hook)"]
+
+    def test_solutions_and_modes_are_read_by_name(self):
+        system = make_cable(4)
+        rest = tanor.find_equilibrium(system)
+        for solution in (tanor.Simulation(system).solution(), tanor.Dynamics(system).solution(system.positions)):
+            self.assertAlmostEqual(solution["max tension(links)"], rest["max tension(links)"], 9)
+            numpy.testing.assert_allclose(solution["load(hook)"], rest["load(hook)"], atol=1e-9)
+        modes = tanor.modes(system, rest.positions)
+        for name in ("max tension(links)", "min tension(links)", "load(hook).z"):
+            self.assertAlmostEqual(modes[name], rest[name], 9)
+        self.assertEqual(len(modes.observables), 3)
+        with self.assertRaisesRegex(KeyError, r"did you mean load\(hook\)\?"):
+            modes["lod(hook)"]
+
+    def test_what_is_open_pulls_with_nothing_in_modes(self):
+        rods = tanor.Rods([[0, 1], [1, 2]], name="links")
+        slack = tanor.Rods([[0, 2]], length=5.0, name="stay")
+        system = tanor.System([[0, 0, 0], [0, 0, -1], [0, 0, -2]], supports=[tanor.Support(0)], constraints=[rods, slack],
+                              forces=[tanor.Gravity((0, 0, -10))])
+        rest = tanor.find_equilibrium(system, one_sided={"stay": "at_most"})
+        self.assertTrue(rest.open.any(), rest.outcome.what)
+        modes = tanor.modes(system, rest.positions, multipliers=rest.multipliers, open=rest.open)
+        self.assertAlmostEqual(modes["max tension(links)"], 20, 9)
+        self.assertEqual(modes["tension(stay)"], 0)
 
     def test_a_run_that_the_numbers_end_raises(self):
         system = tanor.System([[0, 0, 0], [1, 0, 0]], velocities=[[0, 0, 0], [-1, 0, 0]], supports=[tanor.Support([0])],

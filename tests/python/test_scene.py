@@ -34,9 +34,9 @@ CRANE = {
 
 
 class SceneAsSystem(unittest.TestCase):
-    def expect_same(self, scene: tanor.Scene) -> None:
+    def expect_same(self, scene: tanor.Scene, same: "tanor.Scene | tanor.System | None" = None) -> None:
         one = tanor.Simulation(scene)
-        other = tanor.Simulation(scene.system, scene.motion, scene.solver, scene.t_start)
+        other = tanor.Simulation(same or scene.system, scene.motion, scene.solver, scene.t_start)
         for name in ("positions", "accelerations", "multipliers", "reactions"):
             numpy.testing.assert_array_equal(getattr(one.solution(), name), getattr(other.solution(), name))
 
@@ -56,11 +56,14 @@ class SceneAsSystem(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             scene = tanor.Scene(write(folder, CRANE))
         self.assertEqual((scene.num_points, scene._repr_html_().count("<circle")), (scene.num_points,) * 2)
-        run = pickle.loads(pickle.dumps(tanor.run_scene(scene)))  # none of these asks the scene for its system
-        self.assertEqual(repr(run.system), repr(scene))
         self.expect_same(scene)
-        with self.assertRaisesRegex(TypeError, "before its system is looked at"):
-            pickle.dumps(scene)
+        self.assertIn("of a scene file", repr(scene.supports))
+        run = tanor.run_scene(scene)
+        again = pickle.loads(pickle.dumps(run))
+        self.assertEqual(repr(again.system), repr(scene))
+        for other in (again.system, again.system.system, pickle.loads(pickle.dumps(scene.system))):
+            numpy.testing.assert_array_equal(tanor.run(tanor.Simulation(other, scene.motion), run.times[-1]).positions[-1], run.positions[-1])
+            self.expect_same(scene, other)
         end = [tanor.run(tanor.Simulation(each, scene.motion), 1.0).positions[-1] for each in (scene.system, copy.deepcopy(scene.system))]
         numpy.testing.assert_array_equal(*end)
         self.assertEqual(tanor.Simulation(scene.system, scene.motion).observe()[0].unit, "N")

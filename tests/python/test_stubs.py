@@ -41,7 +41,7 @@ class Stubs(unittest.TestCase):
     def test_functions_of_python_have_their_own_arguments(self):
         for name in tanor.__all__:
             thing = getattr(tanor, name)
-            if inspect.isfunction(thing):
+            if inspect.isfunction(thing) and not thing.__doc__.startswith(f"{name}("):  # a compiled one
                 self.assertEqual(arguments(STUBS[name]), list(inspect.signature(thing).parameters), name)
 
     def test_types_are_those_that_editors_know(self):

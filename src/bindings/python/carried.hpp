@@ -16,9 +16,10 @@
 /// which Python cannot take apart, are carried as they are until a System of C++ is read from them again.
 namespace tanor::python {
 
-/// A value of C++ that Python carries.
+/// A value of C++ that Python carries, and where it stands in which scene: pickle keeps that.
 struct Carried {
   std::any value;
+  py::object origin = py::none();
 };
 
 /// Takes a value that is carried. Returns false if it is one of Python's own.
@@ -51,7 +52,8 @@ py::object give(const Value& value) {
     constexpr auto columns = static_cast<py::ssize_t>(std::tuple_size_v<typename Value::value_type>);
     return py::array_t<Index>({static_cast<py::ssize_t>(value.size()), columns},
                               value.empty() ? nullptr : value.front().data());
-  } else if constexpr (std::is_same_v<Value, std::vector<std::vector<Index>>>) {
+  } else if constexpr (std::is_same_v<Value, std::vector<std::vector<Index>>> ||
+                       std::is_same_v<Value, std::vector<std::string>>) {
     return py::cast(value);
   } else if constexpr (std::is_same_v<Value, Parameter>) {
     if (!value.functions.empty()) return py::cast(Carried{value});

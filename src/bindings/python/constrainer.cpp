@@ -133,10 +133,12 @@ RankReport rank(HostHandle& handle, const py::object& positions, const py::objec
   return handle.run([&](Constrainer& c) { return c.rank(at, time); });
 }
 
-std::unique_ptr<HostHandle> make_handle(const py::object& masses, const py::object& constraints,
-                                        const py::object& positions, const py::object& cell, const py::object& repeats,
-                                        const py::object& images, const py::object& options) {
+std::unique_ptr<HostHandle> make_handle(py::object masses, const py::object& constraints, const py::object& positions,
+                                        const py::object& cell, const py::object& repeats, const py::object& images,
+                                        const py::object& options) {
   const auto copy_array = py::module_::import("numpy").attr("array");
+  if (py::module_::import("numpy").attr("ndim")(masses).equal(py::int_(0)))
+    masses = py::module_::import("numpy").attr("full")(py::len(positions), masses);
   (void)points_to_read(positions, {"positions", py::len(masses)});
   if (cell.is_none() && !images.is_none()) throw py::value_error("images: they need a cell");
   auto handle = std::make_unique<HostHandle>(HostHandle::Description{copy_array(masses, "float64"),
@@ -186,7 +188,7 @@ Wrong input is an InputError, after which nothing has changed.
 The interpreter's lock is released inside; a handle serves one thread at a time. pickle and copy.deepcopy keep what was
 given, all edits and the bytes of save: copy and original go on with the same bits, and ids are the same.
 
-masses       float [n]; inf: a support, which constraints never move
+masses       float [n], or one number for all; inf: a support, which constraints never move
 constraints  a list of Rods, Planes, ...
 positions    float64 [n, 3]: lengths that are not given are those found here
 cell         float [3, 3], the edges of a periodic cell row by row, or [3] for an orthogonal one; None: no cell
@@ -253,13 +255,16 @@ index      int32 [n], as in constrain_positions)doc")
 void bind_observables(py::class_<HostHandle>* type) {
   using py::arg;
   const py::none none;
-  type->def("add_observable", &HostHandle::add_observable, arg("what"), py::kw_only(), arg("name") = "", R"doc(
+  type->def("add_observable", &HostHandle::add_observable, arg("what"), py::kw_only(), arg("name") = "",
+            arg("unit") = "",
+            R"doc(
 Observes "max tension(rod0)", "load(support0)" and the like (docs/observables.md); returns the observable's number. All
 supports together are support0. Only the caller knows the forces one by one, so there is no potential(), energy(),
 pressure(), virial() and friction(). Raises InputError, with the column, if the text cannot be read.
 
 what  its text
-name  in results; the text if it is empty)doc")
+name  in results; the text if it is empty
+unit  letters, "kJ/mol": the host's own, which nothing else knows)doc")
       .def("remove_observable", &HostHandle::remove_observable, arg("number"),
            "Removes an observable; those behind it move up by one.")
       .def("observe", &solve_host<&Constrainer::observe>, arg("positions"), arg("velocities"), arg("forces") = none,
@@ -355,11 +360,6 @@ The others as in constrain_positions.)doc")
                              "(PlanSummary) how the equations are solved, and why so")
       .def_property_readonly("counters", &ask<HostHandle, &Constrainer::counters>,
                              "(Counters) work done so far by this handle")
-      .def("__repr__",
-           [](HostHandle& handle) {
-             return "Constrainer(num_points=" + std::to_string(handle.num_points()) +
-                    ", num_rows=" + std::to_string(handle.num_rows()) + ")";
-           })
       .def(py::pickle([](HostHandle& handle) { return handle.state(); }, &HostHandle::from_state));
   bind_edits(&type);
   bind_observables(&type);

@@ -253,6 +253,7 @@ time                                  s)doc")
 where there are none, or where some have charts of their own.)doc")
       .def_property_readonly(
           "system", [](const InverseProblem& self) { return self.system; }, "(System | Scene) as it was given")
+      .def_property_readonly("num_points", &InverseProblem::num_points, "(int) supports included")
       .def_property_readonly("num_equations", &ask<InverseProblem, &InverseDynamics::num_equations>,
                              "(int) rows of the multipliers")
       .def_property_readonly("num_coordinates", &ask<InverseProblem, &InverseDynamics::num_coordinates>,

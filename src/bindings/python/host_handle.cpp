@@ -167,9 +167,10 @@ void HostHandle::renumber(const py::object& from, const py::object& masses, cons
 
 // ---- observables ----
 
-std::size_t HostHandle::add_observable(const std::string& text, const std::string& name) {
-  const std::size_t number = run([&](Constrainer& c) { return c.add_observable({.name = name, .text = text}); });
-  edits_.append(py::make_tuple("observe", text, name));
+std::size_t HostHandle::add_observable(const std::string& text, const std::string& name, const std::string& unit) {
+  const Observable wanted{.name = name, .text = text, .unit = unit};
+  const std::size_t number = run([&](Constrainer& c) { return c.add_observable(wanted); });
+  edits_.append(py::make_tuple("observe", text, name, unit));
   return number;
 }
 
@@ -247,7 +248,9 @@ void HostHandle::replay(Constrainer* constrainer) const {
     } else if (name == "remove") {
       constrainer->remove(edit[1].cast<std::vector<ConstraintId>>());
     } else if (name == "observe") {
-      constrainer->add_observable({.name = edit[2].cast<std::string>(), .text = edit[1].cast<std::string>()});
+      constrainer->add_observable({.name = edit[2].cast<std::string>(),
+                                   .text = edit[1].cast<std::string>(),
+                                   .unit = edit[3].cast<std::string>()});
     } else if (name == "forget") {
       constrainer->remove_observable(edit[1].cast<std::size_t>());
     } else {

@@ -46,7 +46,7 @@ class HostHandle : public Handle<Constrainer> {
   void set_masses(const py::object& points, const py::object& masses);
   void renumber(const py::object& from, const py::object& masses, const py::object& positions, const py::object& index);
 
-  std::size_t add_observable(const std::string& text, const std::string& name);
+  std::size_t add_observable(const std::string& text, const std::string& name, const std::string& unit);
   void remove_observable(std::size_t number);
 
   py::bytes save();

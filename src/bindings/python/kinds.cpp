@@ -11,6 +11,7 @@
 #include "python/header_docs.hpp"
 #include "python/scene_file.hpp"
 #include "scene/scene.hpp"
+#include "system/members.hpp"
 
 namespace tanor::python {
 using namespace detail;
@@ -304,11 +305,22 @@ std::vector<Constraint> read_constraints(const py::object& constraints) {
   return read_entries<Constraint>({constraints, "/constraints"}, "a list of constraints");
 }
 
+Units read_units(const py::object& object) {
+  const Given given{object.attr("units"), "/units"};
+  Units units;
+  if (take_carried(given, &units)) return units;
+  std::string name;
+  read(given, &name);
+  return units_from_name(name);
+}
+
 System read_system(const py::object& object) {
   if (py::isinstance<SceneFile>(object)) {
     auto& scene = object.cast<SceneFile&>();
     return scene.seen.contains("system") ? read_system(scene.seen["system"]) : scene.read().system;
   }
+  if (!py::hasattr(object, "positions"))
+    throw py::type_error("found " + py::repr(object).cast<std::string>() + ", wanted a System or a Scene");
   const Given given{object, ""};
   System system;
   std::vector<Vector3> positions, velocities;
@@ -325,11 +337,7 @@ System read_system(const py::object& object) {
   } else {
     read(given["masses"], &system.masses);
   }
-  if (!take_carried(given["units"], &system.units)) {
-    std::string units;
-    read(given["units"], &units);
-    system.units = units_from_name(units);
-  }
+  system.units = read_units(object);
   if (!take_carried(given["cell"], &system.cell) && !object.attr("cell").is_none()) {
     Vector3 edges{};
     read(given["cell"], &edges);
@@ -341,8 +349,10 @@ System read_system(const py::object& object) {
   if (!all.value.is_none()) read(all, &velocities);
   for (const Vector3& r : positions) system.positions.insert(system.positions.end(), r.begin(), r.end());
   for (const Vector3& v : velocities) system.velocities.insert(system.velocities.end(), v.begin(), v.end());
-  for (const Given& each : given["supports"].entries("a list of supports"))
+  for (const Given& each : given["supports"].entries("a list of supports")) {
+    if (!py::hasattr(each.value, "displacement")) each.fail("a Support");
     system.supports.push_back(read_struct<Support>(each));
+  }
   system.constraints = read_constraints(object.attr("constraints"));
   system.forces = read_entries<Force>(given["forces"], "a list of forces");
   system.friction = read_entries<Friction>(given["friction"], "a list of laws of friction");
@@ -423,26 +433,27 @@ py::dict list_groups(const System& system) {
   py::dict groups;
   std::size_t row = 0;
   for (std::size_t k = 0; k < system.constraints.size(); ++k) {
-    const auto [members, rows] = std::visit(
-        []<class Group>(const Group& group) {
-          return std::pair((group.*KindOf<Group>::members).size(), static_cast<std::size_t>(KindOf<Group>::rows));
-        },
-        system.constraints[k]);
+    const auto [members, rows] = detail::shape_of(system.constraints[k]);
     groups[py::str(constraint_name(system, k))] = py::make_tuple(row, members, rows);
     row += members * rows;
   }
   return groups;
 }
 
+py::dict letters_of(const Units& units) {
+  using namespace py::literals;
+  return py::dict("length"_a = units.length, "mass"_a = units.mass, "time"_a = units.time, "force"_a = units.force,
+                  "energy"_a = units.energy, "temperature"_a = units.temperature, "pressure"_a = units.pressure);
+}
+
 void bind_system_functions(py::module_& module) {
   using py::arg;
   py::class_<Carried>(module, "Carried", "A function, a kernel or a cell of a scene, for the field in which it stands.")
+      .def_readwrite("origin", &Carried::origin, "(tuple) the state of its scene, and its place there")
       .def("__repr__", [](const Carried&) { return "<of a scene file>"; })
       .def("__deepcopy__", [](const Carried& self, const py::dict&) { return self; })
-      .def("__reduce__", [](const Carried&) -> py::tuple {
-        throw py::type_error(
-            "functions, kernels and cells of a scene file are not pickled; pickle its Scene before its "
-            "system is looked at");
+      .def("__reduce__", [](const Carried& self) {
+        return py::make_tuple(py::module_::import("tanor.description").attr("carried"), self.origin);
       });
   module.def(
       "validate",
@@ -452,6 +463,11 @@ void bind_system_functions(py::module_& module) {
       },
       arg("system"), arg("time") = 0.0,
       "Checks a System by every rule; what depends on time at `time`, s. Raises InputError with the place.");
+  module.def("_observe", [](const py::object& object, const Solution& at) {
+    const System system = read_system(object);
+    return observe(system, choose_observables(object, system), at);
+  });
+  module.def("_letters", [](const py::object& system) { return letters_of(read_units(system)); });
   module.def(
       "num_equations", [](const py::object& object) { return num_equations(read_system(object)); }, arg("system"),
       "Scalar equations of all constraints of a System, group by group, member by member.");

@@ -11,6 +11,7 @@ namespace tanor::python {
 
 /// Read the parts of a System or a Constrainer from the attributes of a Python object. They throw InputError.
 System read_system(const py::object& system_or_scene);
+Units read_units(const py::object& system_or_scene);
 std::vector<Constraint> read_constraints(const py::object& constraints);
 
 /// Returns the options that were given; for None those of the file of a Scene, or the defaults. `Options` are
@@ -26,6 +27,9 @@ void add_requests_of_scene(const py::object& system_or_scene, Simulation* simula
 std::vector<Observable> choose_observables(const py::object& system_or_scene, const System& system);
 /// Returns name -> (first equation, members, equations a member) of each group of constraints.
 py::dict list_groups(const System& system);
+
+/// Returns the letters of each quantity by its name.
+py::dict letters_of(const Units& units);
 
 /// Returns what C++ holds as an object of Python's class: `read_system` of it is the same system.
 py::object give_system(const System& system);

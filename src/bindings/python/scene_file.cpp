@@ -111,14 +111,11 @@ void bind_scene(py::module_& module) {
       .def_property_readonly(
           "old_names", [](SceneFile& self) { return self.read().old_names; },
           "(list[str]) names of an older version that the file uses, with those of today")
-      .def("__repr__",
-           [](const py::object& self) {
-             return "Scene(" + py::repr(self.attr("file")).cast<std::string>() + ", " +
-                    py::repr(give_system(read_system(self))).cast<std::string>() + ")";
-           })
       .def(py::pickle(&get_state, &set_state));
-  bind_part(&scene, "system", "(System) what moves, to read and to change",
-            [](const py::object& self) { return give_system(self.cast<SceneFile&>().read().system); });
+  bind_part(&scene, "system", "(System) what moves, to read and to change", [](const py::object& self) {
+    return py::module_::import("tanor.description")
+        .attr("note_origins")(give_system(self.cast<SceneFile&>().read().system), self);
+  });
   bind_part(&scene, "motion", "(MotionOptions) how steps are taken", give_options<MotionOptions>);
   bind_part(&scene, "solver", "(SolverOptions) how solutions are found", give_options<SolverOptions>);
   for (const char* name : {"positions", "masses", "velocities", "supports", "constraints", "forces", "friction",

@@ -117,12 +117,6 @@ std::size_t add_observable(Run& self, const std::string& what, const std::string
   return self.run([&](Simulation& s) { return s.add_observable(observable); });
 }
 
-py::dict letters_of(const Units& units) {
-  using namespace py::literals;
-  return py::dict("length"_a = units.length, "mass"_a = units.mass, "time"_a = units.time, "force"_a = units.force,
-                  "energy"_a = units.energy, "temperature"_a = units.temperature, "pressure"_a = units.pressure);
-}
-
 std::vector<Observed> observe(Run& self) {
   return self.run([](Simulation& s) { return list_of(s.observe()); });
 }
@@ -247,13 +241,7 @@ of         what is taken out; "": the member of which the condition speaks)doc")
       .def_property_readonly("outcome", &present<&Simulation::outcome>,
                              "(Outcome) of the start, the last advance_to or restore")
       .def_property_readonly("report", &present<&Simulation::report>, "(MotionReport) of the motion so far")
-      .def_property_readonly("time", &present<&Simulation::time>, "(float) s")
-      .def("__repr__", [](const py::object& self) {
-        const Simulation& now = self.cast<const Run&>().now();
-        return py::str("Simulation({!r}, {} points, t = {:g}, {})")
-            .format(now.system().name, now.system().num_points(), now.time(),
-                    std::string(name_of(now.report().method)));
-      });
+      .def_property_readonly("time", &present<&Simulation::time>, "(float) s");
   bind_arrays(&type);
 }
 

@@ -1,6 +1,8 @@
+#include <tanor/dynamics.hpp>
 #include <tanor/equilibrium.hpp>
 #include <tanor/modes.hpp>
 
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -49,6 +51,20 @@ std::vector<bool> flags_to_read(const py::object& flags) {
   return std::vector<bool>(given.data(), given.data() + given.size());
 }
 
+/// Returns the state about which modes swing. Constraints that are open pull with nothing.
+Solution state_between(const System& system, System held, const std::vector<bool>& open, std::span<const double> at,
+                       const ModesOptions& options, const Modes& found) {
+  held.friction.clear();
+  held.velocities.clear();
+  Solution state = Dynamics(held, options.solver).solution({options.time, at});
+  state.velocities.resize(at.size());
+  const std::vector<double> lambda = found.multipliers.empty() ? state.multipliers : found.multipliers;
+  state.multipliers.assign(num_equations(system), 0.0);
+  for (std::size_t row = 0, next = 0; row < state.multipliers.size(); ++row)
+    if (open.empty() || !open[row]) state.multipliers[row] = lambda[next++];
+  return state;
+}
+
 py::object vibrate(const py::object& object, const py::object& positions, const py::object& options,
                    const py::object& multipliers, const py::object& open_rows, const py::object& solver,
                    const py::kwargs& named) {
@@ -61,8 +77,15 @@ py::object vibrate(const py::object& object, const py::object& positions, const 
   for (std::size_t row = 0; row < given.span().size(); ++row) {
     if (open.empty() || !open[row]) chosen.multipliers.push_back(given.span()[row]);
   }
-  py::object result = keep(without_lock([&] { return modes(held, at, chosen); }), object, held);
+  const Modes found = without_lock([&] { return modes(held, at, chosen); });
+  py::object result = keep(found, object, held);
   result.attr("__dict__")["positions"] = copy(at, 3);
+  std::vector<Observed> observed;
+  if (found.outcome.ok()) {
+    const Solution state = without_lock([&] { return state_between(system, held, open, at, chosen, found); });
+    observed = observe(system, choose_observables(object, system), state);
+  }
+  result.attr("__dict__")["observables"] = observed;
   return result;
 }
 
@@ -117,6 +140,7 @@ void bind_records(py::module_& module) {
       .fields<&M::residual_max, &M::degrees_of_freedom, &M::unstable_directions, &M::zero_modes, &M::rigid_zero_modes,
               &M::multipliers, &M::left_out>()
       .kept("positions", "numpy.ndarray", "float64 [n, 3], m, about which they swing")
+      .kept("observables", "list", "Observed of the scene, or those of a run, at these positions; empty without modes")
       .kept("groups", "dict", groups_doc)
       .kept("system", "System | Scene", "as it was given");
   Record<Buckling>(module).table();

@@ -92,12 +92,17 @@ def compiled(name: str, doc: str, indent: str) -> str:
     return f"{indent}def {name}({arguments}) -> {result}: ...\n"
 
 
+def is_compiled(member: object) -> bool:
+    """A compiled function says its signature in its text, also where Python surrounds it."""
+    return bool(re.match(r"\w+\(.*\) -> ", member.__doc__ or ""))
+
+
 def own_members(cls: type) -> str:
     """What a class has that is written in Python: methods, properties, and what it is asked in brackets."""
     lines = ""
     for name, member in vars(cls).items():
         get = member.fget if isinstance(member, property) else member
-        if inspect.isfunction(get) and (name == "__getitem__" or not name.startswith("_")):
+        if inspect.isfunction(get) and not is_compiled(get) and (name == "__getitem__" or not name.startswith("_")):
             lines += "    @property\n" * (get is not member) + "    " + function(name, get)
     return lines
 
@@ -150,7 +155,7 @@ def stubs(module: object) -> str:
             text += f"\nclass {name}({member.__base__.__name__}):\n" + EXCEPTIONS[name]
         elif isinstance(member, type):
             text += "\n" + (data_class(member) if dataclasses.is_dataclass(member) else compiled_class(member))
-        elif inspect.isfunction(member):
+        elif inspect.isfunction(member) and not is_compiled(member):
             text += "\n" + function(name, member)
         else:
             text += "\n" + compiled(name, member.__doc__, "")

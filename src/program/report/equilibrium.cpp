@@ -25,6 +25,7 @@
 #include "report/starting_places.hpp"
 #include "report/text_formats.hpp"
 #include "report/vtp_frame.hpp"
+#include "system/members.hpp"
 
 namespace tanor::report {
 
@@ -52,13 +53,9 @@ template <class Visit>
 void for_each_group(const System& system, const Visit& visit) {
   std::size_t row = 0;
   for (std::size_t g = 0; g < system.constraints.size(); ++g) {
-    std::visit(
-        [&]<class Group>(const Group& group) {
-          const std::size_t members = (group.*KindOf<Group>::members).size();
-          visit(constraint_name(system, g), g, row, members);
-          row += members * static_cast<std::size_t>(KindOf<Group>::rows);
-        },
-        system.constraints[g]);
+    const auto [members, rows] = detail::shape_of(system.constraints[g]);
+    visit(constraint_name(system, g), g, row, members);
+    row += members * rows;
   }
 }
 

@@ -10,6 +10,7 @@
 #include "base/text.hpp"
 #include "report/field_json.hpp"
 #include "report/words.hpp"
+#include "system/members.hpp"
 
 namespace tanor::report {
 
@@ -53,11 +54,7 @@ Json list_groups(const System& system) {
   Json groups = Json::array();
   std::size_t first = 0;
   for (std::size_t g = 0; g < system.constraints.size(); ++g) {
-    const auto [members, rows] = std::visit(
-        []<class Group>(const Group& group) {
-          return std::pair((group.*KindOf<Group>::members).size(), static_cast<std::size_t>(KindOf<Group>::rows));
-        },
-        system.constraints[g]);
+    const auto [members, rows] = detail::shape_of(system.constraints[g]);
     groups.push_back({{"name", constraint_name(system, g)},
                       {"kind", kind_name(system.constraints[g])},
                       {"first", first},

@@ -5,13 +5,56 @@ The classes of the kinds are made of the library's own tables, so a kind that th
 
 import dataclasses
 import difflib
+import functools
 import html
+import inspect
+import re
 import types
+from collections.abc import Callable, Collection
 from typing import Any
+
+import numpy
 
 from . import _core
 
 
+def refuse_names(what: str, known: Collection[str], named: dict) -> None:
+    """Raises TypeError for the first keyword that is no name of an argument, with the one that is meant."""
+    for name in named:
+        if name not in known:
+            near = difflib.get_close_matches(name, known, 1)
+            raise TypeError(f"{what} has no argument {name!r} " + (f"(did you mean {near[0]}?)" if near else f"(it has {', '.join(known)})"))
+
+
+def tells_names(function: Callable, what: str = "") -> Callable:
+    """The same function, which says what was meant where a keyword is misspelt. One with options tells of them itself."""
+    # The first line of a compiled function's text is its signature.
+    compiled = re.match(r"\w+\((.*)\) -> ", function.__doc__ or "")
+    known = re.findall(r"(?:^|, )(\w+)(?=:| =|,|$)", compiled[1]) if compiled else list(inspect.signature(function).parameters)
+    known = [name for name in known if name != "self"]
+    if compiled and "**" in compiled[1]:
+        return function
+
+    @functools.wraps(function)
+    def called(*arguments, **named):
+        try:
+            return function(*arguments, **named)
+        except TypeError:
+            refuse_names(what or function.__name__, known, named)
+            raise
+
+    return called
+
+
+def tell_names_of(cls: type) -> type:
+    """Lets the methods of a class, and its making, say what was meant."""
+    for name, member in list(vars(cls).items()):
+        if name == "__init__" or callable(member) and not name.startswith("_"):
+            setattr(cls, name, tells_names(member, cls.__name__ if name == "__init__" else ""))
+    return cls
+
+
+@tell_names_of
 @dataclasses.dataclass
 class Formula:
     """A formula with named constants, for whatever takes a text: Formula("0.1*sin(omega*t)", {"omega": 3.0}).
@@ -24,6 +67,7 @@ class Formula:
     constants: dict[str, float] = dataclasses.field(default_factory=dict)
 
 
+@tell_names_of
 @dataclasses.dataclass(eq=False)
 class Definition:
     """An energy that is written once, over a scalar type, as the kernel of a Potential:
@@ -42,6 +86,7 @@ class Definition:
     function: Any
 
 
+@tell_names_of
 @dataclasses.dataclass(eq=False)
 class Table:
     """A function of time by its samples, C4 between them. Outside of its times it is an InputError.
@@ -64,6 +109,39 @@ def _short(value: Any) -> str:
     return repr(value)
 
 
+def count(number: int, noun: str) -> str:
+    """"1 point", "2 points"."""
+    return f"{number} {noun}" + "s" * (number != 1)
+
+
+def _group_in_words(group: Any, number: int, what: str) -> str:
+    """"links (4 rods)", "gravity0": the name of a group with the count of its members."""
+    kind = getattr(group, "kind", what.removesuffix("s"))
+    name = getattr(group, "name", "") or f"{kind}{number}"
+    nouns = {"points": "point", "at": "guide", "tuples": "tuple", "pairs": kind, "triples": kind, "quadruples": kind}
+    for field in dataclasses.fields(group) if dataclasses.is_dataclass(group) else ():
+        members = getattr(group, field.name)
+        if field.name in nouns and (numpy.isscalar(members) or len(members) > 0):
+            noun = "tuple" if type(group).__name__ in ("Potential", "UserConstraints") else nouns[field.name]
+            return f"{name} ({count(1 if numpy.isscalar(members) else len(members), noun)})"
+    return name
+
+
+def _masses_in_words(system: "System") -> str:
+    """"masses 0.5 to 0.7, 2.5 in all": of the points that are no supports."""
+    try:
+        masses = numpy.array(numpy.broadcast_to(numpy.asarray(system.masses, float), len(system.positions)))
+        for support in system.supports:
+            masses[support.points] = numpy.nan
+    except (AttributeError, IndexError, TypeError, ValueError):  # nothing is checked yet
+        return ""
+    masses = masses[~numpy.isnan(masses)]
+    if not len(masses):
+        return ""
+    least, most = f"{masses.min():.6g}", f"{masses.max():.6g}"
+    return f"masses {least}" + f" to {most}" * (least != most) + f", {masses.sum():.6g} in all"
+
+
 def short_repr(self: Any) -> str:
     """The repr of a kind, of options or of a report: fields that hold nothing are left out."""
     names = getattr(self, "_fields", None) or [field.name for field in dataclasses.fields(self)]
@@ -80,11 +158,8 @@ def reduce_report(self: Any) -> tuple:
 def split_options(what: str, first: Any, solver: Any, named: dict) -> tuple:
     """Options from their fields by name; what was given whole is kept and changed in a copy."""
     parts = [first, solver]
-    names = [{field.name for field in dataclasses.fields(part)} for part in parts]
-    for name in named:
-        if name not in names[0] | names[1]:
-            near = difflib.get_close_matches(name, names[0] | names[1], 1)
-            raise TypeError(f"{what} has no option {name!r}" + (f" (did you mean {near[0]}?)" if near else ""))
+    names = [[field.name for field in dataclasses.fields(part)] for part in parts]
+    refuse_names(what, [*names[0], *names[1]], named)
     return tuple(dataclasses.replace(part, **{name: value for name, value in named.items() if name in known})
                  for part, known in zip(parts, names))
 
@@ -107,7 +182,42 @@ def _make_class(table: dict) -> type:
     namespace = {"__doc__": "\n".join(lines), "__module__": "tanor", "__repr__": short_repr}
     if table["kind"]:
         namespace["kind"] = table["kind"]
-    return dataclasses.make_dataclass(table["name"], fields, namespace=namespace, eq=False, slots=True)
+    return tell_names_of(dataclasses.make_dataclass(table["name"], fields, namespace=namespace, eq=False, slots=True))
+
+
+def _list_carried(system: "System") -> list:
+    """The functions, kernels and units of a system that was a scene file's, each with its path."""
+    paths = [(name,) for name in ("cell", "units")]
+    for what in ("supports", "constraints", "forces", "friction", "coordinates"):
+        paths += [(what, number, field.name) for number, group in enumerate(getattr(system, what)) for field in dataclasses.fields(group)]
+    return [(value, path) for path in paths if isinstance(value := _follow(system, path), _core.Carried)]
+
+
+def _follow(value: Any, path: tuple) -> Any:
+    for step in path:
+        value = value[step] if isinstance(step, int) else getattr(value, step)
+    return value
+
+
+def note_origins(system: "System", scene: "Scene") -> "System":  # noqa: F821
+    """Notes whence carried values are, so that pickle can keep them: the state of their scene, and their place in it."""
+    carried_values = _list_carried(system)
+    state = scene.__getstate__()[:-1] if carried_values else ()  # the last entry is what was looked at
+    for value, path in carried_values:
+        value.origin = state, path
+    return system
+
+
+@functools.lru_cache(maxsize=1)
+def _system_of(scene: tuple) -> "System":
+    made = _core.Scene.__new__(_core.Scene)
+    made.__setstate__((*scene, {}))
+    return made.system
+
+
+def carried(scene: tuple, path: tuple) -> Any:
+    """A value of a scene file that was pickled."""
+    return _follow(_system_of(scene), path)
 
 
 # What the library reads off a kernel, and Python must be told.
@@ -116,9 +226,13 @@ _EXTRA = {
     "UserCoordinates": [("names", "Sequence[str]", "of the coordinates, as the formulas of the kernel spell them")],
 }
 
+for _cls in (_core.Scene, _core.Simulation, _core.Dynamics, _core.InverseDynamics, _core.Constrainer):
+    tell_names_of(_cls)
+
 KINDS = {table["name"]: _make_class(table) for table in _core._descriptions()}
 
 
+@tell_names_of
 @dataclasses.dataclass(eq=False, slots=True)
 class System:
     """What is simulated: points, supports, constraints, forces, friction, coordinates.
@@ -152,8 +266,14 @@ class System:
     units: str = dataclasses.field(default="none", kw_only=True)
 
     def __repr__(self) -> str:
-        return (f"System({self.name!r}, {len(self.positions)} points, constraints={_short(self.constraints)}, "
-                f"forces={_short(self.forces)})")
+        parts = [count(len(self.positions), "point"), _masses_in_words(self)]
+        for what in ("supports", "constraints", "forces", "friction", "coordinates"):
+            groups = getattr(self, what) or ()
+            groups = groups if isinstance(groups, (list, tuple)) else [groups]
+            said = [_group_in_words(group, number, what) for number, group in enumerate(groups[:6])]
+            said += [f"{len(groups) - 6} more"] * (len(groups) > 6)
+            parts.append(f"{what} {', '.join(said)}" if said else "")
+        return f"System({self.name!r}: {'; '.join(part for part in parts if part)})"
 
     def _repr_html_(self) -> str:
         from .plot import picture_of

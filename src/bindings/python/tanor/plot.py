@@ -5,6 +5,8 @@ import os
 
 import numpy
 
+from . import _core, description
+
 
 def _axes(axes, **keywords):
     if axes is not None:
@@ -17,8 +19,10 @@ def _with_unit(name: str, unit: str) -> str:
     return f"{name} [{unit}]" if unit else name
 
 
+@description.tells_names
 def histories(run: "Trajectory", names: str | list[str] | None = None, axes=None):  # noqa: F821
     """Draws observables over time, with their units: "load(hook)", or a column of one, "load(hook).x"; all of them if no names are given.
+    "links" and "links[3]" are the tensions of a group and of a member.
 
     Of an observable with many numbers the first twelve are drawn, and the legend says so. Returns the axes.
     """
@@ -26,9 +30,13 @@ def histories(run: "Trajectory", names: str | list[str] | None = None, axes=None
     most = 12
     for name in [names] if isinstance(names, str) else names or run.columns:
         columns = run.columns.get(name, [name])
-        unit = run.units.get(next((each for each, parts in run.columns.items() if name in parts), name), "")
+        if name in run.groups:
+            columns = [f"{name}[{number}]" for number in range(len(run[name]))]
+        observable = next((each for each, parts in run.columns.items() if name in parts), name)
+        unit = run.units[observable] if observable in run.units else _core._letters(run.system)["force"]
         for column in columns[:most]:
-            axes.plot(run.times, run[column], label=_with_unit(column, unit))
+            values = run[column]
+            axes.plot(run.times, getattr(values, "tension", values), label=_with_unit(column, unit))
         if len(columns) > most:
             axes.plot([], [], " ", label=f"and {len(columns) - most} more of {name}")
     axes.set_xlabel(_with_unit("t", run.units["t"]))
@@ -36,15 +44,19 @@ def histories(run: "Trajectory", names: str | list[str] | None = None, axes=None
     return axes
 
 
+@description.tells_names
 def tensions(run: "Trajectory | EquilibriumResult", group: str, time: int = -1, bins: int = 40, axes=None):  # noqa: F821
     """Draws the histogram of a group's tensions at one of the run's times, or at rest. Returns the axes."""
     axes = _axes(axes)
+    units = _core._letters(run.system)
     axes.hist(numpy.atleast_2d(run[group].tension)[time], bins=bins)
-    axes.set_xlabel(f"tension of {group}" + (f" at t = {run.times[time]:g}" if hasattr(run, "times") else ""))
+    when = f" at t = {run.times[time]:g} {units['time']}".rstrip() if hasattr(run, "times") else ""
+    axes.set_xlabel(_with_unit(f"tension of {group}{when}", units["force"]))
     axes.set_ylabel("members")
     return axes
 
 
+@description.tells_names
 def modes(result: "Modes", number: int = 0, scale: float | None = None, axes=None):  # noqa: F821
     """Draws the shape of a mode over the state of rest: in the plane in which it lies, else in space. Returns the axes.
 
@@ -58,30 +70,37 @@ def modes(result: "Modes", number: int = 0, scale: float | None = None, axes=Non
     seen = [0, 1, 2] if is_space else sorted(numpy.argsort(-spans, kind="stable")[:2])
     axes = _axes(axes, **({"projection": "3d"} if is_space else {}))
     pairs = _pairs_of(result.system)
-    for points, colour, label in ((rest, "0.7", "rest"), (moved, "C0", f"omega = {result.omega[number]:.6g}")):
+    units = _core._letters(result.system)
+    rate = f"rad/{units['time']}" if units["time"] else ""
+    for points, colour, label in ((rest, "0.7", "rest"), (moved, "C0", f"omega = {result.omega[number]:.6g} {rate}".rstrip())):
         lines = numpy.full((len(pairs), 3, 3), numpy.nan)  # a gap after each rod
         lines[:, :2] = points[pairs]
         axes.plot(*lines.reshape(-1, 3)[:, seen].T, "-", color=colour)
         axes.plot(*points[:, seen].T, "o", color=colour, markersize=3, label=label)
     for name, axis in zip("xyz", seen):
-        getattr(axes, f"set_{name}label")("xyz"[axis])
+        getattr(axes, f"set_{name}label")(_with_unit("xyz"[axis], units["length"]))
     axes.set_aspect("equal")
     axes.legend()
     return axes
 
 
+@description.tells_names
 def error_time(file: str | os.PathLike, axes=None):
     """Draws error against seconds of each method from an `error_time.csv` of `tanor error-time`. Returns the axes."""
     axes = _axes(axes)
     curves: dict[str, list] = {}
+    unit = ""
     with open(file, newline="", encoding="utf-8") as table:
         for row in csv.DictReader(table):
-            if not row["trouble"] and float(row["error"]) > 0:
-                curves.setdefault(row["method"], []).append((float(row["wall_s"]), float(row["error"])))
+            is_old = "error_m" in row  # tables of 0.2
+            error = float(row["error_m" if is_old else "error"] or "nan")
+            unit = "m" if is_old else row.get("unit_of_length", unit)
+            if not row["trouble"] and error > 0:
+                curves.setdefault(row["method"], []).append((float(row["wall_s"]), error))
     for method, points in curves.items():
         axes.loglog(*numpy.array(points).T, "o-", label=method)
     axes.set_xlabel("seconds")
-    axes.set_ylabel("error")
+    axes.set_ylabel(_with_unit("error", unit))
     axes.legend()
     return axes
 

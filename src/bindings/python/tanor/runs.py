@@ -10,7 +10,9 @@ from collections.abc import Callable
 
 import numpy
 
-from ._core import Constrainer, EquilibriumResult, Modes, MotionReport, Observed, Outcome, Scene, Simulation, Solution
+from . import _core
+from ._core import Constrainer, Dynamics, EquilibriumResult, InverseDynamics, Modes, MotionReport, Observed, Outcome, Scene, Simulation, Solution
+from .description import count, tells_names
 
 
 class Failed(RuntimeError):
@@ -56,16 +58,21 @@ class Group(Member):
     multipliers  float64 [k, members, equations a member], at one instant without k; NaN of what events have taken out
     """
 
-    def __getitem__(self, number: int) -> Member:
-        members = self.multipliers.shape[-2]
+    def __len__(self) -> int:
+        return self.multipliers.shape[-2]
+
+    def __getitem__(self, number: int | slice) -> Member | list[Member]:
+        members = len(self)
+        if isinstance(number, slice):
+            return [self[each] for each in range(*number.indices(members))]
         if not -members <= number < members:
-            raise IndexError(f"{self.name} has {members} members, counted from 0")
+            raise IndexError(f"{self.name} has {count(members, 'member')}, counted from 0")
         number %= members
         return Member(f"{self.name}[{number}]", self.multipliers[..., number, :])
 
     def __repr__(self) -> str:
-        times = f" at {self.multipliers.shape[0]} times" if self.multipliers.ndim > 2 else ""
-        return f"Group({self.name!r}, {self.multipliers.shape[-2]} members{times})"
+        times = f" at {count(self.multipliers.shape[0], 'time')}" if self.multipliers.ndim > 2 else ""
+        return f"Group({self.name!r}, {count(len(self), 'member')}{times})"
 
 
 def _look_up(name: str, observed: dict[str, numpy.ndarray], columns: dict[str, list[str]], groups: dict[str, tuple],
@@ -81,11 +88,11 @@ def _look_up(name: str, observed: dict[str, numpy.ndarray], columns: dict[str, l
         if name in names:
             values = numpy.asarray(observed[each])
             return values.reshape(*multipliers.shape[:-1], len(names))[..., names.index(name)]
-    group, _, number = name.removesuffix("]").rpartition("[")
+    group, _, number = str(name).removesuffix("]").rpartition("[")
     if group in groups and number.isdecimal() and int(number) < groups[group][1]:
         return _look_up(group, {}, {}, groups, multipliers)[int(number)]
     known = [*observed, *groups]
-    near = difflib.get_close_matches(name, known, 1)
+    near = difflib.get_close_matches(str(name), known, 1)
     raise KeyError(f"{name}: there are {', '.join(known)}" + (f"; did you mean {near[0]}?" if near else ""))
 
 
@@ -138,9 +145,9 @@ class Trajectory:
 
     def __repr__(self) -> str:
         names = [*self.columns]
-        said = ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")
-        return (f"Trajectory({len(self.times)} times to t = {self.times[-1]:g}, {self.positions.shape[1]} points, "
-                f"{'ok' if self.outcome.ok else self.outcome.what}; observables {said})")
+        said = "; observables " * bool(names) + ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")
+        return (f"Trajectory({count(len(self.times), 'time')} to t = {self.times[-1]:g}, {count(self.positions.shape[1], 'point')}, "
+                f"{'ok' if self.outcome.ok else self.outcome.what}{said})")
 
     def _repr_html_(self) -> str:
         return _html_of(self, self.positions[-1])
@@ -166,8 +173,10 @@ def _at_one_instant(self, name: str) -> "numpy.ndarray | float | Group | Member"
         groups, multipliers, observed = {}, numpy.zeros(0), self.observed
     else:
         groups, multipliers = self.groups, self.multipliers
-        ask = self.observe if isinstance(self, Simulation) else lambda: getattr(self, "observables", [])
-        observed = [] if name in groups else ask()
+        observed = []
+        if name not in groups:
+            observed = (self.observe() if isinstance(self, Simulation) else _core._observe(self.system, self) if isinstance(self, Solution)
+                        else self.observables or [])
     values = {each.name: numpy.reshape(each.values, _shape_of(each))[()] for each in observed}
     return _look_up(name, values, {each.name: each.columns for each in observed}, groups, multipliers)
 
@@ -177,6 +186,15 @@ for _kind in (Simulation, Solution, EquilibriumResult, Modes):
     _kind.__getitem__ = _at_one_instant
     _kind._ipython_key_completions_ = lambda self: [*self.groups]
     _kind._repr_html_ = lambda self: _html_of(self, self.positions)
+
+
+Scene.__repr__ = lambda self: f"Scene({self.file!r}, {self.system!r})"
+Scene._repr_html_ = lambda self: self.system._repr_html_()
+Simulation.__repr__ = lambda self: (f"Simulation({self.system.name!r}, {count(len(self.positions), 'point')}, t = {self.time:g}, "
+                                    f"{self.report.method})")
+Constrainer.__repr__ = lambda self: f"Constrainer({count(self.num_points, 'point')}, {count(self.num_rows, 'row')})"
+for _kind in (Dynamics, InverseDynamics):
+    _kind.__repr__ = lambda self: f"{type(self).__name__}({count(self.num_points, 'point')}, {count(self.num_equations, 'equation')})"
 
 
 class _Line:
@@ -196,7 +214,7 @@ class _Line:
             return
         self.shown = shown
         left = (time.monotonic() - self.started) * (1 / part - 1)
-        said = f"{shown:3d} %, {report.steps} steps of {report.method}, {left:.0f} s left"
+        said = f"{shown:3d} %, {count(report.steps, 'step')} of {report.method}, {left:.0f} s left"
         print(f"\r{said:{len(self.said)}}" if self.rewrites else said, end="" if self.rewrites else "\n", file=self.file, flush=True)
         self.said = said
 
@@ -205,6 +223,7 @@ class _Line:
             print(file=self.file)
 
 
+@tells_names
 def run(simulation: Simulation, t_end: "float | ArrayLike", every: float = 0.0,  # noqa: F821
         progress: Callable[[MotionReport], bool | None] | bool | None = None, check: bool = True) -> Trajectory:
     """Steps a Simulation to t_end and keeps the state at the start, at the multiples of `every` and at the end.
@@ -216,6 +235,8 @@ def run(simulation: Simulation, t_end: "float | ArrayLike", every: float = 0.0, 
 
     An event that stops ends the run, too; see `simulation.time`.
     """
+    if not isinstance(simulation, Simulation):
+        raise TypeError(f"run: found {simulation!r}, wanted a Simulation; run_scene takes a Scene or a file")
     instants = _instants(simulation.time, t_end, every)
     if progress is True:
         progress = _Line(simulation.time, max(instants, default=0.0))
@@ -259,6 +280,8 @@ def _instants(begin: float, t_end: "float | ArrayLike", every: float) -> list[fl
         if (numpy.diff([begin, *instants]) <= 0).any():
             raise ValueError("t_end: the instants must increase, from the time of the simulation on")
         return instants
+    if not t_end >= begin or not every >= 0.0:
+        raise ValueError(f"t_end: {t_end} lies before the time of the simulation, {begin:g}" if not t_end >= begin else f"every: {every} is negative")
     multiples = numpy.zeros(0)
     if every > 0.0:
         nearest = float(numpy.round(t_end / every)) * every
@@ -267,6 +290,7 @@ def _instants(begin: float, t_end: "float | ArrayLike", every: float) -> list[fl
     return [t for t in (*multiples[multiples < t_end - 1e-6 * every].tolist(), t_end) if t > begin]
 
 
+@tells_names
 def run_scene(scene: Scene | str | os.PathLike, progress: Callable[[MotionReport], bool | None] | bool | None = None,
               check: bool = True) -> Trajectory:
     """Runs a scene file, or a Scene, from its start to its t_end; states are kept at its output times.
