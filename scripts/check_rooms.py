@@ -79,7 +79,7 @@ ROOMS = {
     "report":   Sees("scene system/members.hpp base/archive.hpp base/checksum.hpp base/member_names.hpp base/text.hpp base/with_unit.hpp", "tanor", "nlohmann/ fmt/ unistd.h fcntl.h spawn.h sys/wait.h sys/ioctl.h "
                      "zlib.h dlfcn.h"),
     "formats":  Sees("report scene", "observables", "fmt/ unistd.h fcntl.h sys/resource.h hdf5.h zip.h"),
-    "picture":  Sees("base/vec3.hpp system/operations.hpp report/colours.hpp report/guides.hpp report/vtp_reader.hpp report/motion_extent.hpp", "system", "cairo.h"),
+    "picture":  Sees("base/vec3.hpp base/with_unit.hpp system/operations.hpp report/colours.hpp report/guides.hpp report/vtp_reader.hpp report/motion_extent.hpp", "system", "cairo.h"),
     "view":     Sees("", "export", "httplib.h sys/socket.h"),
     "cli":      Sees("base/text.hpp base/suggestion.hpp scene report view picture", "tanor",
                      "nlohmann/ fmt/ CLI/ poll.h unistd.h fcntl.h spawn.h sys/file.h sys/mman.h sys/resource.h sys/stat.h dlfcn.h"),

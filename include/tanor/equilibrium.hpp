@@ -88,7 +88,7 @@ struct [[nodiscard]] EquilibriumResult {
   /// 3n, m/s: those of the frame in which the points rest, which supports and constraints carry along; 0 without one.
   std::vector<double> velocities;
   /// [equations] lambda. If it is not unique, it is the minimum-norm one, or one with which the equilibrium is stable
-  /// if it is not so with the former. NaN for rows that join supports alone, or points that prestress holds rigid.
+  /// if it is not so with the former. NaN if none was found, for rows between supports, and where prestress holds.
   std::vector<double> multipliers;
   /// 3n, N: K lambda, and the load that each support carries; NaN where a multiplier that is NaN takes part.
   std::vector<double> reactions, support_forces;

@@ -284,7 +284,7 @@ TEST(FolderTest, CommandsOfOneSceneHaveFoldersOfTheirOwn) {
 
   EXPECT_EQ(list_names(folder / "s.out"), written);
   EXPECT_EQ(list_names(folder.path()),
-            (Words{"equilibrium.modes.out", "s.equilibrium.out", "s.json", "s.out"}));
+            (Words{"s.at_rest.modes.out", "s.equilibrium.out", "s.json", "s.out"}));
 }
 
 /// A run may be the work of hours, so that other commands do not replace its results.

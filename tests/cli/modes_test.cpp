@@ -51,6 +51,27 @@ TEST(ModesTest, WritesFrequenciesAndShapes) {
   EXPECT_NE(shapes.find("'shape': (3, 3, 3)"), std::string::npos);
 }
 
+/// The message leads from positions that do not rest to those that do, and on; the folders have the name of the scene.
+TEST(ModesTest, PositionsThatDoNotRestLeadToThoseThatDo) {
+  const Folder folder;
+  write_text(folder / "net.json", replaced(hanging_scene, "[0,-2,0]", "[1,-2,0]"));
+
+  const std::string said = complaint(folder, {"modes", "net.json"});
+
+  EXPECT_TRUE(contains(said,
+                       "finds one: tanor equilibrium net.json, then tanor modes net.equilibrium.out/"
+                       "equilibrium.json\n"))
+      << said;
+  ASSERT_EQ(run_program(folder, {"equilibrium", "net.json"}).code, 0);
+  for (const Words& words : {Words{"modes", "net.equilibrium.out/equilibrium.json"},
+                             {"run", "net.equilibrium.out/equilibrium.json", "--t-end", "0.1"}}) {
+    const Ended ended = run_program(folder, words);
+    EXPECT_EQ(ended.code, 0) << ended.err;
+  }
+  EXPECT_TRUE(std::filesystem::exists(folder / "net.at_rest.modes.out/summary.json"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "net.at_rest.out/summary.json"));
+}
+
 TEST(ModesTest, CountOnTheCommandLineReplacesThatOfTheScene) {
   const Folder folder;
 

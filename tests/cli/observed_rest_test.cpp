@@ -42,6 +42,50 @@ TEST(ObservedRestTest, OfEquilibriumHasItsTensionsAndLoads) {
       read_text(folder / "at_rest/observables.csv").starts_with("t [s],load(hooks).z [N],max tension(rods) [N],"));
 }
 
+/// Forces that balance up to rounding are 0 for people, on the page in the terminal and on the html page; files have
+/// the digits.
+TEST(ObservedRestTest, PagesShowNoRounding) {
+  const Folder folder;
+  const Ended ended = find_at_rest(folder, sagging);
+  ASSERT_EQ(ended.code, 0) << ended.err;
+
+  EXPECT_TRUE(contains(ended.out, "load(hooks).x      0 N\n")) << ended.out;
+  const std::string page = read_text(folder / "at_rest/report.html");
+  const std::size_t begin = page.find("id=\"data\">") + 10;
+  const json shown = json::parse(page.substr(begin, page.find("</script>", begin) - begin)).at("observables");
+  const json exact = read_json(folder / "at_rest/summary.json").at("observables");
+  bool has_rounding = false;
+  for (std::size_t k = 0; k < exact.size(); ++k) {
+    const json& values = exact[k].at("values");
+    double size = 0.0;
+    for (const json& value : values) size = std::max(size, std::abs(value.get<double>()));
+    for (std::size_t part = 0; part < values.size(); ++part) {
+      const double value = values[part], seen = shown[k].at("rows")[0][part];
+      const bool is_rounding = std::abs(value) < 1e-10 * size;
+      has_rounding = has_rounding || (is_rounding && value != 0.0);
+      EXPECT_NEAR(seen, is_rounding ? 0.0 : value, is_rounding ? 0.0 : 1e-8 * size) << exact[k];
+      EXPECT_EQ(shown[k].at("values")[part], is_rounding ? json(0.0) : values[part]);
+    }
+  }
+  EXPECT_TRUE(has_rounding) << "the scene tests nothing";
+}
+
+/// Where nothing rests, no force is known: the page does not list the multipliers with which the search began.
+TEST(ObservedRestTest, AFailedSearchKnowsNoForces) {
+  const Folder folder;
+  json scene = sagging;
+  scene.erase("supports");
+
+  EXPECT_EQ(find_at_rest(folder, scene).code, 3);
+
+  const json final = read_json(folder / "at_rest/summary.json").at("final");
+  EXPECT_EQ(final.at("multipliers"), json({nullptr, nullptr, nullptr}));
+  for (const char* key : {"reactions", "support_forces"})
+    for (const json& row : final.at(key)) EXPECT_EQ(row, json({nullptr, nullptr, nullptr})) << key;
+  const std::string page = read_text(folder / "at_rest/report.html");
+  EXPECT_TRUE(contains(page, R"("tensions":[[0.0,0.0]])")) << "a range without numbers";
+}
+
 TEST(ObservedRestTest, OfModesHasNoVelocity) {
   const Folder folder;
   write_text(folder / "s.json", R"json({

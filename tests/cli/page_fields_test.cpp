@@ -159,6 +159,34 @@ TEST(SceneFormatPage, RowsOfListsNameEachKeyOfTheirTables) {
   expect_keys_in_row<FrictionReport>("result of solve", "friction_report");
 }
 
+/// The page in the browser reads named numbers and their extremes by a table of its own, in data.ts.
+template <class Report>
+void expect_fields_of_page(const Report& filled, const std::string& source, const std::string& interface) {
+  std::smatch body;
+  ASSERT_TRUE(std::regex_search(source, body, std::regex("interface " + interface + " \\{([^}]*)\\}"))) << interface;
+  const report::Json fields = report::json_of(filled);
+  const std::regex member("(\\w+): (Figure|string)(\\[\\])?");
+  const std::string members = body[1];
+  for (std::sregex_iterator each(members.begin(), members.end(), member), end; each != end; ++each) {
+    const std::string key = (*each)[1];
+    if (key == "rows" || key == "unit") continue;  // which the page has of its own
+    ASSERT_TRUE(fields.contains(key)) << interface << ": " << key;
+    EXPECT_EQ(fields[key].is_array(), (*each)[3].matched) << key;
+    EXPECT_EQ(fields[key].is_string() || fields[key].is_array(), (*each)[2] == "string") << key;
+  }
+  for (const char* needed : {"value", "members", "least"})
+    EXPECT_EQ(fields.contains(needed), contains(members, std::string(needed) + ":")) << interface << ": " << needed;
+}
+
+TEST(PageSource, ReadsTheFieldsOfObservablesThatAreWritten) {
+  const std::string source =
+      report::read_text(std::filesystem::path(TANOR_DOCS).parent_path() / "src/program/report/page/data.ts");
+  expect_fields_of_page(Extreme{1.0, 2.0, "links[3]"}, source, "Extreme");
+  Observed torque;
+  torque.name = torque.member = "links[3]";
+  expect_fields_of_page(torque, source, "Observable");
+}
+
 TEST(SceneFormatPage, FieldsOfKindsHaveTheUnitsRangesAndDefaultsOfTheirTables) {
   const std::vector<Table> tables = find_tables("keys of ");
   expect_kinds(tables, "constraints", std::type_identity<Constraint>());

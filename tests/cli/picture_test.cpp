@@ -108,8 +108,29 @@ TEST(PictureCommandTest, SaysWhichGuidesItDoesNotDraw) {
   EXPECT_FALSE(contains(saddle_said, "not drawn")) << saddle_said;
   EXPECT_EQ(saddle_left_out, 0);
   const auto [both_said, both_left_out] = draw(saddle + "," + wire);
-  EXPECT_TRUE(contains(both_said, "tanor: not drawn, since no picture of them is known: wire (linear)\n")) << both_said;
+  EXPECT_TRUE(contains(both_said, "tanor: not drawn: wire (linear)\n")) << both_said;
   EXPECT_EQ(both_left_out, 1);
+
+  std::string many = wire;
+  for (int k = 0; k < 70; ++k)
+    many += R"(, {"kind": "plane", "name": "floor)" + std::to_string(k) + R"(", "points": [0], "normal": [0, 0, 1]})";
+  const auto [many_said, many_left_out] = draw(many);
+  EXPECT_TRUE(contains(many_said, "tanor: not drawn: wire (linear), 6 more guides\n")) << many_said;
+  EXPECT_GE(many_left_out, 7);
+}
+
+/// A run that could not start has no picture, and says why.
+TEST(PictureCommandTest, NamesWhyARunDidNotStart) {
+  const Folder folder;
+  write_text(folder / "s.json", R"json({"tanor_scene": 1, "points": {"positions": [[0, 0, 0], [1, 0, 0]]},
+    "supports": [{"points": [0]}], "constraints": [{"name": "a", "kind": "rod", "pairs": [[0, 1]], "length": 1},
+    {"name": "b", "kind": "rod", "pairs": [[0, 1]], "length": {"formula": "1 + 0.1*t^2"}}], "motion": {"t_end": 1}})json");
+  EXPECT_EQ(run_program(folder, {"run", "s.json", "--quiet"}).code, 3);
+  const std::string why = read_json(folder / "s.out/summary.json").at("stopped_by");
+
+  EXPECT_EQ(complaint(folder, {"picture", "s.out"}),
+            "tanor: s.out/trajectory.pvd: names no frames, since the motion did not start: " + why + "\n");
+  EXPECT_TRUE(contains(complaint(folder, {"view", "s.out"}), "--report makes it; the run there was stopped: " + why));
 }
 
 TEST(PictureCommandTest, WrongOptionsAreNamed) {

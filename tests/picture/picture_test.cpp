@@ -387,6 +387,23 @@ TEST(PictureTest, ALongUnitBesideTheBarIsNotCut) {
   EXPECT_EQ(bound(painted, [&](int x, int y) { return x > 796 && painted.at(x, y)[0] < 200; }).count, 0);
 }
 
+/// A cross stands before a unit that is a number of others, as in texts: not "10 48.9 fs".
+TEST(PictureTest, ANumberOfAUnitIsNotReadTogetherWithIt) {
+  Picture picture = make_rod(5.0);
+  picture.style = {.width = 400, .height = 300};
+  picture.extent = report::measure_motion({picture.frame});
+  const auto draw_with = [&](const std::string& time, const std::string& unit) {
+    picture.frame.time_unit = time;
+    picture.frame.force_unit = unit;
+    return draw(picture).png;
+  };
+  EXPECT_TRUE(draw_with("48.9 fs", "") == draw_with("x 48.9 fs", ""));
+  EXPECT_FALSE(draw_with("fs", "") == draw_with("x fs", ""));
+  picture.frame.guide_forces = {0, 0, 5, 0, 0, 0};
+  picture.extent = report::measure_motion({picture.frame});
+  EXPECT_FALSE(draw_with("", "2 N") == draw_with("", "3 N"));
+}
+
 TEST(PictureTest, ALargePictureShowsTheSameAsASmallOne) {
   Picture picture = make_rod(5.0);
   const Decoded small = paint(picture);

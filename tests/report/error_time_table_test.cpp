@@ -31,8 +31,9 @@ TEST(ErrorTimeTableTest, CsvHoldsNoErrorOfARunThatDidNotArriveAndQuotesItsTroubl
 
   const std::string csv = read_text(folder / "error_time.csv");
 
-  EXPECT_TRUE(csv.ends_with(
-      "\ntaylor,0.1,0,10,0,0.999999,,0,0,0,0,\"event \"\"vertical\"\", at t = 1\",\"s, \"\"t\"\"\",0123456789abcdef,\"mm\",\"\"\n"))
+  EXPECT_TRUE(
+      csv.ends_with("\ntaylor,0.1,0,10,0,0.999999,,0,0,0,0,\"event \"\"vertical\"\", at t = 1\",\"s, "
+                    "\"\"t\"\"\",0123456789abcdef,\"mm\",\"\"\n"))
       << csv;
 }
 
@@ -44,12 +45,14 @@ TEST(ErrorTimeTableTest, PageNamesTheSceneOfErrorsThatAreNotItsOwn) {
   write_error_time(folder.path(), make_table());
 
   const Json rows = read_error_time(folder.path(), "0123456789abcdef");
-  EXPECT_EQ(rows.at(0), Json({{"method", "rk4"}, {"wall_s", 0.999}, {"error_m", 0.001}}));
-  EXPECT_EQ(rows.back(), Json({{"method", "taylor"}, {"wall_s", 0.999999}, {"error_m", nullptr}}));
+  EXPECT_EQ(rows.at(0), Json({{"method", "rk4"}, {"wall_s", 0.999}, {"error", 0.001}}));
+  EXPECT_EQ(rows.back(), Json({{"method", "taylor"}, {"wall_s", 0.999999}, {"error", nullptr}}));
   const Json of_another = read_error_time(folder.path(), "0123456789abcdee");
   EXPECT_EQ(of_another.size(), rows.size());
   EXPECT_EQ(of_another.at(0).at("method"), "rk4 (s, \"t\")");
 
+  write_text(folder / "error_time.csv", "method,wall_s,error_m,scene,scene_checksum\nrk4,1,0.5,s,0123456789abcdef\n");
+  EXPECT_EQ(read_error_time(folder.path(), "0123456789abcdef").at(0).at("error"), 0.5) << "a table of 0.2";
   write_text(folder / "error_time.csv", "method,wall_s,error_m\nrk4,1,1\n");
   EXPECT_EQ(read_error_time(folder.path(), "0123456789abcdef"), nothing) << "it may be of any scene";
 }

@@ -297,10 +297,40 @@ TEST(GuidesTest, ThoseThatAreTooManyToDrawAreCounted) {
   system.constraints = {floors, floors, Lines{"", {0}, Vector3{}, Vector3{1, 0, 0}}};
 
   EXPECT_EQ(place_guides(system, 0.0, 0.0).size(), 64u);
-  EXPECT_EQ(Recording(system, {}).count_guides_left_out(system), 50u + 50u + 1u - 64u);
+  const std::vector<Guide> others = Recording(system, {}).guides_without_picture(system);
+  ASSERT_EQ(others.size(), 1u);
+  EXPECT_EQ(count_of(others[0]), 50u + 50u + 1u - 64u);
+  EXPECT_EQ(name_guide(others[0]), "37 more guides");
   system.constraints.pop_back();
   system.constraints.pop_back();
-  EXPECT_EQ(Recording(system, {}).count_guides_left_out(system), 0u);
+  EXPECT_TRUE(Recording(system, {}).guides_without_picture(system).empty());
+}
+
+TEST(RecordingTest, HistoriesBeginAtTheStart) {
+  System system;
+  system.positions = {0, 0, 3};
+  system.masses = {2.0};
+  system.forces = {Gravity{"", {0, 0, -10}}};
+  Simulation simulation(system, {.method = Method::Rk4, .step = 0.1});
+  Recording recording(system, {});
+
+  recording.take_frame(simulation);
+  ASSERT_TRUE(simulation
+                  .advance_to(0.1,
+                              [&](const MotionReport& report) {
+                                recording.take_step(report);
+                                return true;
+                              })
+                  .ok());
+  recording.take_frame(simulation);
+
+  const std::vector<RecordedStep> steps = recording.steps();
+  ASSERT_EQ(steps.size(), 2u);
+  EXPECT_EQ(steps[0].time, 0.0);
+  EXPECT_NEAR(steps[0].potential, 60.0, 1e-12);
+  EXPECT_EQ(steps[0].kinetic, 0.0);
+  EXPECT_EQ(steps[1].time, 0.1);
+  EXPECT_NEAR(steps[1].kinetic, 1.0, 1e-12);
 }
 
 // Atwood's machine: both masses hang on a rope with the tension 2 m1 m2/(m1 + m2) g.

@@ -280,12 +280,12 @@ TEST(MotionExtentTest, ACellIsSeenAsAWhole) {
   system.positions = {0.2, 0.2, 0.2, 0.7, 0.7, 0.7};
   system.masses = {1.0, 1.0};
   const ShownParts shown = choose_parts(system, {});
-  EXPECT_TRUE(list_guides(system, shown, 0.0, 0.0).empty());
+  EXPECT_TRUE(list_guides(system, shown, {}, 0.0, 0.0).empty());
   system.cell = Cell{.xx = 2.0, .yy = 1.0, .zz = 1.0, .xy = 0.5, .origin = {-1, 0, 0}};
   StoredFrame frame;
   frame.positions = system.positions;
   frame.is_support = {false, false};
-  frame.guides = list_guides(system, shown, 0.0, 0.0);
+  frame.guides = list_guides(system, shown, {}, 0.0, 0.0);
   ASSERT_EQ(frame.guides.size(), 1u);
   const std::vector<Vector3> ends = find_edges(frame.guides[0]);
   EXPECT_EQ(ends.size(), 24u);

@@ -472,6 +472,9 @@ EquilibriumResult find_equilibrium(const System& system, const EquilibriumOption
   EquilibriumResult result = options.one_sided.empty() ? rest_from(input.system, input.frame, options, input.prestress,
                                                                    input.system.positions, true)
                                                        : rest_with_one_sided(input, options);
+  if (result.stability.status == Stability::None)  // no multipliers balance the forces
+    for (std::vector<double>* each : {&result.multipliers, &result.reactions, &result.support_forces})
+      std::ranges::fill(*each, std::numeric_limits<double>::quiet_NaN());
   result.left_out.insert(result.left_out.begin(), left_out.begin(), left_out.end());
   return refuse_standing_corner(system, options.at, std::move(result));
 }

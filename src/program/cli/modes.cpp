@@ -89,7 +89,17 @@ ExitCode execute_modes(const Options& options) {
   require_no_run(directory, "modes");
   require_results_not_read(directory, scene.files);
   const auto in_scene = [&](const auto& work) { return naming_file(options.scene, work); };
-  Modes found = in_scene([&] { return modes(scene.system, scene.system.positions, wanted); });
+  Modes found = in_scene([&] {
+    try {
+      return modes(scene.system, scene.system.positions, wanted);
+    } catch (const InputError& error) {
+      const std::string what = error.what();
+      if (!what.ends_with("tanor equilibrium, finds one")) throw;
+      const fs::path at_rest = choose_folder({}, scene.file, ".equilibrium.out") / report::scene_at_rest_name;
+      throw InputError(error.where(), fmt::format("{}: tanor equilibrium {}, then tanor modes {}", what,
+                                                  typed(options.scene), typed(at_rest)));
+    }
+  });
   found.left_out = report::list_left_out(scene.left_out, found.left_out);
   report::ModesFacts facts;
   facts.scene = scene.name;

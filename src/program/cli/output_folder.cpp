@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -22,6 +23,16 @@
 namespace tanor::cli {
 
 namespace fs = std::filesystem;
+
+fs::path choose_folder(const std::optional<fs::path>& out, const fs::path& scene, const char* ending) {
+  constexpr std::string_view of_rest = ".equilibrium.out";
+  if (out) return *out;
+  std::string name = scene.stem().string(), folder = fs::absolute(scene).parent_path().filename().string();
+  if (scene.filename() == report::scene_at_rest_name && folder.ends_with(of_rest))
+    name = folder.erase(folder.size() - of_rest.size()) + ".at_rest";
+  if (name.starts_with('.')) name[0] = '_';  // nobody would find a hidden folder
+  return name + ending;
+}
 
 OutputFolder::OutputFolder(fs::path path, const std::string& command)
     : path_(std::move(path)), is_new_(!fs::exists(path_)) {

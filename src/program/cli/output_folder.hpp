@@ -9,14 +9,10 @@
 
 namespace tanor::cli {
 
-/// Returns where a command writes: --out, else the name of the scene's file with another ending.
-inline std::filesystem::path choose_folder(const std::optional<std::filesystem::path>& out,
-                                           const std::filesystem::path& scene, const char* ending = ".out") {
-  if (out) return *out;
-  std::string name = scene.stem().string();
-  if (name.starts_with('.')) name[0] = '_';  // nobody would find a hidden folder
-  return name + ending;
-}
+/// Returns where a command writes: --out, else the name of the scene's file with another ending. The state of rest in
+/// net.equilibrium.out has the name net.at_rest, since all such files have one name.
+std::filesystem::path choose_folder(const std::optional<std::filesystem::path>& out, const std::filesystem::path& scene,
+                                    const char* ending = ".out");
 
 /// The folder of a command's results. It is made and held before anything is computed, and removed if nothing came of
 /// it.

@@ -66,8 +66,12 @@ ExitCode execute_picture(const Options& options) {
   report::replace_file(file, [&](report::OutputFile* png) { png->write(std::string_view(drawn.png)); });
 
   std::vector<std::string> without_picture;
-  for (const report::Guide& guide : instant.frame.guides)
-    if (!report::has_picture(guide)) without_picture.push_back(report::name_guide(guide));
+  std::size_t left_out = drawn.left_out;
+  for (const report::Guide& guide : instant.frame.guides) {
+    if (report::has_picture(guide)) continue;
+    without_picture.push_back(report::name_guide(guide));
+    left_out += report::count_of(guide);
+  }
   const bool is_frame = instant.before == instant.after;
   if (options.json) {
     const auto or_null = [](double number) { return number > 0.0 ? nlohmann::ordered_json(number) : nullptr; };
@@ -78,7 +82,7 @@ ExitCode execute_picture(const Options& options) {
                 {"height", options.style.height},
                 {"tension_scale", or_null(drawn.tension_scale)},
                 {"arrow", or_null(drawn.arrow)},
-                {"guides_left_out", drawn.left_out + without_picture.size()}});
+                {"guides_left_out", left_out}});
   } else if (!options.quiet) {
     const auto [time, before, after] = texts_apart(std::array{instant.frame.time, instant.before, instant.after});
     const std::string& unit = instant.frame.time_unit;
@@ -89,8 +93,7 @@ ExitCode execute_picture(const Options& options) {
     if (drawn.left_out > 0)
       print_message(
           fmt::format("{} guides are left out: those before them cover the picture, or take too long", drawn.left_out));
-    if (!without_picture.empty())
-      print_message(fmt::format("not drawn, since no picture of them is known: {}", fmt::join(without_picture, ", ")));
+    if (!without_picture.empty()) print_message(fmt::format("not drawn: {}", fmt::join(without_picture, ", ")));
   }
   return ExitCode::Done;
 }

@@ -17,6 +17,7 @@
 #include "cli/messages.hpp"
 #include "report/html_page.hpp"
 #include "report/module.hpp"
+#include "report/stored_motion.hpp"
 #include "view/serve.hpp"
 
 namespace tanor::cli {
@@ -47,8 +48,10 @@ fs::path require_page(const fs::path& given) {
   if (fs::exists(folder / report::html_page_name)) return folder;
   if (is_running(folder))
     throw InputError(folder.string(), "the run that goes on there makes no page; it began without --report");
-  throw InputError(folder.string(), fmt::format("there is no {}; tanor run SCENE --out {} --report makes it",
-                                                report::html_page_name, typed(folder)));
+  const std::string why = report::read_stop(folder);
+  throw InputError(folder.string(),
+                   fmt::format("there is no {}; tanor run SCENE --out {} --report makes it{}", report::html_page_name,
+                               typed(folder), why.empty() ? "" : "; the run there was stopped: " + why));
 }
 
 /// True if there is a window in which a browser could open; without one, a browser might write into the terminal.

@@ -10,9 +10,12 @@
 #include <stdexcept>
 #include <vector>
 
+#include "base/with_unit.hpp"
 #include "picture/canvas.hpp"
 
 namespace tanor::picture {
+
+using detail::with_unit;
 
 namespace {
 
@@ -29,10 +32,6 @@ std::string words(double number) {
   char text[32];
   std::snprintf(text, sizeof text, "%.4g", number);
   return text;
-}
-
-std::string join(const std::string& what, const char* between, const std::string& unit) {
-  return unit.empty() ? what : what + between + unit;
 }
 
 void set_colour(cairo_t* c, Rgb colour) {
@@ -72,7 +71,7 @@ void draw_bar(cairo_t* c, const Layout& layout, const Key& key) {
   cairo_set_line_width(c, std::max(1.0, 0.05 * font));
   cairo_rectangle(c, x, std::round(top), width, rows);
   cairo_stroke(c);
-  const std::string what = join("tension", ", ", key.force_unit);
+  const std::string what = key.force_unit.empty() ? "tension" : "tension, " + key.force_unit;
   cairo_text_extents_t extents;
   cairo_text_extents(c, what.c_str(), &extents);
   const double edge = layout.motion.left + layout.motion.width + (bar_columns - 0.3) * font;
@@ -109,7 +108,7 @@ double draw_arrow(cairo_t* c, double x, double y, const Layout& layout, const Ke
 }
 
 void draw_arrows(cairo_t* c, double y, const Layout& layout, const Key& key) {
-  const std::string size = join(words(key.arrow), " ", key.force_unit) + ", ";
+  const std::string size = with_unit(words(key.arrow), key.force_unit) + ", ";
   double x = layout.font;
   if (key.has_normal)
     x = 1.5 * layout.font + draw_arrow(c, x, y, layout, key, normal_colour, size + "from guides and supports");
@@ -155,7 +154,7 @@ std::string finish_picture(const Picture& picture, const Layout& layout, const K
     cairo_select_font_face(c, family, CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
     cairo_set_font_size(c, font);
     set_colour(c, ink);
-    write(c, font, 1.6 * font, "t = " + join(words(picture.frame.time), " ", picture.frame.time_unit));
+    write(c, font, 1.6 * font, "t = " + with_unit(words(picture.frame.time), picture.frame.time_unit));
     if (key.tensions.end() > 0.0) draw_bar(c, layout, key);
     if (key.arrow > 0.0) draw_arrows(c, height - 1.2 * font, layout, key);
   }

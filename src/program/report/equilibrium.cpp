@@ -391,7 +391,8 @@ void write_frame_at_rest(const fs::path& directory, const System& system, const 
               .accelerations = still,
               .tensions = tensions,
               .guide_forces = forces,
-              .guides = list_guides(system, shown, rest.time, rest.time),
+              .guides = list_guides(system, shown, list_guides_without_picture(system, shown, rest.time), rest.time,
+                                    rest.time),
               .gravity = find_gravity(system)});
 }
 

@@ -476,10 +476,10 @@ Json read_error_time(const std::filesystem::path& directory, const std::string& 
     };
     const std::string scene = field("scene"), checksum = field("scene_checksum");
     if (checksum.empty()) return Json::array();
-    rows.push_back(
-        {{"method", checksum == scene_checksum ? field("method") : fmt::format("{} ({})", field("method"), scene)},
-         {"wall_s", read_field(field("wall_s"))},
-         {"error_m", read_field(field("error"))}});
+    const std::string of_other = checksum == scene_checksum ? "" : fmt::format(" ({})", scene);
+    rows.push_back({{"method", field("method") + of_other},
+                    {"wall_s", read_field(field("wall_s"))},
+                    {"error", read_field(field("error") + field("error_m"))}});  // the latter in tables of 0.2
   }
   return rows;
 }

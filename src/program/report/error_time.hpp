@@ -72,7 +72,7 @@ std::string format_error_time(const ErrorTimeTable& table);
 /// Returns the same as JSON, with the column names of `error_time.csv`.
 Json describe_error_time(const ErrorTimeTable& table);
 
-/// Returns the rows of `directory/error_time.csv` for the page of a run: method, wall_s, error_m. Returns none if there
+/// Returns the rows of `directory/error_time.csv` for the page of a run: method, wall_s, error. Returns none if there
 /// is no such file, or none that tells its scene. Methods of another scene are followed by the name of that scene.
 Json read_error_time(const std::filesystem::path& directory, const std::string& scene_checksum);
 

@@ -194,7 +194,7 @@ std::vector<Guide> list_ties(const ShownParts& shown) {
   return guides;
 }
 
-std::vector<Guide> list_guides_without_picture(const System& system) {
+std::vector<Guide> list_guides_without_picture(const System& system, const ShownParts& shown, double t_start) {
   std::vector<Guide> guides;
   for (const Constraint& each : system.constraints) {
     std::visit(
@@ -206,22 +206,28 @@ std::vector<Guide> list_guides_without_picture(const System& system) {
         },
         each);
   }
+  std::size_t more = 0;
+  place_guides(system, t_start, t_start, &more);
+  for (const auto& [what, count] : {std::pair{"ropes and formulas", shown.ties_left_out}, {"guides", more}})
+    if (count > 0) guides.push_back({of_others, what, {static_cast<double>(count)}});
   return guides;
 }
 
-std::vector<Guide> list_guides(const System& system, const ShownParts& shown, double t_start, double t) {
+std::vector<Guide> list_guides(const System& system, const ShownParts& shown, const std::vector<Guide>& without_picture,
+                               double t_start, double t) {
   std::vector<Guide> guides = place_guides(system, t_start, t), cells;
   if (const std::optional<Cell>& cell = system.cell; cell && cell->is_periodic_everywhere()) {
     const Vector3& o = cell->origin;
     cells.push_back(
         {"cell", "", {o[0], o[1], o[2], cell->xx, 0, 0, cell->xy, cell->yy, 0, cell->xz, cell->yz, cell->zz}});
   }
-  for (const auto& list : {list_ties(shown), cells, list_guides_without_picture(system)})
+  for (const auto& list : {list_ties(shown), cells, without_picture})
     guides.insert(guides.end(), list.begin(), list.end());
   return guides;
 }
 
 std::string name_guide(const Guide& guide) {
+  if (guide.kind == of_others) return fmt::format("{} more {}", count_of(guide), guide.name);
   return guide.name.empty() ? guide.kind : fmt::format("{} ({})", guide.name, guide.kind);
 }
 

@@ -66,14 +66,23 @@ inline std::vector<Vector3> find_edges(const Guide& cell) {
   return ends;
 }
 
-/// Returns the groups whose guides have no picture: angles, linear equations, and formulas that are no expressions.
-std::vector<Guide> list_guides_without_picture(const System& system);
+/// Kind of a Guide that stands for the others, whose single number is how many there are.
+inline constexpr const char* of_others = "more";
+/// Returns how many guides one stands for.
+inline std::size_t count_of(const Guide& guide) {
+  return guide.kind == of_others ? static_cast<std::size_t>(guide.numbers[0]) : 1;
+}
+
+/// Returns the groups whose guides have no picture: angles, linear equations, and formulas that are no expressions; and
+/// the guides and ties for which there is no room.
+std::vector<Guide> list_guides_without_picture(const System& system, const ShownParts& shown, double t_start);
 
 /// Returns what a frame stores: the guides at time t, the ties, the cell of a sample that is periodic in all
-/// directions, and the groups without a picture.
-std::vector<Guide> list_guides(const System& system, const ShownParts& shown, double t_start, double t);
+/// directions, and those without a picture.
+std::vector<Guide> list_guides(const System& system, const ShownParts& shown, const std::vector<Guide>& without_picture,
+                               double t_start, double t);
 
-/// Returns "saddle (formula)".
+/// Returns "saddle (formula)" or "6 more guides".
 std::string name_guide(const Guide& guide);
 
 /// Returns true for each point that a support, coordinates or a constraint other than a rod holds: guides act on these.

@@ -135,11 +135,6 @@ Json describe_motion(const System& system, const Recording& recording, const std
   }
   bool are_all = shown.num_points == system.num_points();
   for (std::size_t k = 0; k < shown.num_points; ++k) are_all = are_all && shown.points[k] == static_cast<Index>(k);
-  Json without_picture = list_of(list_guides_without_picture(system), name_guide);
-  if (shown.ties_left_out > 0)
-    without_picture.push_back(fmt::format("{} more ropes and formulas", shown.ties_left_out));
-  if (const std::size_t more = recording.count_guides_left_out(system); more > 0)
-    without_picture.push_back(fmt::format("{} more guides", more));
   const auto image = [](const ShownParts::Image& each) {
     return Json{each.point, each.offset[0], each.offset[1], each.offset[2]};
   };
@@ -163,7 +158,7 @@ Json describe_motion(const System& system, const Recording& recording, const std
               {"guides", describe_guides(recording.guides(), frames)},
               {"ties", list_of(shown.ties, tie)},
               {"cell", describe_cell(cell)},
-              {"without_picture", without_picture},
+              {"without_picture", list_of(recording.guides_without_picture(system), name_guide)},
               {"up", {-gravity[0], -gravity[1], -gravity[2]}},
               {"has_friction", !system.friction.empty()}};
   using F = RecordedFrame;
@@ -217,11 +212,13 @@ Json describe_observed(const Recording& recording) {
   std::size_t first = 0;
   for (const Observed& each : recording.observables()) {
     if (!is_recorded(each)) continue;
-    Json object = json_of(each), times = Json::array(), rows = Json::array();
+    Json object = json_of(without_noise(each)), times = Json::array(), rows = Json::array();
+    const double noise = measure_noise(each);
     for (const RecordedFrame& frame : frames) {
       if (frame.observed.size() < first + each.values.size()) continue;
       Json row = Json::array();
-      for (std::size_t k = 0; k < each.values.size(); ++k) row.push_back(json_of(shorten(frame.observed[first + k])));
+      for (const double number : std::span(frame.observed).subspan(first, each.values.size()))
+        row.push_back(json_of(std::abs(number) <= noise ? 0.0 : shorten(number)));
       times.push_back(frame.time);
       rows.push_back(std::move(row));
     }

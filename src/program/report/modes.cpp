@@ -58,7 +58,8 @@ void write_picture(const fs::path& directory, const System& system, const ShownP
   const double omega = modes.omega[mode] > 0.0 ? modes.omega[mode] : 2.0 * std::numbers::pi;
   std::vector<double> places(positions.size()), velocities(positions.size()), accelerations(positions.size());
   const std::vector<double> tensions = find_tensions(shown, modes.multipliers);
-  const std::vector<Guide> guides = list_guides(system, shown, rest.time, rest.time);
+  const std::vector<Guide> guides =
+      list_guides(system, shown, list_guides_without_picture(system, shown, rest.time), rest.time, rest.time);
   std::string list(VtpTrajectory::list_head);
   for (int k = 0; k < frames_of_period; ++k) {
     const double phase = 2.0 * std::numbers::pi * k / frames_of_period, time = phase / omega;

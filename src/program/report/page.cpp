@@ -186,12 +186,8 @@ std::string describe_part(const Observed& observed, std::size_t part, std::span<
   } else {
     line = text_of_count(observed.members.size(), "number");
   }
-  double size = 0.0;  // of the vector, beside which a part may be rounding
-  for (const auto* const list : {&observed.least, &observed.largest})
-    for (const Extreme& each : *list) size = std::max(size, std::abs(each.value));
-  constexpr double rounding = 1e-10;
   const std::string least_text = number_with_unit(least.value, observed.unit);
-  if (std::isnan(least.value) || largest.value - least.value <= rounding * size ||
+  if (std::isnan(least.value) || largest.value - least.value <= measure_noise(observed) ||
       least_text == number_with_unit(largest.value, observed.unit))
     return line;
   return line + "; least " + describe_extreme(least, observed.unit, units) + ", largest " +
@@ -200,10 +196,29 @@ std::string describe_part(const Observed& observed, std::size_t part, std::span<
 
 }  // namespace
 
+double measure_noise(const Observed& observed) {
+  constexpr double rounding = 1e-10;
+  double size = 0.0;
+  for (const auto* const list : {&observed.least, &observed.largest})
+    for (const Extreme& each : *list) size = std::max(size, std::abs(each.value));
+  return rounding * size;
+}
+
+Observed without_noise(Observed observed) {
+  const double noise = measure_noise(observed);
+  const auto drop = [noise](double& number) {
+    if (std::abs(number) <= noise) number = 0.0;
+  };
+  std::ranges::for_each(observed.values, drop);
+  for (auto* const list : {&observed.least, &observed.largest}) std::ranges::for_each(*list, drop, &Extreme::value);
+  return observed;
+}
+
 std::string format_observables(std::span<const Observed> observables, std::span<const Passage> passages,
                                const Units& units) {
   std::vector<std::pair<std::string, std::string>> lines;
-  for (const Observed& each : observables) {
+  for (const Observed& given : observables) {
+    const Observed each = without_noise(given);
     for (std::size_t part = 0; part < each.least.size(); ++part)
       lines.emplace_back(each.parts.empty() ? each.name : each.name + "." + each.parts[part],
                          describe_part(each, part, passages, units));

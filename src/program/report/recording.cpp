@@ -66,6 +66,7 @@ void Recording::take_frame(const Simulation& simulation, std::span<const double>
        .support_forces = simulation.support_forces(),
        .friction = friction,
        .observables = observables});
+  if (recorded_.steps.is_empty()) take_step(simulation.report());  // so that histories begin at the start
 }
 
 void Recording::take_frame(const System& system, const Solution& between, std::span<const double> friction,
@@ -124,12 +125,6 @@ std::vector<double> Recording::tensions() const {
   std::vector<double> all;
   for (const RecordedFrame& frame : frames()) all.insert(all.end(), frame.tensions.begin(), frame.tensions.end());
   return all;
-}
-
-std::size_t Recording::count_guides_left_out(const System& system) const {
-  std::size_t left_out = 0;
-  place_guides(system, t_start_, t_start_, &left_out);
-  return left_out;
 }
 
 bool Recording::fits(const RecordedFrame& frame) const {

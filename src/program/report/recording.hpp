@@ -102,8 +102,9 @@ class Recording {
   const ShownParts& shown() const { return shown_; }
   const std::vector<std::int32_t>& held() const { return held_; }  ///< positions among the shown points
   const std::vector<Guide>& guides() const { return guides_; }     ///< at the first frame
-  /// Returns how many more guides there are, for which a picture has no room.
-  std::size_t count_guides_left_out(const System& system) const;
+  std::vector<Guide> guides_without_picture(const System& system) const {
+    return list_guides_without_picture(system, shown_, t_start_);
+  }
   const Recorded& recorded() const { return recorded_; }
   /// Returns the observables with their numbers in the last frame.
   const std::vector<Observed>& observables() const { return observables_; }

@@ -48,17 +48,23 @@ std::vector<Guide> mix_guides(std::vector<Guide> guides, const std::vector<Guide
   return guides;
 }
 
+Json read_summary(const fs::path& directory) {
+  std::ifstream file(directory / summary_name);
+  const Json summary = Json::parse(file, nullptr, false);
+  return summary.is_object() ? summary : Json::object();
+}
+
 /// Returns the colours that the page has, which a run renews on its way, or that the summary tells, if there is one.
 std::optional<TensionScale> read_colours(const fs::path& directory) {
-  std::ifstream page(directory / html_page_name, std::ios::binary), file(directory / summary_name);
+  std::ifstream page(directory / html_page_name, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(page), {}};
   const std::size_t key = text.find(html_colours_key);
   Json ends;
   if (key != std::string::npos) {
     const std::size_t begin = key + html_colours_key.size();
     ends = Json::parse(text.substr(begin, text.find(']', begin) + 1 - begin), nullptr, false);
-  } else if (const Json summary = Json::parse(file, nullptr, false); summary.is_object()) {
-    ends = summary.value(tension_colours_key, Json());
+  } else {
+    ends = read_summary(directory).value(tension_colours_key, Json());
   }
   if (!ends.is_array() || ends.size() != 2) return std::nullopt;
   const auto number = [&](std::size_t k) { return ends[k].is_number() ? ends[k].get<double>() : NAN; };
@@ -67,6 +73,11 @@ std::optional<TensionScale> read_colours(const fs::path& directory) {
 }
 
 }  // namespace
+
+std::string read_stop(const fs::path& directory) {
+  const Json why = read_summary(directory).value("stopped_by", Json());
+  return why.is_string() ? why.get<std::string>() : "";
+}
 
 StoredMotion::StoredMotion(const fs::path& directory, int mode) : directory_(directory) {
   const std::string list_name =
@@ -81,7 +92,9 @@ StoredMotion::StoredMotion(const fs::path& directory, int mode) : directory_(dir
                                                 : "run SCENE --out " + name + " --trajectory xyz,vtp"));
   }
   frames_ = read_frame_list(list);
-  if (frames_.empty()) throw InputError(list.string(), "names no frames");
+  if (!frames_.empty()) return;
+  const std::string why = read_stop(directory);
+  throw InputError(list.string(), "names no frames" + (why.empty() ? why : ", since the motion did not start: " + why));
 }
 
 StoredMotion::Instant StoredMotion::at(double time) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "report/motion_extent.hpp"
@@ -10,6 +11,9 @@ namespace tanor::report {
 
 /// File that `tanor picture` writes into the folder of a run by default.
 inline constexpr const char* picture_name = "picture.png";
+
+/// Returns why the run in a folder ended before its time, as its summary says, or nothing.
+std::string read_stop(const std::filesystem::path& directory);
 
 /// The motion that a run has stored in its folder (`trajectory.pvd`), at any time. A run that goes on may be read too.
 class StoredMotion {

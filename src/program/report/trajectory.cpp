@@ -136,6 +136,7 @@ Trajectory::Trajectory(const fs::path& directory, const System& system, const Tr
                        const TrajectoryMark& mark)
     : shown_(std::make_unique<ShownParts>(choose_parts(system, options.points))),
       t_start_(options.t_start),
+      without_picture_(list_guides_without_picture(system, *shown_, t_start_)),
       frames_(mark.frames) {
   for (const Index point : shown_->points)
     masses_.push_back(system.masses.empty() ? 1.0 : system.masses[static_cast<std::size_t>(point)]);
@@ -197,7 +198,7 @@ void Trajectory::write_frame(Simulation& simulation, std::span<const double> fri
                     .guide_forces = guide_forces_,
                     .friction_forces = friction_,
                     .observables = simulation.observe(),
-                    .guides = list_guides(simulation.system(), *shown_, t_start_, simulation.time()),
+                    .guides = list_guides(simulation.system(), *shown_, without_picture_, t_start_, simulation.time()),
                     .gravity = find_gravity(simulation.system()),
                     .energy = report.energy.now,
                     .position_violation = report.violation.position,

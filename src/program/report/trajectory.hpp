@@ -70,6 +70,7 @@ class Trajectory {
   std::vector<double> masses_;         ///< m, of the shown points
   bool has_held_points_ = false;
   double t_start_;
+  std::vector<Guide> without_picture_;
   std::size_t frames_ = 0;
   std::map<std::string, std::unique_ptr<FrameFile>> files_;
   std::vector<double> positions_, velocities_, accelerations_, forces_, reactions_, tensions_, guide_forces_,

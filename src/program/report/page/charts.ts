@@ -143,7 +143,7 @@ export class Charts {
   /** Draws error against wall time from the table of `tanor error-time`, with one curve for each method. */
   addErrorTime(rows: ErrorTimeRow[]): void {
     const methods = [...new Set(rows.map((row) => row.method))];
-    const points = rows.map((row) => ({ method: row.method, wall: row.wall_s ?? 0, error: row.error_m ?? 0 }))
+    const points = rows.map((row) => ({ method: row.method, wall: row.wall_s ?? 0, error: row.error ?? 0 }))
       .filter((point) => point.wall > 0 && point.error > 0).sort((p, q) => p.wall - q.wall);
     if (!points.length) return;
     const card = this.card("Error against run time, by method");

@@ -43,7 +43,7 @@ export interface Run {
 export interface ErrorTimeRow {
   method: string;
   wall_s: number | null;
-  error_m: number | null; // null if t_end was not reached
+  error: number | null; // null if t_end was not reached
 }
 
 interface Extreme { value: Figure; t: Figure; member: string }

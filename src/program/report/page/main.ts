@@ -52,7 +52,7 @@ class Page {
     fillHeadline(data);
     fillDetails(data, (time) => this.seek(time));
     const hasMotion = data.motion.times.length > 0;
-    find("moving").hidden = !hasMotion; // the warnings say why
+    find("moving").hidden = find("histories-part").hidden = !hasMotion; // the warnings say why
     if (!hasMotion) return;
     if (data.modes) this.fillModes(data.modes);
     this.fillAside();
@@ -251,8 +251,7 @@ class Page {
     const isAtRest = motion.times.length === 1;
     find("histories-part").hidden = isAtRest;
     find("chosen-part").querySelector("h2")!.textContent = isAtRest ? "Force" : "Force over time";
-    find("film").hidden = isAtRest && !this.data.modes;
-    find("play").closest<HTMLElement>(".transport")!.hidden = isAtRest && !this.data.modes;
+    for (const part of [find("film"), find("keys-of-time"), find("play").closest<HTMLElement>(".transport")!]) part.hidden = isAtRest && !this.data.modes;
     find("forces-at-rest").hidden = !isAtRest;
     if (isAtRest) { listObserved(this.data); listForces(motion, this.arrays, (chosen) => this.choose(chosen)); }
     const notes = isAtRest ? [] : [`${motion.times.length} recorded instants${motion.frames_seen > motion.times.length ? ` of ${motion.frames_seen}` : ""}; between them the picture interpolates.`];
