@@ -374,7 +374,7 @@ TEST(EquilibriumTest, SearchThatEndsEarlyIsExitCode3WithTheBestResidualAndItsPla
   const Ended ended = find_at_rest(folder, scene);
 
   EXPECT_EQ(ended.code, 3);
-  EXPECT_NE(ended.err.find("after 1 iterations; best residual"), std::string::npos) << ended.err;
+  EXPECT_NE(ended.err.find("after 1 iteration; best residual"), std::string::npos) << ended.err;
   EXPECT_NE(ended.err.find("at point"), std::string::npos) << ended.err;
   EXPECT_EQ(json::parse(read_text(folder / "at_rest/summary.json"))["equilibrium"]["status"], "none");
 }

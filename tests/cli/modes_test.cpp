@@ -120,6 +120,26 @@ TEST(ModesTest, TellsHowMuchOfALoadBuckles) {
   EXPECT_NEAR(read_json(folder / "answer/summary.json").at("buckling_load_factor").get<double>(), 30.0 / 19.62, 1e-12);
 }
 
+TEST(ModesTest, CountsInTheSingular) {
+  const Folder folder;
+  const auto said = [&](const std::string& scene) {
+    const Ended ended = run_modes(folder, scene);
+    return ended.out + ended.err;
+  };
+  const std::string damped = said(replaced(hanging_scene, R"("count": 3)", R"("count": 1, "damped": true)"));
+  EXPECT_TRUE(contains(damped, "1 damped mode: omega")) << damped;
+  // A rod that stands upright falls to one side, where no spring holds it.
+  std::string upright = replaced(hanging_scene, "[[0,0,0], [0,-1,0], [0,-2,0]]", "[[0,0,0], [0,1,0]]");
+  upright = replaced(replaced(upright, "[[0,1],[1,2]]", "[[0,1]]"), R"("count": 3)", R"("count": 1)");
+  upright = replaced(upright, "-9.81,0]}]",
+                     R"json(-9.81,0]}, {"kind": "potential", "points": [[1]], "energy": "15*x1^2"}])json");
+  EXPECT_TRUE(contains(said(upright), "1 of 2 modes: omega = -")) << said(upright);
+  EXPECT_TRUE(contains(said(upright), "; unstable: 1 grows (negative: growth rate)")) << said(upright);
+  // Weight and spring cancel aside, to second order: nothing holds the rod, and nothing drives it.
+  const std::string free = said(replaced(upright, "15*x1^2", "15*x1^2+0.5*19.62*z1^2"));
+  EXPECT_TRUE(contains(free, "; 1 is 0, 0 of them rigid")) << free;
+}
+
 TEST(ModesTest, RefusesPositionsThatAreNoEquilibriumAndNamesTheWorstPoint) {
   const Folder folder;
 

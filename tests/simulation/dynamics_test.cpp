@@ -271,7 +271,7 @@ TEST(Dynamics, ArrayOfTheWrongSizeIsNamed) {
               (void)dynamics.solve({.time = 0.0, .positions = r, .velocities = good},
                                    {.accelerations = good, .multipliers = bad});
             }),
-            "multipliers has 5 numbers; 1 are needed");
+            "multipliers has 5 numbers; 1 is needed");
   EXPECT_EQ(message_of([&] {
               (void)dynamics.solve({.time = 0.0, .positions = r, .velocities = good},
                                    {.accelerations = good, .multipliers = rows, .reactions = bad});

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 
+#include "base/check_size.hpp"
 #include "base/live.hpp"
 #include "base/quiet_traps.hpp"
 #include "base/text.hpp"
@@ -19,16 +20,7 @@
 namespace tanor {
 using namespace detail;
 
-namespace {
-
-void check_size(std::span<const double> array, std::size_t wanted, const char* name) {
-  if (array.size() != wanted) {
-    throw InputError("", std::string(name) + " has " + std::to_string(array.size()) + " numbers; " +
-                             std::to_string(wanted) + " are needed");
-  }
-}
-
-}  // namespace
+namespace {}  // namespace
 
 /// Implementation of Dynamics. It reads and writes the host's arrays once a call.
 struct Dynamics::Implementation {
@@ -64,8 +56,8 @@ struct Dynamics::Implementation {
 
   void check(const StateView& at) const {
     if (!std::isfinite(at.time)) throw InputError("", "t = " + text(at.time) + " is not a time");
-    check_size(at.positions, num_numbers(), "positions");
-    if (!at.velocities.empty()) check_size(at.velocities, num_numbers(), "velocities");
+    check_size(at.positions.size(), num_numbers(), "positions");
+    if (!at.velocities.empty()) check_size(at.velocities.size(), num_numbers(), "velocities");
   }
 
   /// Gathers positions and velocities (at rest if none are given), with the prescribed motion of supports.
@@ -262,7 +254,7 @@ SolveReport Dynamics::solve(const StateView& at, const SolveArrays& wanted) {
   const QuietTraps quiet;
   Implementation& self = live(implementation_, "Dynamics");
   const auto check_wanted = [](std::span<const double> array, std::size_t size, const char* name) {
-    if (!array.empty()) check_size(array, size, name);
+    if (!array.empty()) check_size(array.size(), size, name);
   };
   const std::size_t num_coordinates = self.forms.is_tangent() ? plan().coordinates : 0;
   check_wanted(wanted.accelerations, self.num_numbers(), "accelerations");
@@ -402,7 +394,7 @@ ProjectionReport Dynamics::project_positions(const MutableState& state) {
 ProjectionReport Dynamics::project_velocities(const MutableVelocities& state) {
   const QuietTraps quiet;
   Implementation& self = live(implementation_, "Dynamics");
-  check_size(state.velocities, self.num_numbers(), "velocities");
+  check_size(state.velocities.size(), self.num_numbers(), "velocities");
   self.leave_for({.time = state.time, .positions = state.positions, .velocities = state.velocities});
   self.before = self.z;
   ProjectionReport report = self.form.project_point_velocities(state.time, self.y.data(), self.z.data());
@@ -415,7 +407,7 @@ StartReport Dynamics::start(const MutableState& state, StartMode mode) {
   const QuietTraps quiet;
   Implementation& self = live(implementation_, "Dynamics");
   check_enum(mode, StartMode::Project, "/motion/start");
-  check_size(state.velocities, self.num_numbers(), "velocities");
+  check_size(state.velocities.size(), self.num_numbers(), "velocities");
   self.leave_for({.time = state.time, .positions = state.positions, .velocities = state.velocities});
   StartReport report = self.forms.start(state.time, self.y.data(), self.z.data(), mode);
   if (report.outcome.ok()) {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/check_size.hpp"
 #include "base/live.hpp"
 #include "base/quiet_traps.hpp"
 #include "base/text.hpp"
@@ -15,12 +16,6 @@ namespace tanor {
 using namespace detail;
 
 namespace {
-
-void check_size(const std::vector<double>& array, std::size_t wanted, const char* name) {
-  if (array.size() != wanted) {
-    throw InputError("", std::string(name) + ": " + text(array.size()) + " numbers; " + text(wanted) + " are needed");
-  }
-}
 
 void check_time(double t) {
   if (!std::isfinite(t)) throw InputError("", "t = " + text(t) + " is not a time");
@@ -178,9 +173,9 @@ Outcome InverseDynamics::Implementation::divide_force(double t, MotionForces* re
 
 MotionForces InverseDynamics::Implementation::evaluate(double t, const MotionState& points) {
   check_time(t);
-  check_size(points.value, size(), "positions");
-  check_size(points.rate, size(), "velocities");
-  check_size(points.acceleration, size(), "accelerations");
+  check_size(points.value.size(), size(), "positions");
+  check_size(points.rate.size(), size(), "velocities");
+  check_size(points.acceleration.size(), size(), "accelerations");
   work.set_time(t);
   work.constraints.choose_frames();
   model.numbering.gather_points(points.value, r);
@@ -233,7 +228,7 @@ MotionState InverseDynamics::place(double t, const MotionState& coordinates) {
   }
   const std::size_t s = num_coordinates();
   const auto gather = [&](const std::vector<double>& given, const char* name) {
-    check_size(given, s, name);
+    check_size(given.size(), s, name);
     std::vector<double> result(s);
     work.coordinates.gather(given.data(), result.data());
     return result;

@@ -9,6 +9,7 @@
 
 #include <tanor/constrainer.hpp>
 
+#include "base/check_size.hpp"
 #include "base/text.hpp"
 #include "host/host_parts.hpp"
 
@@ -34,12 +35,6 @@ void check_mass(double mass, std::optional<double> before, std::size_t point);
 /// Returns the numbers of the points from[i], -1 for a new one. Throws if they are wrong, see Constrainer::renumber.
 std::vector<Index> check_numbers(const HostParts& parts, std::span<const std::int64_t> from,
                                  std::span<const double> masses);
-
-inline void check_size(std::size_t size, std::size_t wanted, const char* name) {
-  if (size == wanted) return;
-  throw InputError(
-      "", std::string(name) + " has " + std::to_string(size) + " numbers; " + std::to_string(wanted) + " are needed");
-}
 
 template <class Number>
 void check_array(const BasicPointArray<Number>& array, std::size_t num_points, std::size_t width, const char* name) {

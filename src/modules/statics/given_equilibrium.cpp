@@ -5,6 +5,7 @@
 #include <limits>
 #include <random>
 
+#include "base/check_size.hpp"
 #include "base/text.hpp"
 #include "base/with_unit.hpp"
 #include "dynamics/prestress_rigidity.hpp"
@@ -23,13 +24,6 @@ constexpr double allowed_violation = 1e-6;
 constexpr double allowed_change = 1e-8;
 
 constexpr const char* advice = "; find_equilibrium, or tanor equilibrium, finds one";
-
-void check_size(std::size_t found, std::size_t wanted, const char* name) {
-  if (found != wanted) {
-    throw InputError("", std::string(name) + " has " + std::to_string(found) + " numbers; " + std::to_string(wanted) +
-                             " are needed");
-  }
-}
 
 }  // namespace
 

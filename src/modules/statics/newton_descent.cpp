@@ -34,16 +34,17 @@ std::string NewtonDescent::worst_point() const {
 /// Returns the failure of a search that came no nearer: "no equilibrium was found: the search stalls after …".
 Outcome NewtonDescent::explain_failure(const std::string& why) const {
   const std::string& unit = model_.system.units.force;
-  return {Status::NotConverged, "no equilibrium was found: " + why + " after " + std::to_string(iterations_) +
-                                    " iterations; best residual " + with_unit(text(residual_.force), unit) +
-                                    " (the largest force is " + with_unit(text(residual_.scale), unit) + ") at " +
-                                    worst_point() + ", violation " + text(residual_.violation)};
+  return {Status::NotConverged, "no equilibrium was found: " + why + " after " +
+                                    text_of_count(iterations_, "iteration") + "; best residual " +
+                                    with_unit(text(residual_.force), unit) + " (the largest force is " +
+                                    with_unit(text(residual_.scale), unit) + ") at " + worst_point() + ", violation " +
+                                    text(residual_.violation)};
 }
 
 Outcome NewtonDescent::explain_fading() const {
   const std::string& unit = model_.system.units.force;
   return {Status::NoSolution, "there is no equilibrium: forces die away along the search and nothing stops it; after " +
-                                  std::to_string(iterations_) + " iterations " +
+                                  text_of_count(iterations_, "iteration") + " " +
                                   with_unit(text(residual_.force), unit) + " are left at " + worst_point() +
                                   ", and Newton's method still moves points by more than " + text(short_step) +
                                   " of the scene's size"};
@@ -53,8 +54,8 @@ Outcome NewtonDescent::explain_not_finite() const {
   const std::string what =
       (std::isfinite(residual_.force) ? "constraints are" : "the force at " + worst_point() + " is") + " not finite ";
   if (iterations_ == 0) return {Status::NotFinite, what + "where it starts; do points lie on each other?"};
-  return {Status::NotFinite, "no equilibrium was found: after " + std::to_string(iterations_) +
-                                 " iterations of the search " + what +
+  return {Status::NotFinite, "no equilibrium was found: after " + text_of_count(iterations_, "iteration") +
+                                 " of the search " + what +
                                  "any more; points that pull each other without bound, as opposite charges do, meet"};
 }
 

@@ -38,11 +38,12 @@ std::string describe(const EquilibriumResult& found, const Units& units) {
     line += ", lowest omega " + with_unit(fmt::format("{:.4g}", std::sqrt(found.stability.lowest_omega2)),
                                           report::per_time("rad", units.time));
   if (found.stability.zero_modes > 0)
-    line +=
-        fmt::format(", {} zero modes, {} of them rigid", found.stability.zero_modes, found.stability.rigid_zero_modes);
+    line += fmt::format(", {}, {} of them rigid", report::count_in_words(found.stability.zero_modes, "zero mode"),
+                        found.stability.rigid_zero_modes);
   if (const auto open = std::ranges::count(found.open, true); open > 0)
-    line += fmt::format(", {} one-sided constraints open", open);
-  if (found.self_stress_states > 0) line += fmt::format(", {} states of self-stress", found.self_stress_states);
+    line += fmt::format(", {} open", report::count_in_words(open, "one-sided constraint"));
+  if (found.self_stress_states > 0)
+    line += fmt::format(", self-stress of {}", report::count_in_words(found.self_stress_states, "state"));
   return line;
 }
 

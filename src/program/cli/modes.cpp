@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-using report::with_unit;
+using report::count_in_words, report::with_unit;
 
 /// Returns "lowest modes 0.123, 0.456, … rad/s" or the like.
 std::string describe(const Modes& modes, const Units& units) {
@@ -38,16 +38,20 @@ std::string describe(const Modes& modes, const Units& units) {
       text += fmt::format(" (decay {})", with_unit(fmt::format("{:.4g}", modes.decay[k]), rate));
   }
   if (modes.count() > most_shown) text += ", …";
-  std::string line = fmt::format("{} {} modes: omega = {}", modes.count(),
-                                 modes.decay.empty() ? fmt::format("of {}", modes.degrees_of_freedom) : "damped",
+  const auto [count, freedoms] = std::pair(modes.count(), modes.degrees_of_freedom);
+  std::string line = fmt::format("{}: omega = {}",
+                                 modes.decay.empty() ? fmt::format("{} of {}", count, count_in_words(freedoms, "mode"))
+                                                     : count_in_words(count, "damped mode"),
                                  with_unit(text, report::per_time("rad", units.time)));
   if (modes.zero_modes > 0)
-    line += fmt::format("; {} are 0, {} of them rigid motions", modes.zero_modes, modes.rigid_zero_modes);
+    line += fmt::format("; {} {} 0, {} of them rigid", modes.zero_modes, modes.zero_modes == 1 ? "is" : "are",
+                        modes.rigid_zero_modes);
+  const std::string growing =
+      fmt::format("; unstable: {} {}", modes.unstable_directions, modes.unstable_directions == 1 ? "grows" : "grow");
   if (modes.unstable_directions > 0 && modes.decay.empty())
-    line += fmt::format("; unstable: {} grow (negative: growth rate{})", modes.unstable_directions,
-                        rate.empty() ? "" : ", " + rate);
+    line += fmt::format("{} (negative: growth rate{})", growing, rate.empty() ? "" : ", " + rate);
   if (modes.unstable_directions > 0 && !modes.decay.empty())
-    line += fmt::format("; unstable: {} grow, the fastest by {}", modes.unstable_directions,
+    line += fmt::format("{}, the fastest by {}", growing,
                         with_unit(fmt::format("{:.4g}", -std::ranges::min(modes.decay)), rate));
   return line;
 }

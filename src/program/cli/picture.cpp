@@ -91,8 +91,8 @@ ExitCode execute_picture(const Options& options) {
         is_frame ? ""
                  : fmt::format(", between the frames at {} and {}", with_unit(before, unit), with_unit(after, unit))));
     if (drawn.left_out > 0)
-      print_message(
-          fmt::format("{} guides are left out: those before them cover the picture, or take too long", drawn.left_out));
+      print_message(fmt::format("left out: {}; guides before cover the picture, or take too long",
+                                report::count_in_words(drawn.left_out, "guide")));
     if (!without_picture.empty()) print_message(fmt::format("not drawn: {}", fmt::join(without_picture, ", ")));
   }
   return ExitCode::Done;

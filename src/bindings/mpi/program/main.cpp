@@ -177,9 +177,9 @@ class Run {
                                      in_time(simulation_.time()), in_time(scene_.t_end), outcome.what,
                                      folder_.string()));
     else if (!options_.quiet)
-      cli::print_message(fmt::format("t = {} reached in {} steps of {} on {} ranks; results in {}",
-                                     in_time(simulation_.time()), report.steps, name_of(report.method), ranks_.size(),
-                                     folder_.string()));
+      cli::print_message(fmt::format("t = {} reached in {} of {} on {}; results in {}", in_time(simulation_.time()),
+                                     report::count_in_words(report.steps, "step"), name_of(report.method),
+                                     report::count_in_words(ranks_.size(), "rank"), folder_.string()));
     const bool is_refuted = facts.certificate && !facts.certificate->passed();
     if (is_refuted) cli::print_message(facts.certificate->line());
     return outcome.ok() && !is_refuted ? ExitCode::Done : ExitCode::NoAnswer;
