@@ -90,8 +90,8 @@ class Run {
     if (scene.certificate.when == When::Always || scene.certificate.when == When::Every)
       throw InputError(scene.file.string() + ": /certificate",
                        "tanor-mpi makes one at the end alone; `tanor run` makes more");
-    if (!scene.events.empty())
-      throw InputError(scene.file.string() + ": /events", "tanor-mpi looks for none; `tanor run` does");
+    for (const auto& [key, asks] : {std::pair("observe", scene.has_own_observables), {"events", !scene.events.empty()}})
+      if (asks) throw InputError(scene.file.string() + ": /" + key, "tanor-mpi has none; `tanor run` has");
     const bool has_own_wishes = scene.trajectory.files != scene::TrajectoryFormats().files ||
                                 scene.trajectory.compression || !scene.output_points.empty();
     if (has_own_wishes && ranks_.rank() == 0)
