@@ -247,6 +247,17 @@ TEST(Import, SetsTheLettersOfUnits) {
   }
 }
 
+TEST(Import, TellsThatUnitsOfTheFirstLineAreNone) {
+  const auto left_out = [](const std::string& title, const std::string& keys) {
+    const std::string atoms = "\n\n1 atoms\n1 atom types\n\nMasses\n\n1 1\n\nAtoms # atomic\n\n1 1 0 0 0\n";
+    return import_text("a.data", title + atoms, keys).left_out;
+  };
+  EXPECT_EQ(left_out("LAMMPS data file, units = foo", ""),
+            std::vector<std::string>{"import: the first line of a.data says units \"foo\", which LAMMPS has not; lj is taken"});
+  EXPECT_TRUE(left_out("LAMMPS data file, units = foo", R"(, "units": "si")").empty());
+  EXPECT_TRUE(left_out("LAMMPS data file, units = lj", "").empty());
+}
+
 TEST(Import, ASceneMayNameItsOwnUnits) {
   const Folder folder;
   folder.add("a.obj", "v 0 0 0\nv 1 0 0\nl 1 2\n");
