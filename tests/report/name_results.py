@@ -214,6 +214,9 @@ def check_vtp(folder: Folder, file: pathlib.Path) -> None:
              for name, codes in re.findall(r'<Array type="String" Name="unit of (\w+)"[^>]*>([^<]*)</Array>', text)}
     assert found == {key: folder.letters[key] for key in ("time", "length", "mass", "force") if folder.letters}, f"{file}: {found}"
     assert 'Name="velocity"' in text and 'Name="tension"' in text, file
+    names = {name: "".join(chr(int(code)) for code in codes.split()[:-1])
+             for name, codes in re.findall(r'<Array type="String" Name="group (\d+)"[^>]*>([^<]*)</Array>', text)}
+    assert names == {"0": "links"}, f"{file}: {names}"
 
 
 def check_words(*wanted: str):

@@ -35,11 +35,12 @@ SCENE = {
     "points": {"positions": [[5, 5, 5], [0, 0, 0], [0.1, 0, 0], [0.2, 0, 0], [0, 1, 0]],
                "masses": [1, 1, 0.1, 0.2, 0.3]},
     "supports": [{"points": [1]}],
-    "constraints": [{"name": "rods", "kind": "rod", "pairs": [[1, 2], [2, 3]]},
-                    {"name": "ball", "kind": "sphere", "points": [4], "center": [0, 0.5, 0]}],
+    "constraints": [{"name": "ball", "kind": "sphere", "points": [4], "center": [0, 0.5, 0]},
+                    {"name": "rods", "kind": "rod", "pairs": [[1, 2], [2, 3]]}],
     "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}],
     "motion": {"method": "dop853", "t_end": 1.0, "output_every": 0.125, "output_points": [1, 2, 3, 4],
                "trajectory": FORMATS}}
+GROUPS_AND_MEMBERS = [[1, 0], [1, 1]]  # of the rods
 
 
 def run(tanor: str, folder: pathlib.Path, *options: str) -> None:
@@ -129,10 +130,11 @@ def check_ase(out: pathlib.Path, arrays: dict) -> None:
 def check_rods(out: pathlib.Path, arrays: dict) -> None:
     lines = (out / "trajectory_rods.dump").read_text(encoding="utf-8").splitlines()
     starts = [k for k, line in enumerate(lines) if line.startswith("ITEM: ENTRIES")]
-    assert lines[starts[0]].split()[2:] == ["index", "batom1", "batom2", "length", "tension"]
+    assert lines[starts[0]].split()[2:] == ["index", "batom1", "batom2", "length", "tension", "group", "member"]
     for k, start in enumerate(starts):
         rows = np.array([[float(word) for word in line.split()] for line in lines[start + 1:start + 3]])
         assert rows[:, :3].tolist() == [[1, 2, 3], [2, 3, 4]]
+        assert rows[:, 5:].tolist() == GROUPS_AND_MEMBERS
         assert np.allclose(rows[:, 4], arrays["tension"][k], rtol=1e-9) and np.allclose(rows[:, 3], 0.1)
     assert len(starts) == 9
 
@@ -154,6 +156,10 @@ def check_vtk(out: pathlib.Path, arrays: dict) -> None:
         # The point on the ball is no rod's: a vertex, which comes first.
         assert data.GetNumberOfVerts() == 1 and data.GetNumberOfLines() == 2
         tensions = vtk_to_numpy(cells.GetArray("tension"))
+        assert vtk_to_numpy(cells.GetArray("group")).tolist() == [-1] + [group for group, _ in GROUPS_AND_MEMBERS]
+        assert vtk_to_numpy(cells.GetArray("member")).tolist() == [-1] + [member for _, member in GROUPS_AND_MEMBERS]
+        group = GROUPS_AND_MEMBERS[0][0]
+        assert field.GetAbstractArray(f"group {group}").GetValue(0) == "rods"
         assert field.GetAbstractArray("unit of time").GetValue(0) == "s"
         assert np.isnan(tensions[0]) and np.array_equal(tensions[1:], arrays["tension"][k])
         assert vtk_to_numpy(data.GetLines().GetConnectivityArray()).tolist() == [0, 1, 1, 2]

@@ -78,7 +78,7 @@ ShownParts choose_parts(const System& system, std::span<const Index> chosen) {
     const Constraint& constraint = system.constraints[g];
     const std::string name = constraint_name(system, g);
     if (const auto* rods = std::get_if<Rods>(&constraint)) {
-      ShownParts::RodGroup group{name, shown.rods.size(), {}};
+      ShownParts::RodGroup group{name, shown.rods.size(), {}, g};
       for (std::size_t k = 0; k < rods->pairs.size(); ++k) {
         const std::int32_t i = slots[rods->pairs[k][0]], j = slots[rods->pairs[k][1]];
         if (i < 0 || j < 0) continue;

@@ -24,6 +24,7 @@ struct ShownParts {
     std::string name;
     std::size_t first;                 ///< number of its first rod in `rods`
     std::vector<std::size_t> members;  ///< number of each shown rod in the group; empty if all are shown
+    std::size_t number;                ///< of the group among the constraints
   };
   std::vector<RodGroup> rod_groups;
   std::vector<std::int32_t> loose_points;  ///< positions in `points` that no shown rod touches
@@ -58,15 +59,20 @@ struct ShownParts {
     for (const auto& [i, j] : rods) ends.push_back({point(i), point(j)});
     return ends;
   }
+  /// Calls use(group, number in it) for each rod.
+  template <class Use>
+  void for_each_rod(const Use& use) const {
+    for (std::size_t g = 0; g < rod_groups.size(); ++g) {
+      const RodGroup& group = rod_groups[g];
+      const std::size_t end = g + 1 < rod_groups.size() ? rod_groups[g + 1].first : rods.size();
+      for (std::size_t k = 0; k < end - group.first; ++k) use(group, group.members.empty() ? k : group.members[k]);
+    }
+  }
   /// Returns the name of each rod, "links[3]".
   std::vector<std::string> rod_names() const {
     std::vector<std::string> names;
-    for (std::size_t g = 0; g < rod_groups.size(); ++g) {
-      const auto& [name, first, members] = rod_groups[g];
-      const std::size_t end = g + 1 < rod_groups.size() ? rod_groups[g + 1].first : rods.size();
-      for (std::size_t k = 0; k < end - first; ++k)
-        names.push_back(name + "[" + std::to_string(members.empty() ? k : members[k]) + "]");
-    }
+    for_each_rod(
+        [&](const auto& group, std::size_t k) { names.push_back(group.name + "[" + std::to_string(k) + "]"); });
     return names;
   }
 };

@@ -192,17 +192,19 @@ std::unique_ptr<FrameFile> open_lammps_dump(const FrameFileRequest& request) {
 std::unique_ptr<FrameFile> open_lammps_rod_dump(const FrameFileRequest& request) {
   const auto print = [shown = request.shown, cell = request.cell](const Frame& frame, fmt::appender out) {
     print_head(frame, "ENTRIES", shown->rods.size(), cell, out);
-    fmt::format_to(out, "ITEM: ENTRIES index batom1 batom2 length tension\n");
+    fmt::format_to(out, "ITEM: ENTRIES index batom1 batom2 length tension group member\n");
     std::vector<double> places(frame.positions.begin(), frame.positions.end());
     const std::vector<double> images = gather_shifted_images(*shown, frame.positions);
     places.insert(places.end(), images.begin(), images.end());
     const std::vector<std::array<Index, 2>> points = shown->rod_points();
-    for (std::size_t k = 0; k < points.size(); ++k) {
+    std::size_t k = 0;
+    shown->for_each_rod([&](const ShownParts::RodGroup& group, std::size_t member) {
       const auto [i, j] = shown->rods[k];
       const double *a = &places[3 * static_cast<std::size_t>(i)], *b = &places[3 * static_cast<std::size_t>(j)];
-      fmt::format_to(out, FMT_COMPILE("{} {} {} {:.10g} {:.10g}\n"), k + 1, points[k][0] + 1, points[k][1] + 1,
-                     std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]), frame.tensions[k]);
-    }
+      fmt::format_to(out, FMT_COMPILE("{} {} {} {:.10g} {:.10g} {} {}\n"), k + 1, points[k][0] + 1, points[k][1] + 1,
+                     std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]), frame.tensions[k], group.number, member);
+      ++k;
+    });
   };
   return std::make_unique<TextTrajectory>(request, make_dump_head(*request.shown), print);
 }

@@ -108,7 +108,8 @@ std::vector<std::uint8_t> collect_supports(const ShownParts& shown) {
   return is_support;
 }
 
-void add_field(const Frame& frame, const Units& units, Document* document) {
+void add_field(const Frame& frame, const ShownParts& shown, Document* document) {
+  const Units& units = shown.units;
   document->open("FieldData");
   document->add_text("TimeValue", {&frame.time, 1});
   document->add_text("gravity", frame.gravity);
@@ -116,6 +117,8 @@ void add_field(const Frame& frame, const Units& units, Document* document) {
   document->add_text("unit of length", units.length);
   document->add_text("unit of mass", units.mass);
   document->add_text("unit of force", units.force);
+  for (const ShownParts::RodGroup& group : shown.rod_groups)
+    document->add_text(fmt::format("group {}", group.number), group.name);
   for (const Guide& guide : frame.guides)
     document->add_text(fmt::format("guide {} {}", guide.kind, guide.name), guide.numbers);
   document->close("FieldData");
@@ -126,6 +129,11 @@ void add_field(const Frame& frame, const Units& units, Document* document) {
 void write_vtp(const std::filesystem::path& path, const ShownParts& shown, const Frame& frame, bool is_compressed) {
   const std::size_t num_vertices = shown.loose_points.empty() ? 0 : 1;
   const std::vector<double> tensions = collect_tensions(num_vertices, frame.tensions);
+  std::vector<std::int32_t> groups(num_vertices, -1), members = groups;
+  shown.for_each_rod([&](const ShownParts::RodGroup& group, std::size_t k) {
+    groups.push_back(static_cast<std::int32_t>(group.number));
+    members.push_back(static_cast<std::int32_t>(k));
+  });
   const std::vector<std::int32_t> vertex_ends(num_vertices, static_cast<std::int32_t>(shown.loose_points.size()));
   std::vector<std::int32_t> rod_ends(shown.rods.size());  // 2, 4, 6, … in the list of all lines' points
   for (std::size_t k = 0; k < rod_ends.size(); ++k) rod_ends[k] = static_cast<std::int32_t>(2 * (k + 1));
@@ -142,7 +150,7 @@ void write_vtp(const std::filesystem::path& path, const ShownParts& shown, const
   document.open(fmt::format(R"(VTKFile type="PolyData" version="1.0" byte_order="{}" header_type="UInt64"{})",
                             byte_order, is_compressed ? R"( compressor="vtkZLibDataCompressor")" : ""));
   document.open("PolyData");
-  add_field(frame, shown.units, &document);
+  add_field(frame, shown, &document);
   document.open(fmt::format(
       R"(Piece NumberOfPoints="{}" NumberOfVerts="{}" NumberOfLines="{}" NumberOfStrips="0" NumberOfPolys="0")",
       shown.num_points + shown.images.size(), num_vertices, shown.rods.size()));
@@ -155,6 +163,8 @@ void write_vtp(const std::filesystem::path& path, const ShownParts& shown, const
   document.close("PointData");
   document.open(R"(CellData Scalars="tension")");
   document.add("tension", 1, std::span<const double>(tensions));
+  document.add("group", groups);
+  document.add("member", members);
   document.close("CellData");
   document.open("Points");
   document.add("position", 3, frame.positions, image_positions);
