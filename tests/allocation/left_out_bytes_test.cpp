@@ -127,6 +127,19 @@ TEST(LeftOutBytes, SmoothGuidesTakeNoBytesForFriction) {
   EXPECT_LE(regularised.bytes, exact.bytes - 4 * num_beads * number);
 }
 
+TEST(LeftOutBytes, RunsWithoutObservablesTakeNoBytesForThem) {
+  const auto measure = [](bool observes) {
+    System chain = scenes::make_chain(num_beads);
+    const AllocationCounter counter;
+    Simulation simulation(std::move(chain), {.method = Method::Rattle, .step = 1e-3}, {.threads = 1});
+    if (observes) simulation.add_observable({.text = "max tension(rods)", .every_step = true});
+    EXPECT_TRUE(simulation.advance_to(0.01).ok());
+    return counter.bytes();
+  };
+  // An answer of its own: positions, velocities, accelerations, two kinds of forces, multipliers.
+  EXPECT_LE(measure(false) + 16 * num_beads * number, measure(true));
+}
+
 TEST(LeftOutBytes, StepsWithConstantKTakeNoBytes) {
   // The beads lie on a plane, so that S is diagonal, in closed form, and a step needs nothing more.
   System beads;

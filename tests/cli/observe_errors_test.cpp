@@ -38,7 +38,7 @@ const Asked asked[] = {
     {R"json("events": [{"when": "any force(floor).z > 20", "do": "break"}])json",
      "/events/0/do: 'floor[0]' is a plane and does not break"},
     {R"json("events": [{"when": "moment(hook, z) > 20", "do": "break"}])json",
-     "/events/0/do: 'hook' is a support and does not break"},
+     "/events/0/do: 'hook[0]' is a support and does not break"},
     {R"json("observe": [{"name": "t", "what": "kinetic()"}])json",
      R"json(/observe/0/what: "t" is the name of the time)json"},
     {R"json("observe": [{"name": "a\nb", "what": "kinetic()"}])json", "/observe/0/what: the name of an observable holds"},

@@ -107,30 +107,6 @@ TEST(ConditionsOnGroups, ACableThatIsTooWeakBreaksAtTheStart) {
   }()));
 }
 
-/// One of two beads of 10 N and 20 N leaves the floor, which then carries the other one.
-TEST(ConditionsOnGroups, AGroupThatLetGoOfAMemberHasTheForceOfTheRest) {
-  System system;
-  system.add_point({.position = {0.0, 0.0, 0.0}, .mass = 1.0});
-  system.add_point({.position = {1.0, 0.0, 0.0}, .mass = 2.0});
-  system.constraints.push_back(Planes{.name = "floor", .points = {0, 1}, .normal = Vector3{0, 0, 1}});
-  system.add_gravity({0.0, 0.0, -10.0});
-  Simulation simulation(system);
-  simulation.add_event({.when = "t > 0.1", .action = EventAction::Release, .of = "floor[0]"});
-  for (const char* text :
-       {"force(floor).z", "moment(floor, y)", "multiplier(floor)", "force(floor[1]).z", "sum multiplier(floor)"})
-    simulation.add_observable({.text = text});
-  const auto values = [&](std::size_t k) { return simulation.observe()[k].values; };
-  EXPECT_NEAR(values(0)[0], 30.0, 1e-12);
-  const Outcome outcome = simulation.advance_to(0.3);
-  ASSERT_TRUE(outcome.ok()) << outcome.what;
-  EXPECT_NEAR(values(0)[0], 20.0, 1e-12);
-  EXPECT_NEAR(values(1)[0], -20.0, 1e-12);
-  EXPECT_TRUE(std::isnan(values(2)[0]));
-  EXPECT_NEAR(values(2)[1], 20.0, 1e-12);
-  EXPECT_NEAR(values(3)[0], 20.0, 1e-12);
-  EXPECT_NEAR(values(4)[0], 20.0, 1e-12);
-}
-
 TEST(ConditionsOnGroups, ASpringThatBreaksTellsItsEnergy) {
   System system;
   const Point wall = system.add_support({0.0, 0.0, 0.0});

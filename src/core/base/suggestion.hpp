@@ -57,7 +57,8 @@ inline std::string find_last_part(std::string_view word, const std::vector<std::
 /// Returns what the books write for a known word: mu for the coefficient of friction.
 inline std::string find_symbol(std::string_view word, const std::vector<std::string>& known) {
   constexpr std::pair<std::string_view, std::string_view> symbols[] = {
-      {"mu", "coefficient"}, {"dt", "step"}, {"mu_s", "static_coefficient"}, {"mu_k", "coefficient"}, {"tol", "rtol"}};
+      {"mu", "coefficient"},   {"dt", "step"},  {"mu_s", "static_coefficient"},
+      {"mu_k", "coefficient"}, {"tol", "rtol"}, {"torque", "moment"}};
   for (const auto& [symbol, name] : symbols)
     if (symbol == word && std::ranges::find(known, name) != known.end()) return std::string(name);
   return "";

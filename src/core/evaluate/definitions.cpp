@@ -314,11 +314,17 @@ void Definitions::for_each_gradient(double t, std::span<const double> r, const U
   }
 }
 
+void Definitions::for_each_reaction(double t, std::span<const double> r, std::span<const double> lambda,
+                                    const UseReaction& use) const {
+  for_each_gradient(
+      t, r, [&](std::size_t row, Index point, const Vec3& gradient) { use(row, point, lambda[row] * gradient); });
+}
+
 void Definitions::reactions(double t, std::span<const double> r, std::span<const double> lambda,
                             std::span<double> eta) const {
   std::ranges::fill(eta, 0.0);
-  for_each_gradient(
-      t, r, [&](std::size_t row, Index point, Vec3 gradient) { add_to(eta.data(), point, lambda[row] * gradient); });
+  for_each_reaction(t, r, lambda,
+                    [&](std::size_t, Index point, const Vec3& force) { add_to(eta.data(), point, force); });
 }
 
 }  // namespace tanor::detail

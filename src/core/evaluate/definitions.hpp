@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -9,6 +10,7 @@
 #include <tanor/system.hpp>
 
 #include "base/parallel.hpp"
+#include "base/vec3.hpp"
 
 namespace tanor::detail {
 
@@ -38,7 +40,11 @@ class Definitions {
   void taylor(const Parallel& parallel, double t, std::span<const double> r, std::span<const double> v,
               std::span<const double> w, std::span<double> xi, std::span<double> rate, std::span<double> second) const;
 
-  /// Computes eta = K lambda [3n].
+  /// Calls use(row, point, force) with the parts of eta = K lambda.
+  using UseReaction = std::function<void(std::size_t row, Index point, const Vec3& force)>;
+  void for_each_reaction(double t, std::span<const double> r, std::span<const double> lambda,
+                         const UseReaction& use) const;
+  /// Computes eta [3n].
   void reactions(double t, std::span<const double> r, std::span<const double> lambda, std::span<double> eta) const;
 
   /// Returns group `group` as an expression, or nothing if it cannot be recorded. The two unit vectors of lines that

@@ -47,6 +47,10 @@ const char* word_for(Thing::List list) {
   return list == Thing::List::Constraints ? "constraints" : list == Thing::List::Supports ? "supports" : "forces";
 }
 
+std::string place_in_system(const Thing& thing) {
+  return std::string(word_for(thing.list)) + "/" + text(thing.index);
+}
+
 }  // namespace
 
 void Arguments::require(std::size_t least, std::size_t most, std::string_view wanted) const {
@@ -162,11 +166,18 @@ std::size_t Things::num_members(const Thing& thing) const {
 }
 
 Thing Things::find(const Argument& argument, std::initializer_list<Thing::List> lists) const {
-  const auto find_name = [&](std::string_view name) -> std::optional<Thing> {
-    for (const Thing::List list : lists)
-      for (std::size_t k = 0; k < list_size(list); ++k)
-        if (list_name(list, k) == name) return Thing{list, k};
-    return {};
+  const auto find_name = [&](std::string_view name) {
+    std::optional<Thing> found;
+    for (const Thing::List list : lists) {
+      for (std::size_t k = 0; k < list_size(list); ++k) {
+        if (list_name(list, k) != name) continue;
+        if (found)
+          argument.fail("'" + std::string(name) + "' is the name of " + place_in_system(*found) + " and of " +
+                        place_in_system({list, k}) + "; give one of them another");
+        found = Thing{list, k};
+      }
+    }
+    return found;
   };
   if (const auto found = find_name(argument.text)) return *found;
   std::string_view name = argument.text;

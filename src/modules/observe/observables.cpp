@@ -154,23 +154,31 @@ std::vector<std::string> column_names(const Observed& observed) {
 }
 
 std::vector<Observable> default_observables(const System& system) {
+  using List = Thing::List;
   std::vector<Observable> result;
-  const auto add = [&](const std::string& text) { result.push_back({.text = text}); };
-  for (std::size_t k = 0; k < system.constraints.size(); ++k) {
-    const auto* rods = std::get_if<Rods>(&system.constraints[k]);
-    if (rods == nullptr || rods->pairs.empty()) continue;
-    const std::string name = quoted_name(constraint_name(system, k));
-    if (rods->pairs.size() == 1) add("tension(" + name + ")");
-    if (rods->pairs.size() == 1) continue;
-    add("max tension(" + name + ")");
-    add("min tension(" + name + ")");
-  }
   const Things things(system);
-  for (std::size_t k = 0; k < system.supports.size(); ++k)
-    if (!system.supports[k].points.empty()) add("load(" + quoted_name(things.name({Thing::List::Supports, k})) + ")");
+  const auto add = [&](std::string_view quantity, const Thing& thing, std::initializer_list<List> lists) {
+    const std::string name = things.name(thing), text = std::string(quantity) + "(" + quoted_name(name) + ")";
+    const std::size_t members = things.num_members(thing);
+    try {
+      (void)things.find({name, 0}, lists);
+    } catch (const TextFault&) {
+      return;  // others have the name too
+    }
+    if (members == 1 || (members > 0 && thing.list == List::Supports)) return result.push_back({.text = text});
+    for (const char* const word : {"max ", "min "})
+      if (members > 1) result.push_back({.text = word + text});
+  };
+  for (std::size_t k = 0; k < system.constraints.size(); ++k) {
+    const Constraint& constraint = system.constraints[k];
+    if (std::holds_alternative<Rods>(constraint) || std::holds_alternative<Pulleys>(constraint))
+      add("tension", {List::Constraints, k}, {List::Constraints, List::Forces});
+    else if (std::visit([]<class Group>(const Group&) { return has_single_points<Group>; }, constraint))
+      add("force", {List::Constraints, k}, {List::Constraints});
+  }
+  for (std::size_t k = 0; k < system.supports.size(); ++k) add("load", {List::Supports, k}, {List::Supports});
   if (!system.cell || !system.cell->is_periodic_everywhere()) return result;
-  add("temperature()");
-  add("pressure()");
+  for (const char* const text : {"temperature()", "pressure()"}) result.push_back({.text = text});
   return result;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "base/suggestion.hpp"
@@ -48,12 +49,15 @@ std::size_t ObservedText::Term::evaluate(const ObservedInstant& at) const {
   const std::size_t members = quantity.num_members, parts = quantity.num_parts();
   values.resize(members * parts);
   quantity.evaluate(at, values.data());
+  const std::size_t own_members = num_members(), own_parts = num_parts();
+  const bool sums = own_members == 1 && members != 1 && !is_reduced();
+  for (const std::size_t k : quantity.absent)
+    std::fill_n(values.data() + k * parts, parts, sums ? 0.0 : std::numeric_limits<double>::quiet_NaN());
   const auto number_of = [&](std::size_t k) {
     const double* const first = values.data() + k * parts;
     if (part && *part < parts) return first[*part];
     return parts == 1 ? first[0] : std::sqrt(std::inner_product(first, first + parts, first, 0.0));
   };
-  const std::size_t own_members = num_members(), own_parts = num_parts();
   if (!is_reduced() && own_members == members && own_parts == parts && !part) return numbers.swap(values), 0;
   numbers.resize(own_members * own_parts);
   if (is_reduced()) {
@@ -65,14 +69,8 @@ std::size_t ObservedText::Term::evaluate(const ObservedInstant& at) const {
     numbers[0] = number_of(best);
     return best;
   }
-  if (own_members == 1 && members != 1) {
-    for (std::size_t p = 0; p < parts; ++p) {
-      double sum = 0.0;
-      for (std::size_t k = 0; k < members; ++k)
-        if (quantity.is_sum || !std::isnan(values[k * parts + p])) sum += values[k * parts + p];
-      values[p] = sum;
-    }
-  }
+  for (std::size_t k = 1; sums && k < members; ++k)
+    for (std::size_t p = 0; p < parts; ++p) values[p] += values[k * parts + p];
   for (std::size_t k = 0; k < own_members; ++k) {
     if (own_parts == 1)
       numbers[k] = number_of(k);
@@ -86,7 +84,8 @@ std::size_t ObservedText::Term::evaluate(const ObservedInstant& at) const {
 /// Reads terms where a formula has names.
 class ObservedText::Reader {
  public:
-  Reader(const Things& things, ObservedText* to) : things_(things), to_(*to) {}
+  Reader(const Things& things, const Constants& parameters, ObservedText* to)
+      : things_(things), parameters_(parameters), to_(*to) {}
 
   /// Reads a term at a place of the text and moves it behind; returns its variable, or nothing if there is none.
   std::optional<int> read(std::string_view text, std::size_t* place) {
@@ -114,6 +113,7 @@ class ObservedText::Reader {
       for (const QuantityKind& each : quantity_kinds()) known.emplace_back(each.name);
       throw TextFault{at, "'" + std::string(name) + "' is no quantity" + suggest(name, known)};
     }
+    if (!has_bracket && term.word == Word::None && parameters_.contains(std::string(name))) return {};
     if (!has_bracket)
       throw TextFault{at, std::string(name) + " has no brackets behind it; " + std::string(name) + "(" +
                               std::string(kind->arguments) + ") is right"};
@@ -172,13 +172,14 @@ class ObservedText::Reader {
   }
 
   const Things& things_;
+  const Constants& parameters_;
   ObservedText& to_;
   std::vector<std::size_t> places_;
 };
 
 ObservedText::ObservedText(const Things& things, std::string_view text, const Constants& parameters,
                            std::string_view all) {
-  Reader reader(things, this);
+  Reader reader(things, parameters, this);
   const std::vector<std::string> variables{"t"};
   OwnVariables own{
       [&](std::string_view part, std::size_t* place) { return reader.read(part, place); }, {"sum", "each", "any"}, all};

@@ -17,8 +17,8 @@ namespace tanor::detail {
 ///   text  = term | formula of t, parameters and terms that are single numbers
 ///   term  = [max | min | sum | each | any] quantity(argument {, argument}) [.part]
 ///
-/// `part` is x, y, z or norm of a vector. Without a word before it, a term has the numbers of all members, but loads
-/// are added up.
+/// `part` is x, y, z or norm of a vector. Without a word before it, a term has the numbers of all members, but loads,
+/// forces and moments are added up.
 class ObservedText {
  public:
   /// Throws InputError with the text, or all of which it is a part, the column and what would be right.
@@ -40,7 +40,8 @@ class ObservedText {
   }
   /// Returns true if something of which the text speaks was taken out as a whole.
   bool is_gone() const {
-    return std::ranges::any_of(terms_, [](const Term& term) { return term.quantity.is_gone; });
+    return std::ranges::any_of(
+        terms_, [](const Term& term) { return term.quantity.absent.size() == term.quantity.num_members; });
   }
   /// Returns true for a term alone with max or min.
   bool takes_member() const { return lone() && terms_[0].is_reduced(); }

@@ -35,21 +35,17 @@ struct Members {
   std::vector<std::size_t> absent;
 };
 
-/// Returns a quantity of members, whose numbers `evaluate` writes. Members that were taken out have no number.
+/// Returns a quantity of members, whose numbers `evaluate` writes.
 template <class Evaluate>
 Quantity of_members(const Members& members, Dimension dimension, Needs needs, Evaluate evaluate,
                     std::vector<std::string> parts = {}) {
-  Quantity result{dimension, needs, {}, std::move(parts), members.count};
-  result.evaluate = [=, n = result.num_parts(), absent = members.absent](const ObservedInstant& at, double* values) {
-    evaluate(at, values);
-    for (const std::size_t k : absent) std::fill_n(values + k * n, n, std::numeric_limits<double>::quiet_NaN());
-  };
+  Quantity result{dimension, needs, evaluate, std::move(parts), members.count};
   result.name_member = [members](std::size_t k) {
     const std::size_t member = members.first + k;
     return members.name + "[" + std::to_string(members.numbers.empty() ? member : members.numbers[member]) + "]";
   };
   result.thing = [members](std::size_t k) { return Thing{members.whole.list, members.whole.index, members.first + k}; };
-  result.is_gone = members.count > 0 && members.absent.size() == members.count;
+  result.absent = members.absent;
   return result;
 }
 
@@ -203,66 +199,56 @@ Quantity make_friction(const Things& things, const Arguments& arguments) {
 
 // ---- forces of constraints, and moments ----
 
-/// The forces with which constraints act on their points, from their definitions.
+/// The forces with which members of constraints act on their points, from their definitions.
 class ConstraintForces {
  public:
-  ConstraintForces(const Things& things, const Thing& thing)
-      : read_(things.system(), Members(things, thing), 1.0), system_(things.system()) {
-    system_.constraints = {things.system().constraints[thing.index]};
+  ConstraintForces(const Things& things, const Members& members)
+      : read_(things.system(), members, 1.0), system_(things.system()) {
+    system_.constraints = {things.system().constraints[members.whole.index]};
     system_.forces.clear();
     system_.friction.clear();
     system_.coordinates.clear();
     const GroupShape shape = shape_of(system_.constraints[0]);
     rows_.resize(shape.members * shape.rows_per_member);
-    first_row_ = thing.member.value_or(0) * shape.rows_per_member;
+    first_row_ = members.first * shape.rows_per_member;
     definitions_.emplace(system_, 0.0);
-    eta_.resize(3 * system_.num_points());
-    std::size_t k = 0;
-    for_each_member(system_, [&](std::span<const Index> points, int) {
-      if (!thing.member || k == *thing.member) points_.insert(points_.end(), points.begin(), points.end());
-      ++k;
-    });
-    std::ranges::sort(points_);
-    points_.erase(std::ranges::unique(points_).begin(), points_.end());
   }
   ConstraintForces(const ConstraintForces&) = delete;
   ConstraintForces& operator=(const ConstraintForces&) = delete;
 
-  const std::vector<Index>& points() const { return points_; }
-  /// Returns eta [3n] of these constraints alone.
-  const double* evaluate(const ObservedInstant& at) {
-    std::ranges::fill(rows_, 0.0);
+  /// Calls use(member, point, force) with the parts of the forces.
+  template <class Use>
+  void for_each(const ObservedInstant& at, const Use& use) {
     read_(at, rows_.data() + first_row_);
-    definitions_->reactions(at.time, at.positions, rows_, eta_);
-    return eta_.data();
+    definitions_->for_each_reaction(at.time, at.positions, rows_, [&](std::size_t row, Index point, const Vec3& force) {
+      if (row >= first_row_ && row < first_row_ + read_.count)
+        use((row - first_row_) / read_.rows_per_member, point, force);
+    });
   }
 
  private:
   Multipliers read_;
   System system_;
   std::optional<Definitions> definitions_;
-  std::vector<Index> points_;
   std::size_t first_row_ = 0;
-  std::vector<double> rows_, eta_;
+  std::vector<double> rows_;  // 0 for other members
 };
 
-/// The sum of the forces with which constraints act on their points. What they are fixed to feels the opposite.
+/// The sum of the forces with which each member acts on its points. What it is fixed to feels the opposite.
 Quantity make_force(const Things& things, const Arguments& arguments) {
   arguments.require(1, 1, "constraints");
-  const Thing thing = things.find(arguments[0], {List::Constraints});
-  const auto forces = std::make_shared<ConstraintForces>(things, thing);
-  const auto evaluate = [forces](const ObservedInstant& at, double* values) {
-    const double* const eta = forces->evaluate(at);
-    Vec3 sum{};
-    for (const Index point : forces->points()) sum = sum + load(eta, point);
-    store(values, 0, sum);
+  const Members members(things, things.find(arguments[0], {List::Constraints}));
+  const auto forces = std::make_shared<ConstraintForces>(things, members);
+  const auto evaluate = [forces, count = members.count](const ObservedInstant& at, double* values) {
+    std::fill_n(values, 3 * count, 0.0);
+    forces->for_each(at, [&](std::size_t k, Index, const Vec3& force) { add_to(values, k, force); });
   };
-  Quantity result{Dimension::Forces, {.forces = true}, evaluate, xyz()};
-  result.thing = [thing](std::size_t) { return thing; };
+  Quantity result = of_members(members, Dimension::Forces, {.forces = true}, evaluate, xyz());
+  result.is_sum = true;
   return result;
 }
 
-/// The moment about an axis of the forces with which a thing acts on the mechanism: the torque of a motor.
+/// The moment about an axis of the forces with which each member acts on the mechanism: the torque of a motor.
 Quantity make_moment(const Things& things, const Arguments& arguments) {
   if (arguments.size() == 1)
     throw TextFault{arguments.place, "a moment needs an axis: moment(" + arguments[0].text + ", z, [0, 0, 0])"};
@@ -270,19 +256,22 @@ Quantity make_moment(const Things& things, const Arguments& arguments) {
   const Vec3 axis = things.axis(arguments[1]);
   const Thing thing = things.find(arguments[0], {List::Supports, List::Constraints});
   const bool is_load = thing.list == List::Supports;
-  const auto forces = is_load ? nullptr : std::make_shared<ConstraintForces>(things, thing);
-  const std::vector<Index> points = is_load ? points_of_support(things, thing) : forces->points();
+  const Members members(things, thing);
+  const auto forces = is_load ? nullptr : std::make_shared<ConstraintForces>(things, members);
+  const std::vector<Index> points = is_load ? points_of_support(things, thing) : std::vector<Index>{};
   const std::optional<Vec3> place = arguments.size() < 3 ? Vec3{} : things.vector(arguments[2]);
   const Index about_point = place ? 0 : things.point(arguments[2]);
-  Quantity result = one_number(Dimension::Moment, {.forces = true}, [=](const ObservedInstant& at) {
+  const auto evaluate = [=, count = members.count](const ObservedInstant& at, double* values) {
     const Vec3 about = place ? *place : load(at.positions.data(), about_point);
-    const double* const acting = is_load ? at.support_forces.data() : forces->evaluate(at);
-    double sum = 0.0;
-    for (const Index point : points)
-      sum += dot(axis, cross(load(at.positions.data(), point) - about, load(acting, point)));
-    return is_load ? -sum : sum;
-  });
-  result.thing = [thing](std::size_t) { return thing; };
+    const auto add = [&](std::size_t k, Index point, const Vec3& force) {
+      values[k] += dot(axis, cross(load(at.positions.data(), point) - about, force));
+    };
+    std::fill_n(values, count, 0.0);
+    if (!is_load) forces->for_each(at, add);
+    for (std::size_t k = 0; k < points.size(); ++k) add(k, points[k], -1.0 * load(at.support_forces.data(), points[k]));
+  };
+  Quantity result = of_members(members, Dimension::Moment, {.forces = true}, evaluate);
+  result.is_sum = true;
   return result;
 }
 

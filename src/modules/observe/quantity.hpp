@@ -25,8 +25,8 @@ struct Quantity {
   std::function<std::string(std::size_t)> name_member = [](std::size_t) { return std::string(); };
   /// Returns the constraint, support or force of a member; nothing if it is none of these.
   std::function<std::optional<Thing>(std::size_t)> thing = [](std::size_t) { return std::nullopt; };
-  bool is_sum = false;   ///< the members of a vector are added up where nothing else is said
-  bool is_gone = false;  ///< all members were taken out, so that there are no numbers
+  bool is_sum = false;                ///< members are added up where nothing else is said
+  std::vector<std::size_t> absent{};  ///< members that were taken out, which have no numbers
 
   std::size_t num_parts() const { return std::max<std::size_t>(1, parts.size()); }
 };
