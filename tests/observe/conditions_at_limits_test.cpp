@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <tuple>
 
 #include <tanor/motion.hpp>
 
@@ -90,6 +93,67 @@ TEST(ConditionsOnMembers, MaxAndMinNameTheMemberThatBreaks) {
             std::string::npos);
 }
 
+/// One of two beads of 10 N and 20 N leaves the floor, which then carries the other one.
+TEST(ConditionsOnMembers, AGroupThatLetGoOfAMemberHasTheForceOfTheRest) {
+  System system;
+  system.add_point({.position = {0.0, 0.0, 0.0}, .mass = 1.0});
+  system.add_point({.position = {1.0, 0.0, 0.0}, .mass = 2.0});
+  system.constraints.push_back(Planes{.name = "floor", .points = {0, 1}, .normal = Vector3{0, 0, 1}});
+  system.add_gravity({0.0, 0.0, -10.0});
+  Simulation simulation(system);
+  simulation.add_event({.when = "t > 0.1", .action = EventAction::Release, .of = "floor[0]"});
+  for (const char* text : {"force(floor).z", "moment(floor, y)", "multiplier(floor)", "force(floor[1]).z",
+                           "sum multiplier(floor)", "min force(floor)", "each force(floor)", "max moment(floor, y)"})
+    simulation.add_observable({.text = text});
+  const auto values = [&](std::size_t k) { return simulation.observe()[k].values; };
+  EXPECT_NEAR(values(0)[0], 30.0, 1e-12);
+  EXPECT_NEAR(values(5)[0], 10.0, 1e-12);
+  EXPECT_NEAR(values(6)[2], 10.0, 1e-12);
+  EXPECT_NEAR(values(6)[5], 20.0, 1e-12);
+  EXPECT_NEAR(values(7)[0], 0.0, 1e-12);
+  EXPECT_EQ(simulation.observe()[5].member, "floor[0]");
+  EXPECT_EQ(simulation.observe()[6].members[1], "floor[1]");
+  const Outcome outcome = simulation.advance_to(0.3);
+  ASSERT_TRUE(outcome.ok()) << outcome.what;
+  (void)simulation.multipliers();  // which marks those that are gone
+  EXPECT_NEAR(values(0)[0], 20.0, 1e-12);
+  EXPECT_NEAR(values(1)[0], -20.0, 1e-12);
+  EXPECT_TRUE(std::isnan(values(2)[0]));
+  EXPECT_NEAR(values(2)[1], 20.0, 1e-12);
+  EXPECT_NEAR(values(3)[0], 20.0, 1e-12);
+  EXPECT_NEAR(values(4)[0], 20.0, 1e-12);
+  EXPECT_NEAR(values(5)[0], 20.0, 1e-12);
+  EXPECT_EQ(simulation.observe()[5].member, "floor[1]");
+  EXPECT_TRUE(std::isnan(values(6)[2]));
+  EXPECT_NEAR(values(7)[0], -20.0, 1e-12);
+  EXPECT_EQ(simulation.observe()[7].member, "floor[1]");
+}
+
+/// Of two beads, of two hooks, the second one carries 20 N and goes, and the first one stays with its 10 N.
+TEST(ConditionsOnMembers, AnyNamesTheGuideOrTheSupport) {
+  System system;
+  RodGroup rods = system.add_rods("rods");
+  for (const double x : {1.0, 2.0}) {
+    const Point top = system.add_point({.position = {x, 0.0, 0.0}, .mass = 1.0});
+    rods.join(top, system.add_point({.position = {x, 0.0, -1.0}, .mass = x}));
+    system.add_point({.position = {x, 5.0, 0.0}, .mass = x});
+  }
+  system.supports.push_back({.name = "hooks", .points = {0, 3}});
+  system.constraints.push_back(Planes{.name = "floor", .points = {2, 5}, .normal = Vector3{0, 0, 1}});
+  system.add_gravity({0.0, 0.0, -10.0});
+  for (const auto& [when, member] : {std::pair("any force(floor).z > 15", "floor[1]"),
+                                     {"any moment(floor, y) < -15", "floor[1]"},
+                                     {"any moment(hooks, y) < -15", "hooks[1]"},
+                                     {"15 < max load(hooks)", "hooks[1]"}}) {
+    Simulation simulation(system);
+    simulation.add_event({.when = when, .action = EventAction::Release});
+    const Outcome outcome = simulation.advance_to(0.1);
+    ASSERT_TRUE(outcome.ok()) << outcome.what;
+    ASSERT_EQ(simulation.passages().size(), 1u) << when;
+    EXPECT_EQ(simulation.passages()[0].member, member) << when;
+  }
+}
+
 TEST(ConditionsOnMembers, AnyOverPointsNamesThePoint) {
   for (const char* when : {"any position(all).z < -3.5", "min position([2, 3, 4]).z < -3.5"}) {
     Simulation simulation(hang_cable());
@@ -97,6 +161,48 @@ TEST(ConditionsOnMembers, AnyOverPointsNamesThePoint) {
     ASSERT_TRUE(simulation.advance_to(0.1).ok());
     ASSERT_EQ(simulation.passages().size(), 1u);
     EXPECT_EQ(simulation.passages()[0].member, "point 4") << when;
+  }
+}
+
+/// A rod is as long as it is up to rounding, which passes its length in every second step. The run says so and goes on.
+TEST(ConditionsOnNoise, ReportsOfNoiseAreGivenUpAndToldSo) {
+  for (const auto& [method, when, most] : {std::tuple(Method::Rattle, "distance(0, 1) > 1", 900u),
+                                           {Method::Dopri5, "sin(1e5*t) > 0", 5000u}}) {  // of 39,789
+    Simulation simulation = start_pendulum(method), resumed = start_pendulum(method);
+    for (Simulation* const each : {&simulation, &resumed}) {
+      each->add_event({.name = "noise", .when = when});
+      each->add_event({.name = "low", .when = "position(1).z < -0.9"});
+    }
+    ASSERT_TRUE(simulation.advance_to(2.5).ok());
+    const auto count = [](const Simulation& of) {
+      return static_cast<std::size_t>(std::ranges::count(of.passages(), "noise", &Passage::name));
+    };
+    EXPECT_GT(count(simulation), 50u) << when;
+    EXPECT_LT(count(simulation), most) << when;
+    const std::string& warning = simulation.report().accuracy_warning;
+    EXPECT_TRUE(warning.starts_with("event \"noise\" changes too often, ")) << warning;
+    EXPECT_EQ(simulation.passages().size() - count(simulation), 2u) << "the other one is told at each swing";
+    const std::size_t before = count(simulation);
+    resumed.restore(simulation.save());
+    ASSERT_TRUE(resumed.advance_to(2.6).ok());
+    EXPECT_EQ(count(resumed), before) << when;
+  }
+}
+
+/// A rod that turns 1000 times passes its limit once in a turn, and is told each time.
+TEST(ConditionsOnNoise, ReportsThatAreFrequentAreTold) {
+  for (const Method method : {Method::Taylor, Method::Dop853}) {
+    System system;
+    const Point hook = system.add_support({0.0, 0.0, 0.0});
+    const double turn = 2.0 * std::numbers::pi;
+    system.add_rods("rod").join(
+        hook, system.add_point({.position = {1.0, 0.0, 0.0}, .velocity = {0.0, turn, 0.0}, .mass = 2.0}));
+    Simulation simulation(system, {.method = method, .rtol = 1e-10});
+    simulation.add_event({.when = "position(1).x < 0"});
+    ASSERT_TRUE(simulation.advance_to(1000.0).ok());
+    ASSERT_EQ(simulation.passages().size(), 1000u) << name_of(method);
+    EXPECT_NEAR(simulation.passages().back().time, 999.25, 1e-5);
+    EXPECT_EQ(simulation.report().accuracy_warning, "");
   }
 }
 

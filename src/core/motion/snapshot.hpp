@@ -10,7 +10,9 @@ namespace tanor::detail {
 /// The truth of the condition of an event.
 struct Truth {
   bool is_true = false;                                            ///< when it was last looked at
+  bool is_given_up = false;                                        ///< it is looked at no more
   double last_passage = std::numeric_limits<double>::quiet_NaN();  ///< s
+  double looks = 0.0;                                              ///< number of evaluations
 };
 
 /// Everything that another simulation of the same system needs to continue from here.

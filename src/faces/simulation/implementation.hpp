@@ -50,6 +50,7 @@ struct Simulation::Implementation final : SimulatedMotion {
   /// Takes over requests, passages and extremes from a simulation of the same system with other things taken out.
   void continue_from(const Implementation& before);
   void keep_signs();
+  void give_up_noise();
   /// Returns the points that no constraint joins, [point].
   std::vector<char> find_free_points() const;
   using SimulatedMotion::restore;

@@ -279,9 +279,11 @@ std::size_t Simulation::Implementation::add_event(const Event& event) {
     const Condition* const condition = conditions.back().get();
     const Needs needs = condition->needs();
     constexpr double never = -1.0;
-    function.value = [this, condition, needs, is_done = has_taken_its_thing(number)](double t, const double* x,
-                                                                                     const double* x_dot) {
-      return is_done ? never : condition->value(look_inside(t, x, x_dot, needs));
+    function.value = [this, condition, needs, number, is_done = has_taken_its_thing(number)](double t, const double* x,
+                                                                                             const double* x_dot) {
+      if (is_done || truths[number].is_given_up) return never;
+      ++truths[number].looks;
+      return condition->value(look_inside(t, x, x_dot, needs));
     };
     function.direction = Event::Direction::Rising;
     function.stops = function.passes_at_start = true;
@@ -310,6 +312,21 @@ std::span<const Passage> Simulation::Implementation::list_passages() {
   return passages;
 }
 
+/// Gives up reports whose conditions change too often, as of noise about a limit.
+void Simulation::Implementation::give_up_noise() {
+  constexpr double looks_of_step = 50.0, looks_at_least = 2e4;
+  for (std::size_t number = 0; number < events.size(); ++number) {
+    Truth& truth = truths[number];
+    const bool is_dear = truth.looks > looks_at_least + looks_of_step * static_cast<double>(report.steps);
+    if (!is_dear || truth.is_given_up || events[number].action != EventAction::Report) continue;
+    truth.is_given_up = true;
+    std::string& warning = report.accuracy_warning;
+    warning += (warning.empty() ? "event \"" : "; event \"") + events[number].name + "\" changes too often, " +
+               text(static_cast<std::size_t>(std::ranges::count(passages, number, &Passage::event))) +
+               " times up to t = " + text(state.t) + ", and is not followed further";
+  }
+}
+
 Simulation::Implementation::Acts Simulation::Implementation::act() {
   Acts acts;
   const std::size_t before = passages.size();
@@ -325,7 +342,7 @@ Simulation::Implementation::Acts Simulation::Implementation::act() {
     }
     const Condition& condition = *conditions[number];
     Truth& truth = truths[number];
-    if (has_taken_its_thing(number)) continue;
+    if (has_taken_its_thing(number) || truths[number].is_given_up) continue;
     const double value = condition.value(look_at(condition.needs()));
     if (has_passed[number] == 0) {
       // At the instant of a passage the value is rounding.
@@ -335,7 +352,8 @@ Simulation::Implementation::Acts Simulation::Implementation::act() {
       passages.push_back({number, state.t, true, event.name, {}, 0.0, {}, event.action});
       integration.watch().note_passed(number, true);
     }
-    truth = {true, state.t};
+    truth.is_true = true;
+    truth.last_passage = state.t;
     Passage& passage =
         *std::find_if(passages.rbegin(), passages.rend(), [&](const Passage& each) { return each.event == number; });
     const Things things(system(), taken);
@@ -346,8 +364,10 @@ Simulation::Implementation::Acts Simulation::Implementation::act() {
     const Thing goes = *find_what_goes(things, event, condition);
     passage.member = things.name(goes);
     acts.taken.emplace_back(goes, static_cast<std::size_t>(&passage - passages.data()));
-    truth = {};  // the next member may follow at once
+    truth.is_true = false;  // the next member may follow at once
+    truth.last_passage = std::numeric_limits<double>::quiet_NaN();
   }
+  give_up_noise();
   return acts;
 }
 

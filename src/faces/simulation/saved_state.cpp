@@ -17,13 +17,13 @@ namespace tanor::detail {
 
 template <class AnyTruth, class Visit>
 void visit_parts(AnyTruth& truth, Visit& visit) requires std::is_same_v<std::remove_const_t<AnyTruth>, Truth> {
-  visit(truth.is_true, truth.last_passage);
+  visit(truth.is_true, truth.is_given_up, truth.last_passage, truth.looks);
 }
 
 namespace {
 
 SavedHeader header_of(std::uint64_t fingerprint) {
-  return {.magic = {'t', 'a', 'n', 'o', 'r', ' ', 's', 't'}, .version = 10, .fingerprint = fingerprint};
+  return {.magic = {'t', 'a', 'n', 'o', 'r', ' ', 's', 't'}, .version = 11, .fingerprint = fingerprint};
 }
 constexpr SavedBy by{"/snapshot", "a Simulation", "another system"};
 
