@@ -167,7 +167,7 @@ TEST(ConditionsOnMembers, AnyOverPointsNamesThePoint) {
 /// A rod is as long as it is up to rounding, which passes its length in every second step. The run says so and goes on.
 TEST(ConditionsOnNoise, ReportsOfNoiseAreGivenUpAndToldSo) {
   for (const auto& [method, when, most] : {std::tuple(Method::Rattle, "distance(0, 1) > 1", 900u),
-                                           {Method::Dopri5, "sin(1e5*t) > 0", 5000u}}) {  // of 39,789
+                                           {Method::Dopri5, "sin(1e5*t) > 0", 100u}}) {  // of 39,789
     Simulation simulation = start_pendulum(method), resumed = start_pendulum(method);
     for (Simulation* const each : {&simulation, &resumed}) {
       each->add_event({.name = "noise", .when = when});
@@ -177,7 +177,7 @@ TEST(ConditionsOnNoise, ReportsOfNoiseAreGivenUpAndToldSo) {
     const auto count = [](const Simulation& of) {
       return static_cast<std::size_t>(std::ranges::count(of.passages(), "noise", &Passage::name));
     };
-    EXPECT_GT(count(simulation), 50u) << when;
+    EXPECT_GT(count(simulation), 2u) << when;
     EXPECT_LT(count(simulation), most) << when;
     const std::string& warning = simulation.report().accuracy_warning;
     EXPECT_TRUE(warning.starts_with("event \"noise\" changes too often, ")) << warning;

@@ -49,7 +49,7 @@ TEST_P(Conditions, ARodBreaksAtItsTensionAndItsPointFliesOn) {
   const double s = 2.0 / 3.0, c = std::sqrt(1.0 - s * s), speed = std::sqrt(2.0 * fall * s), dt = 0.6 - passage.time;
   EXPECT_NEAR(simulation.positions()[3], c - speed * s * dt, accuracy());
   EXPECT_NEAR(simulation.positions()[5], -s - speed * c * dt - 0.5 * fall * dt * dt, accuracy());
-  EXPECT_TRUE(std::isnan(simulation.multipliers()[0]) && std::isnan(simulation.solution().multipliers[0]));
+  EXPECT_TRUE(std::isnan(simulation.solution().multipliers[0]) && std::isnan(simulation.multipliers()[0]));
   EXPECT_TRUE(simulation.rank().dependences.empty());
   EXPECT_NEAR(simulation.observe()[0].largest[0].value, 39.24, 1e-6);
   EXPECT_NEAR(simulation.observe()[0].least[0].value, 0.0, 1e-9) << "it was so at the start, before the break";

@@ -11,10 +11,19 @@ using namespace detail;
 
 namespace {
 
-void widen(double value, double time, const std::string& member, Extreme* least, Extreme* largest) {
-  if (!std::isfinite(value)) return;
-  if (!(value >= least->value)) *least = {value, time, member};
-  if (!(value <= largest->value)) *largest = {value, time, member};
+/// Takes one part of all members into its extremes. Many members at every step ask for a short loop.
+void widen(const Observed& seen, std::size_t part, double time, Extreme* least, Extreme* largest) {
+  const std::size_t parts = seen.least.size(), count = seen.values.size();
+  std::size_t low = count, high = count;
+  for (std::size_t i = part; i < count; i += parts) {
+    const double value = seen.values[i];
+    if (!std::isfinite(value)) continue;
+    if (low == count || value < seen.values[low]) low = i;
+    if (high == count || value > seen.values[high]) high = i;
+  }
+  const auto member = [&](std::size_t i) { return seen.members.empty() ? seen.member : seen.members[i / parts]; };
+  if (low < count && !(seen.values[low] >= least->value)) *least = {seen.values[low], time, member(low)};
+  if (high < count && !(seen.values[high] <= largest->value)) *largest = {seen.values[high], time, member(high)};
 }
 
 /// Returns the place of the comparison in a condition, outside of brackets and quotes.
@@ -93,13 +102,8 @@ void Observables::take(const ObservedInstant& at, Which which, bool counts) {
     if (which == Which::OfEveryStep && !given_[k].every_step) continue;
     Observed& seen = found_[k];
     texts_[k].evaluate(at, &seen);
-    if (!counts) continue;
-    const std::size_t parts = seen.least.size(), members = seen.values.size() / parts;
-    for (std::size_t i = 0; i < members; ++i) {
-      const std::string& member = seen.members.empty() ? seen.member : seen.members[i];
-      for (std::size_t p = 0; p < parts; ++p)
-        widen(seen.values[i * parts + p], at.time, member, &seen.least[p], &seen.largest[p]);
-    }
+    for (std::size_t p = 0; counts && p < seen.least.size(); ++p)
+      widen(seen, p, at.time, &seen.least[p], &seen.largest[p]);
   }
 }
 
