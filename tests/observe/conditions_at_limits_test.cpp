@@ -129,7 +129,7 @@ TEST(ConditionsOnMembers, AGroupThatLetGoOfAMemberHasTheForceOfTheRest) {
   EXPECT_EQ(simulation.observe()[7].member, "floor[1]");
 }
 
-/// Of two beads, of two hooks, the second one carries 20 N and goes, and the first one stays with its 10 N.
+/// The second one of two beads, of two hooks, carries 20 N and goes, and the first one stays with its 10 N.
 TEST(ConditionsOnMembers, AnyNamesTheGuideOrTheSupport) {
   System system;
   RodGroup rods = system.add_rods("rods");

@@ -223,7 +223,6 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& file, co
     places.find(error.where(), error.what()).complain(places.translate(error.what()));
   }
   scene.observables = read_observables(root["observe"], scene.system, context.parameters);
-  scene.has_own_observables = static_cast<bool>(root["observe"]);
   scene.events = read_events(root["events"], scene.system, context.parameters);
   return scene;
 }

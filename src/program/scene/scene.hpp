@@ -31,7 +31,6 @@ struct Scene {
   std::vector<std::string> left_out;  ///< what acts in an imported file but not here, a sentence each
   System system;
   std::vector<Observable> observables;
-  bool has_own_observables = false;  ///< they are not the defaults
   std::vector<Event> events;
   MotionOptions motion;
   double t_start = 0.0;                                     ///< s

@@ -5,6 +5,7 @@
 #include <omp.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -90,8 +91,12 @@ class Run {
     if (scene.certificate.when == When::Always || scene.certificate.when == When::Every)
       throw InputError(scene.file.string() + ": /certificate",
                        "tanor-mpi makes one at the end alone; `tanor run` makes more");
-    for (const auto& [key, asks] : {std::pair("observe", scene.has_own_observables), {"events", !scene.events.empty()}})
-      if (asks) throw InputError(scene.file.string() + ": /" + key, "tanor-mpi has none; `tanor run` has");
+    const std::vector<Observable> defaults = default_observables(scene.system);
+    const bool observes = !std::ranges::equal(scene.observables, defaults, {}, &Observable::text, &Observable::text);
+    const std::pair<const char*, bool> asked[] = {{"observe", observes && !scene.observables.empty()},
+                                                  {"events", !scene.events.empty()}};
+    for (const auto& [key, is_asked] : asked)
+      if (is_asked) throw InputError(scene.file.string() + ": /" + key, "tanor-mpi has none; `tanor run` has");
     const bool has_own_wishes = scene.trajectory.files != scene::TrajectoryFormats().files ||
                                 scene.trajectory.compression || !scene.output_points.empty();
     if (has_own_wishes && ranks_.rank() == 0)
