@@ -133,7 +133,10 @@ def main():
         output_of(cmake, "--install", build, "--component", component, "--prefix", root, "--strip")
     if any(root.glob("lib/python3*")):
         make_wheel(root, version)
-    shutil.copy(pathlib.Path(__file__).parents[1] / "docs/portable.md", root / "README.md")
+    docs = pathlib.Path(__file__).parents[1] / "docs"
+    shutil.copy(docs / "portable.md", root / "README.md")
+    for_builders = ("architecture.md", "contributing.md", "portable.md", "Doxyfile", "pictures")
+    shutil.copytree(docs, root / "share/doc/tanor/docs", ignore=shutil.ignore_patterns(*for_builders))
     bundle(list_binaries(root), root, root / "lib", root / "share/doc/tanor/licences", COMPILED_IN)
 
 
