@@ -76,7 +76,7 @@ ROOMS = {
     "simulation": Sees("base system evaluate assembly schur friction dynamics ranks observe certificate motion", "enum_names", "Eigen/"),
     # program
     "scene":    Sees("base/member_names.hpp base/text.hpp base/suggestion.hpp", "tanor", "nlohmann/ fmt/ unistd.h sys/resource.h"),
-    "report":   Sees("scene system/members.hpp base/archive.hpp base/checksum.hpp base/member_names.hpp base/text.hpp base/with_unit.hpp", "tanor", "nlohmann/ fmt/ unistd.h fcntl.h spawn.h sys/wait.h sys/ioctl.h "
+    "report":   Sees("scene system/members.hpp base/archive.hpp base/checksum.hpp base/member_names.hpp base/text.hpp base/vec3.hpp base/with_unit.hpp", "tanor", "nlohmann/ fmt/ unistd.h fcntl.h spawn.h sys/wait.h sys/ioctl.h "
                      "zlib.h dlfcn.h"),
     "formats":  Sees("report scene", "observables", "fmt/ unistd.h fcntl.h sys/resource.h hdf5.h zip.h"),
     "picture":  Sees("base/vec3.hpp base/with_unit.hpp system/operations.hpp report/colours.hpp report/guides.hpp report/vtp_reader.hpp report/motion_extent.hpp", "system", "cairo.h"),

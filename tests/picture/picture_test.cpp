@@ -387,6 +387,40 @@ TEST(PictureTest, ALongUnitBesideTheBarIsNotCut) {
   EXPECT_EQ(bound(painted, [&](int x, int y) { return x > 796 && painted.at(x, y)[0] < 200; }).count, 0);
 }
 
+/// The path of a crank and its arm are drawn while it is held, and its ground or ball as a support, but not after.
+TEST(PictureTest, ACrankHasItsPathAndItsArmWhileItIsHeld) {
+  std::vector<report::StoredFrame> frames;
+  for (int k = 0; k <= 24; ++k) {
+    const double u = 2.0 * std::numbers::pi * k / 24.0;
+    report::StoredFrame& frame = frames.emplace_back();
+    frame.positions = {std::cos(u), std::sin(u), 0, 3, 0, 0};
+    frame.velocities.resize(6);
+    frame.is_support = {true, true};
+  }
+  const auto draw_with = [&](bool is_held) {
+    Picture picture{frames[0], report::measure_motion(frames), {.width = 800, .height = 600, .shows_legend = false}};
+    picture.style.from = {{0, 0, 1}};
+    picture.frame.is_support = {is_held, is_held};
+    return decode(draw(picture).png);
+  };
+  const auto count = [](const Decoded& painted, const Colour& colour, int allowed) {
+    return bound_colour(painted, colour, allowed);
+  };
+  const Decoded held = draw_with(true), free = draw_with(false);
+  const Bounds arm = count(held, support, 30), earth = count(held, {173, 158, 135}, 30);
+  const double metre = (arm.right - arm.left) / 3.0;  // from the pivot to the other support
+  EXPECT_GT(metre, 150.0);
+  EXPECT_GT(arm.count, 5.0 * metre);
+  EXPECT_GT(earth.count, 20);
+  // The path surrounds its pivot, which is at the left end of the arm.
+  const Bounds drawn = bound_drawn(held);
+  EXPECT_NEAR(arm.left - drawn.left, metre, 0.1 * metre);
+  EXPECT_NEAR(drawn.bottom - drawn.top, 2.0 * metre, 0.1 * metre);
+  EXPECT_LT(count(free, support, 30).count, arm.count / 10) << "edges of balls alone";
+  EXPECT_LT(count(free, {173, 158, 135}, 30).count, earth.count / 10) << "edges of balls alone";
+  EXPECT_EQ(measure_widths(free).size(), 2u) << "two balls alone";
+}
+
 /// A cross stands before a unit that is a number of others, as in texts: not "10 48.9 fs".
 TEST(PictureTest, ANumberOfAUnitIsNotReadTogetherWithIt) {
   Picture picture = make_rod(5.0);

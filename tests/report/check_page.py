@@ -154,7 +154,7 @@ def stressed_scene(folder: pathlib.Path) -> pathlib.Path:
 STATICS = {"equilibrium": "equilibrium", "modes": "modes", "stressed": "equilibrium"}
 
 # What each page must offer to switch off.
-EXAMPLES = {"pendulum": "points,rods,normal", "net": "points,rods,normal", "rough_hoop": "points,guides,normal,tangent",
+EXAMPLES = {"pendulum": "points,rods,normal", "four_bar_motor": "points,rods,normal", "net": "points,rods,normal", "rough_hoop": "points,guides,normal,tangent",
             "melt_generated": "points,rods"}
 
 
@@ -176,6 +176,19 @@ def resting_scene(folder: pathlib.Path) -> pathlib.Path:
         "tanor_scene": 1, "points": {"positions": [[0, 0, 0], [0, 0, -1]]}, "supports": [{"points": [0]}],
         "constraints": [{"name": "a", "kind": "rod", "pairs": [[0, 1]]}],
         "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}], "motion": {"t_end": 1, "output_every": 0.1}}))
+    return path
+
+
+def torn_scene(folder: pathlib.Path) -> pathlib.Path:
+    """A crank that turns about (-0.5, 0, 0) and is let go, above two rods, the lower one of which breaks before."""
+    path = folder / "torn.json"
+    path.write_text(json.dumps({
+        "tanor_scene": 1, "units": "si", "points": {"positions": [[0, 0, 0], [0, 0, -1], [0, 0, -2]]},
+        "supports": [{"name": "crank", "points": [0], "motion": {"formula": ["0.5*cos(t)-0.5", "0", "0.5*sin(t)"]}}],
+        "constraints": [{"name": "links", "kind": "rod", "pairs": [[0, 1], [1, 2]]}],
+        "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}],
+        "events": [{"when": "t > 0.5237", "do": "break", "of": "links[1]"}, {"when": "t > 1.13", "do": "release", "of": "crank"}],
+        "motion": {"start": "project", "method": "rk4", "step": 0.001, "t_end": 1.5, "output_every": 0.1}}))
     return path
 
 
@@ -242,7 +255,7 @@ def try_pages(program: str, folder: pathlib.Path, node: str, chromium: str) -> b
                  resting_scene(folder): "=certified", crane_scene(folder): "points,rods,guides,normal", box_scene(folder): "points,rods,cell",
                  ropes_scene(folder): "points,guides,normal",
                  hanging_scene(folder, "equilibrium"): f"~{2 * 9.81}", hanging_scene(folder, "modes"): f"~{2 * 9.81}",
-                 stressed_scene(folder): "~unknown", part_scene(folder): "+tension of links[2] (2–1),load of support0 (point 3)"}
+                 stressed_scene(folder): "~unknown", torn_scene(folder): "!", part_scene(folder): "+tension of links[2] (2–1),load of support0 (point 3)"}
     switches |= {contradictory_scene(folder, name, length): "=not made" for name, length in STOPPED.items()}
     with concurrent.futures.ThreadPoolExecutor(2) as pool:
         list(pool.map(lambda scene: simulate(program, scene, folder / scene.stem), switches))

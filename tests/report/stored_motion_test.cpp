@@ -12,6 +12,7 @@
 #include "report/reading.hpp"
 #include "report/shown_parts.hpp"
 #include "report/stored_motion.hpp"
+#include "report/trajectory.hpp"
 #include "report/vtp_frame.hpp"
 
 namespace tanor::report {
@@ -272,6 +273,71 @@ TEST(StoredMotionTest, FoldersWithoutFramesAreRefused) {
   EXPECT_THROW(StoredMotion(folder.path()), InputError);
   write_text(folder / "trajectory.pvd", "<DataSet timestep=\"1\" file=\"a\"/><DataSet timestep=\"0\" file=\"b\"/>");
   EXPECT_THROW(StoredMotion(folder.path()), InputError);
+}
+
+/// A crank that turns about (-1, 0, 0) is let go at 0.57 s, and the second of its rods breaks at 0.33 s. Frames come
+/// every quarter of a second, and what is drawn between them changes at those instants.
+TEST(StoredMotionTest, WhatBrokeOrWasLetGoIsNoLongerThereFromItsInstantOn) {
+  System system;
+  system.positions = {0, 0, 0, 0, 0, -1, 0, 0, -2, 3, 0, 0};
+  system.masses = {1, 1, 1, 1};
+  const auto turn = [](double part) { return std::vector{std::cos(part) - 1.0, 0.0, std::sin(part)}; };
+  system.supports = {
+      {"crank", {0}, VectorFunction(ScalarFunction::formula("cos(t)-1"), 0.0, ScalarFunction::formula("sin(t)"))},
+      {"wall", {3}}};
+  system.constraints = {Rods{.name = "rods", .pairs = {{0, 1}, {1, 2}}}};
+  system.forces = {Gravity{"", {0, 0, -9.81}}};
+  Simulation simulation(system, {.method = Method::Dopri5, .start = StartMode::Project});
+  simulation.add_event({.when = "t > 0.33", .action = EventAction::Break, .of = "rods[1]"});
+  simulation.add_event({.when = "t > 0.57", .action = EventAction::Release, .of = "crank"});
+  const Folder folder;
+  TrajectoryOptions options;
+  options.formats.files = {scene::TrajectoryFormat::Vtp};
+  Trajectory trajectory(folder.path(), system, options);
+  for (int k = 0; k <= 8; ++k) {
+    ASSERT_TRUE(k == 0 || simulation.advance_to(0.125 * k).ok());
+    trajectory.write_frame(simulation);
+  }
+  ASSERT_EQ(simulation.passages().size(), 2u);
+
+  const StoredMotion motion(folder.path());
+  using Ends = std::vector<std::array<std::int32_t, 2>>;
+  for (const double t : {0.0, 0.25, 0.3, 0.32, 0.34, 0.375, 0.5, 0.56, 0.58, 0.625, 1.0}) {
+    const StoredFrame frame = motion.at(t).frame;
+    EXPECT_EQ(frame.rods, t < 0.33 ? (Ends{{0, 1}, {1, 2}}) : (Ends{{0, 1}})) << t;
+    ASSERT_EQ(frame.tensions.size(), frame.rods.size()) << t;
+    for (const double tension : frame.tensions) EXPECT_TRUE(std::isfinite(tension)) << t;
+    EXPECT_EQ(frame.is_support, (std::vector<bool>{t < 0.57, false, false, true})) << t;
+  }
+  const MotionExtent extent = motion.measure();
+  ASSERT_EQ(extent.supports.size(), 2u);
+  ASSERT_EQ(extent.supports[0].places.size(), 5u) << "its path ends where it is let go";
+  for (int k = 0; k < 5; ++k) EXPECT_NEAR(extent.supports[0].places[k][0], turn(0.125 * k)[0], 1e-12);
+  ASSERT_TRUE(extent.supports[0].pivot);
+  EXPECT_NEAR((*extent.supports[0].pivot)[0], -1.0, 1e-9);
+  EXPECT_EQ(extent.supports[1].places.size(), 1u);
+}
+
+TEST(PivotTest, OnlyPlacesOnACircleHaveOne) {
+  const auto along = [](const auto& place) {
+    std::vector<Vector3> places;
+    for (int k = 0; k < 9; ++k) places.push_back(place(0.3 * k));
+    return places;
+  };
+  const auto circle = along([](double u) {
+    return Vector3{5 + 2 * std::cos(u), 1 + 1.2 * std::sin(u), -1.6 * std::sin(u)};
+  });
+  const std::optional<Vector3> pivot = find_pivot(circle, 3.0);
+  ASSERT_TRUE(pivot);
+  EXPECT_NEAR((*pivot)[0], 5.0, 1e-12);
+  EXPECT_NEAR((*pivot)[1], 1.0, 1e-12);
+  EXPECT_NEAR((*pivot)[2], 0.0, 1e-12);
+  EXPECT_FALSE(find_pivot(circle, 1.9)) << "too large to draw";
+  EXPECT_FALSE(find_pivot(std::span(circle).first(4), 3.0));
+  EXPECT_FALSE(find_pivot(along([](double u) { return Vector3{u, 2 * u, 0}; }), 1e9));
+  EXPECT_FALSE(find_pivot(along([](double u) { return Vector3{u, u * u, 0}; }), 1e9));
+  EXPECT_FALSE(find_pivot(along([](double u) { return Vector3{std::cos(u), std::sin(u), 0.1 * u}; }), 1e9));
+  EXPECT_FALSE(find_pivot(along([](double u) { return Vector3{std::cos(u), 0.9 * std::sin(u), 0}; }), 1e9));
 }
 
 /// A frame has the cell of a sample that is periodic in all directions, and a picture has room for all of it.

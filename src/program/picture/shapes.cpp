@@ -70,19 +70,20 @@ Vec3 find_up(const Picture& picture) {
 
 constexpr double height_of_ground = 2.8, width_of_ground = 2.1;  // in radii of a bead
 
-/// Calls take(place, foot) for every support that stands on the ground beneath it.
+/// Calls take(point, place, foot) for every support that stands on the ground beneath it.
 template <class Take>
 void visit_ground(const Picture& picture, const Scale& scale, const Take& take) {
   if (!picture.style.shows_points) return;
   const Vec3 down = (-height_of_ground * scale.bead) * find_up(picture);
-  for (const std::vector<Vector3>& path : picture.extent.supports) {
-    const Vec3 place = scaled(scale, make_vec3(path[0]));
-    if (path.size() == 1) take(place, place + down);
+  for (const report::SupportPath& path : picture.extent.supports) {
+    const Vec3 place = scaled(scale, make_vec3(path.places[0]));
+    if (path.places.size() == 1) take(path.point, place, place + down);
   }
 }
 
 void add_ground(const Picture& picture, const Scale& scale, const Camera& camera, Shapes* shapes) {
-  visit_ground(picture, scale, [&](Vec3 place, Vec3 foot) {
+  visit_ground(picture, scale, [&](std::size_t support, Vec3 place, Vec3 foot) {
+    if (!picture.frame.is_support[support]) return;  // it was let go
     shapes->cones.push_back({camera.turn(place), camera.turn(foot), 0.0, width_of_ground * scale.bead, earth_colour});
   });
 }
@@ -137,8 +138,14 @@ void add_guides(const Picture& picture, const Scale& scale, const Camera& camera
   const GuideSpace space{
       scale.middle, scale.size, camera, std::clamp(share, least_parts, most_parts), picture.frame.positions,
       scale.bead};
-  for (const std::vector<Vector3>& path : picture.extent.supports)
-    if (path.size() > 1) add_path(path, space, shapes);
+  for (const auto& [support, places, pivot] : picture.extent.supports) {
+    if (places.size() == 1 || !picture.frame.is_support[support]) continue;
+    add_path(places, space, shapes);
+    if (!pivot) continue;
+    const Vec3 a = camera.turn(scaled(scale, make_vec3(*pivot))),
+               b = camera.turn(scaled(scale, point(picture.frame.positions, support)));
+    shapes->cones.push_back({a, b, 0.5 * scale.rod, scale.rod, support_colour});
+  }
   constexpr std::size_t most_numbers = 8'000;  // of formulas, each of which is evaluated thousands of times
   double covers = 0.0;
   std::size_t numbers = 0;
@@ -189,7 +196,7 @@ Scale choose_scale(const Picture& picture) {
       std::min(largest_bead, extent.rod_length > 0.0 ? 0.3 * extent.rod_length / scale.size : 0.12 / std::sqrt(points));
   scale.rod = 0.6 * scale.bead;
   // The motion stays in the middle where it would be without the ground.
-  visit_ground(picture, scale, [&](Vec3 place, Vec3 foot) {
+  visit_ground(picture, scale, [&](std::size_t, Vec3 place, Vec3 foot) {
     for (const Vec3 end : {foot, 2.0 * place - foot}) scale.outline.push_back(end);
   });
   if (scale.arrow > 0.0)

@@ -341,11 +341,6 @@ std::vector<std::string> split_row(std::string_view row) {
   return fields;
 }
 
-/// Returns the number of a field, or null if there is none.
-Json read_field(const std::string& text) {
-  return json_or_null(scene::parse_number(text));
-}
-
 /// Returns a number as a field, which is empty if the number is not finite.
 std::string field(double number) {
   return std::isfinite(number) ? fmt::to_string(number) : "";
@@ -478,8 +473,9 @@ Json read_error_time(const std::filesystem::path& directory, const std::string& 
     if (checksum.empty()) return Json::array();
     const std::string of_other = checksum == scene_checksum ? "" : fmt::format(" ({})", scene);
     rows.push_back({{"method", field("method") + of_other},
-                    {"wall_s", read_field(field("wall_s"))},
-                    {"error", read_field(field("error") + field("error_m"))}});  // the latter in tables of 0.2
+                    {"wall_s", json_or_null(scene::parse_number(field("wall_s")))},
+                    {"error", json_or_null(scene::parse_number(field("error") +
+                                                               field("error_m")))}});  // the latter in tables of 0.2
   }
   return rows;
 }

@@ -34,6 +34,7 @@ struct Frame {
   std::span<const Observed> observables{};                    ///< at this instant
   std::vector<Guide> guides{};                                ///< at their positions in this frame
   Vector3 gravity{};                                          ///< m/s^2
+  GoneParts gone{};                                           ///< since when, where events took something out
   double energy = 0.0;                                        ///< J, kinetic and potential
   double position_violation = 0.0, velocity_violation = 0.0;  ///< largest so far, relative
 };

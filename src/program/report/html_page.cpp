@@ -116,22 +116,41 @@ Json describe_cell(const std::optional<Cell>& cell) {
           {"origin", cell->origin}};
 }
 
+/// Returns [number, time] of each part that is gone.
+Json list_gone(const std::vector<double>& since) {
+  Json list = Json::array();
+  for (std::size_t k = 0; k < since.size(); ++k)
+    if (!std::isnan(since[k])) list.push_back({k, since[k]});
+  return list;
+}
+
+/// Returns [point, pivot] of each crank.
+Json list_pivots(const ShownParts& shown, const GoneParts& gone, const std::vector<RecordedFrame>& frames) {
+  Json list = Json::array();
+  if (frames.empty()) return list;
+  const std::vector<double> all(frames[0].positions.begin(), frames[0].positions.end());
+  const double size = measure_diagonal(all);
+  for (const auto& [k, names] : shown.support_names) {
+    std::vector<Vector3> places;
+    for (const RecordedFrame& frame : frames) {
+      const float* const r = &frame.positions[3 * k];
+      if (gone.supports.empty() || !(gone.supports[k] <= frame.time)) places.push_back({r[0], r[1], r[2]});
+    }
+    if (const auto pivot = find_pivot(places, 2.0 * size)) list.push_back({k, (*pivot)[0], (*pivot)[1], (*pivot)[2]});
+  }
+  return list;
+}
+
 Json describe_motion(const System& system, const Recording& recording, const std::optional<Cell>& cell,
-                     PackedBytes* bytes) {
+                     std::span<const Passage> passages, PackedBytes* bytes) {
   const std::vector<RecordedFrame> frames = recording.frames();
   const ShownParts& shown = recording.shown();
+  const GoneParts gone = find_gone(shown, passages);
   const Vector3 gravity = find_gravity(system);
-  std::vector<std::string> entries(system.num_points());
-  for (std::size_t k = 0; k < system.supports.size(); ++k) {
-    const Support& support = system.supports[k];
-    for (const Index point : support.points)
-      entries[static_cast<std::size_t>(point)] = support.name.empty() ? fmt::format("support{}", k) : support.name;
-  }
   Json supports = Json::array(), support_names = Json::array();
-  for (std::size_t k = 0; k < shown.num_points; ++k) {
-    if (!shown.is_support[k]) continue;
-    supports.push_back(k);
-    support_names.push_back(entries[static_cast<std::size_t>(shown.points[k])]);
+  for (const auto& [point, names] : shown.support_names) {
+    supports.push_back(point);
+    support_names.push_back(names[0]);
   }
   bool are_all = shown.num_points == system.num_points();
   for (std::size_t k = 0; k < shown.num_points; ++k) are_all = are_all && shown.points[k] == static_cast<Index>(k);
@@ -146,21 +165,25 @@ Json describe_motion(const System& system, const Recording& recording, const std
   };
   bytes->add("rods", flat(shown.rods));
   bytes->add("held", recording.held());
-  Json motion{{"points", shown.num_points},
-              {"numbers", are_all ? std::vector<Index>() : shown.points},
-              {"rods", shown.rods.size()},
-              {"rod_groups", list_of(shown.rod_groups, rod_group)},
-              {"times", list_of(frames, [](const RecordedFrame& frame) { return frame.time; })},
-              {"frames_seen", recording.frames_seen()},
-              {"supports", supports},
-              {"support_names", support_names},
-              {"images", list_of(shown.images, image)},
-              {"guides", describe_guides(recording.guides(), frames)},
-              {"ties", list_of(shown.ties, tie)},
-              {"cell", describe_cell(cell)},
-              {"without_picture", list_of(recording.guides_without_picture(system), name_guide)},
-              {"up", {-gravity[0], -gravity[1], -gravity[2]}},
-              {"has_friction", !system.friction.empty()}};
+  Json motion{
+      {"points", shown.num_points},
+      {"numbers", are_all ? std::vector<Index>() : shown.points},
+      {"rods", shown.rods.size()},
+      {"rod_groups", list_of(shown.rod_groups, rod_group)},
+      {"times", list_of(frames, [](const RecordedFrame& frame) { return frame.time; })},
+      {"frames_seen", recording.frames_seen()},
+      {"supports", supports},
+      {"support_names", support_names},
+      {"pivots", list_pivots(shown, gone, frames)},
+      {"gone",
+       {{"rods", list_gone(gone.rods)}, {"ties", list_gone(gone.ties)}, {"supports", list_gone(gone.supports)}}},
+      {"images", list_of(shown.images, image)},
+      {"guides", describe_guides(recording.guides(), frames)},
+      {"ties", list_of(shown.ties, tie)},
+      {"cell", describe_cell(cell)},
+      {"without_picture", list_of(recording.guides_without_picture(system), name_guide)},
+      {"up", {-gravity[0], -gravity[1], -gravity[2]}},
+      {"has_friction", !system.friction.empty()}};
   using F = RecordedFrame;
   motion["ranges"] = {{"positions", pack("positions", frames, &F::positions, true, bytes)},
                       {"tensions", pack("tensions", frames, &F::tensions, false, bytes)},
@@ -354,15 +377,16 @@ void write_page(const std::filesystem::path& directory, const Json& data, const 
 void write(const std::filesystem::path& directory, const RunFacts& facts, const Simulation& simulation,
            const Recording& recording, const std::string& text) {
   PackedBytes bytes;
-  const Json data{{"run", describe_run(facts, simulation, text)},
-                  {"motion", describe_motion(simulation.system(), recording, facts.cell, &bytes)},
-                  {"colours", describe_colours(facts.tensions.value_or(TensionScale()))},
-                  {"history", describe_history(recording)},
-                  {"units", describe_units(simulation.system().units)},
-                  {"observables", describe_observed(recording)},
-                  {"events", describe_events(simulation, recording)},
-                  {"events_seen", count_events(simulation, recording)},
-                  {"error_time", read_error_time(directory, facts.scene_checksum)}};
+  const Json data{
+      {"run", describe_run(facts, simulation, text)},
+      {"motion", describe_motion(simulation.system(), recording, facts.cell, simulation.passages(), &bytes)},
+      {"colours", describe_colours(facts.tensions.value_or(TensionScale()))},
+      {"history", describe_history(recording)},
+      {"units", describe_units(simulation.system().units)},
+      {"observables", describe_observed(recording)},
+      {"events", describe_events(simulation, recording)},
+      {"events_seen", count_events(simulation, recording)},
+      {"error_time", read_error_time(directory, facts.scene_checksum)}};
   write_page(directory, data, bytes);
 }
 
@@ -384,7 +408,7 @@ void write_rest_page(const std::filesystem::path& directory, const System& syste
   recording.take_frame(system, rest.state, {}, rest.observed);
   PackedBytes bytes;
   Json data{{"run", describe_rest(system, rest)},
-            {"motion", describe_motion(system, recording, rest.cell, &bytes)},
+            {"motion", describe_motion(system, recording, rest.cell, {}, &bytes)},
             {"colours", describe_colours(choose_tension_scale(recording.tensions()))},
             {"history", Json::object()},
             {"units", describe_units(system.units)},

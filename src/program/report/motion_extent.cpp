@@ -7,6 +7,8 @@
 #include <span>
 #include <utility>
 
+#include "base/vec3.hpp"
+
 namespace tanor::report {
 
 namespace {
@@ -96,16 +98,21 @@ void take_guides(const StoredFrame& frame, double size, MotionExtent* extent, Ou
 }
 
 /// Collects where supports are, which have the same rows in all frames.
-void collect_supports(const std::vector<StoredFrame>& frames, double size, MotionExtent* extent) {
+void collect_supports(const std::vector<StoredFrame>& frames, double size, MotionExtent* extent, Outline* outline) {
   constexpr std::size_t most = 500;
   constexpr double rest = 1e-6;
   for (std::size_t k = 0; k < frames[0].num_points() && extent->supports.size() < most; ++k) {
     if (!frames[0].is_support[k]) continue;
-    std::vector<Vector3> path;
+    SupportPath path{.point = k};
     for (const StoredFrame& frame : frames) {
-      if (k >= frame.num_points()) continue;
+      if (k >= frame.num_points() || !frame.is_support[k]) continue;
       const Vector3 place = row(frame.positions, k);
-      if (path.empty() || distance(place, path.back()) > rest * size) path.push_back(place);
+      if (path.places.empty() || distance(place, path.places.back()) > rest * size) path.places.push_back(place);
+    }
+    path.pivot = find_pivot(path.places, 2.0 * size);
+    if (path.pivot) {
+      take(*path.pivot, 0.0, extent);
+      outline->take(*path.pivot);
     }
     extent->supports.push_back(std::move(path));
   }
@@ -166,6 +173,29 @@ void measure_forces(const std::vector<StoredFrame>& frames, double size, MotionE
 
 }  // namespace
 
+std::optional<Vector3> find_pivot(std::span<const Vector3> places, double most) {
+  using namespace detail;
+  constexpr std::size_t few = 5;  // places that lie on a circle by themselves, and one more
+  constexpr double least_sagitta = 0.02, roundness = 1e-3;
+  if (places.size() < few) return std::nullopt;
+  const Vec3 a = make_vec3(places[0]);
+  const auto from = [&](const Vector3& place) { return make_vec3(place) - a; };
+  const Vec3 u = from(std::ranges::max(places, {}, [&](const Vector3& place) { return squared(from(place)); }));
+  const Vec3 v =
+      from(std::ranges::max(places, {}, [&](const Vector3& place) { return squared(cross(u, from(place))); }));
+  const Vec3 n = cross(u, v);
+  if (!(norm(n) > least_sagitta * squared(u))) return std::nullopt;
+  // The circle through 0, u and v has its middle at (u^2 v x n + v^2 n x u)/(2 n^2).
+  const Vec3 middle = 0.5 / squared(n) * (squared(u) * cross(v, n) + squared(v) * cross(n, u));
+  const double radius = norm(middle), allowed = roundness * radius;
+  const bool is_circle = radius <= most && std::ranges::all_of(places, [&](const Vector3& place) {
+                           const Vec3 at = from(place) - middle;
+                           return std::abs(norm(at) - radius) <= allowed && std::abs(dot(at, n)) <= allowed * norm(n);
+                         });
+  const Vec3 pivot = a + middle;
+  return is_circle ? std::optional(Vector3{pivot.x, pivot.y, pivot.z}) : std::nullopt;
+}
+
 TensionScale choose_tension_scale(std::vector<double> tensions) {
   std::erase_if(tensions, [](double tension) { return !std::isfinite(tension); });
   const auto middle = std::partition(tensions.begin(), tensions.end(), [](double tension) { return tension < 0.0; });
@@ -189,8 +219,8 @@ MotionExtent measure_motion(const std::vector<StoredFrame>& frames) {
   }
   const double size = distance(extent.least, extent.most);
   for (const StoredFrame& frame : frames) take_guides(frame, size, &extent, &outline);
+  collect_supports(frames, size, &extent, &outline);
   extent.outline = outline.places();
-  collect_supports(frames, size, &extent);
   measure_rods(frames, &extent);
   const double diagonal = distance(extent.least, extent.most);
   measure_forces(frames, diagonal > 0.0 ? diagonal : 1.0, &extent);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <type_traits>
 #include <utility>
@@ -66,9 +67,14 @@ ShownParts choose_parts(const System& system, std::span<const Index> chosen) {
   for (std::size_t k = 0; k < shown.num_points; ++k) slots[shown.points[k]] = static_cast<std::int32_t>(k);
 
   shown.is_support.assign(shown.num_points, false);
-  for (const Support& support : system.supports) {
-    for (const Index point : support.points) {
-      if (slots[point] >= 0) shown.is_support[slots[point]] = true;
+  for (std::size_t k = 0; k < system.supports.size(); ++k) {
+    const auto& [given, points, motion] = system.supports[k];
+    const std::string name = given.empty() ? "support" + std::to_string(k) : given;
+    for (std::size_t member = 0; member < points.size(); ++member) {
+      const std::int32_t slot = slots[points[member]];
+      if (slot < 0) continue;
+      shown.is_support[slot] = true;
+      shown.support_names[slot] = {name, name + "[" + std::to_string(member) + "]"};
     }
   }
 
@@ -99,6 +105,25 @@ ShownParts choose_parts(const System& system, std::span<const Index> chosen) {
     if (!is_touched[k]) shown.loose_points.push_back(static_cast<std::int32_t>(k));
   }
   return shown;
+}
+
+GoneParts find_gone(const ShownParts& shown, std::span<const Passage> passages) {
+  constexpr double holds = std::numeric_limits<double>::quiet_NaN();
+  std::map<std::string, double> times;
+  for (const Passage& each : passages)
+    if (each.action == EventAction::Break || each.action == EventAction::Release) times.emplace(each.member, each.time);
+  if (times.empty()) return {};
+  const auto time_of = [&](const std::string& name) {
+    const auto found = times.find(name);
+    return found == times.end() ? holds : found->second;
+  };
+  GoneParts gone;
+  for (const std::string& name : shown.rod_names()) gone.rods.push_back(time_of(name));
+  for (const ShownParts::Tie& tie : shown.ties) gone.ties.push_back(time_of(tie.name));
+  gone.supports.assign(shown.num_points, holds);
+  for (const auto& [slot, names] : shown.support_names)
+    gone.supports[slot] = std::fmin(time_of(names[0]), time_of(names[1]));
+  return gone;
 }
 
 void gather_points(const ShownParts& shown, std::span<const double> all, std::vector<double>* rows) {

@@ -3,19 +3,23 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <span>
 #include <string>
 #include <vector>
 
+#include <tanor/motion.hpp>
 #include <tanor/system.hpp>
 
 namespace tanor::report {
 
 /// The part of a system that a trajectory shows: some points, and the rods between them.
 struct ShownParts {
-  std::size_t num_points = 0;                     ///< number of shown points, m
-  std::vector<Index> points;                      ///< m, points of the system, in the order of the files
-  std::vector<bool> is_support;                   ///< m
+  std::size_t num_points = 0;    ///< number of shown points, m
+  std::vector<Index> points;     ///< m, points of the system, in the order of the files
+  std::vector<bool> is_support;  ///< m
+  /// "hook" and "hook[0]" by the position of each support: the entry, and the point in it.
+  std::map<std::size_t, std::array<std::string, 2>> support_names;
   std::vector<std::array<std::int32_t, 2>> rods;  ///< both ends, as positions in `points` followed by `images`
   std::vector<std::size_t> rod_rows;              ///< row of each rod among the multipliers
 
@@ -76,6 +80,13 @@ struct ShownParts {
     return names;
   }
 };
+
+/// Since when each shown rod, tie and support holds no longer, s; NaN where it holds.
+struct GoneParts {
+  std::vector<double> rods, ties, supports;  ///< [R], [ties], [m]
+};
+/// Finds what passages of events took out. All lists are empty where they took nothing.
+GoneParts find_gone(const ShownParts& shown, std::span<const Passage> passages);
 
 /// Chooses what is shown. `chosen` names the points in their order; if it is empty, all points are shown.
 ShownParts choose_parts(const System& system, std::span<const Index> chosen);

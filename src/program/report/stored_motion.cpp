@@ -104,7 +104,10 @@ StoredMotion::Instant StoredMotion::at(double time) const {
       std::ranges::lower_bound(frames_.begin(), frames_.end() - 1, time - rounding, {}, &ListedFrame::time);
   const auto before = after == frames_.begin() || after->time <= time + rounding ? after : after - 1;
   StoredFrame first = read_vtp(before->file);
-  if (before == after) return {std::move(first), before->time, before->time};
+  if (before == after) {
+    leave_out_gone(&first);
+    return {std::move(first), before->time, before->time};
+  }
   const StoredFrame last = read_vtp(after->file);
   if (last.positions.size() != first.positions.size() || last.rods != first.rods ||
       last.guide_forces.size() != first.guide_forces.size() ||
@@ -120,17 +123,26 @@ StoredMotion::Instant StoredMotion::at(double time) const {
   frame.guide_forces = mix(first.guide_forces, last.guide_forces, part);
   frame.friction_forces = mix(first.friction_forces, last.friction_forces, part);
   frame.guides = mix_guides(std::move(first.guides), last.guides, part);
+  for (std::size_t k = 0; k < frame.tensions.size(); ++k)
+    if (std::isnan(last.tensions[k])) frame.tensions[k] = first.tensions[k];  // it goes on the way
+  frame.rods_gone = last.rods_gone;
+  frame.supports_gone = last.supports_gone;
+  leave_out_gone(&frame);
   return {std::move(frame), before->time, after->time};
 }
 
 MotionExtent StoredMotion::measure(bool with_guides) const {
   constexpr double most_points = 5e5;
   constexpr std::size_t least_frames = 12, most_frames = 400;
-  std::vector<StoredFrame> frames{read_vtp(frames_.front().file)};
+  const auto read = [&](std::size_t k) {
+    StoredFrame frame = read_vtp(frames_[k].file);
+    leave_out_gone(&frame);
+    return frame;
+  };
+  std::vector<StoredFrame> frames{read(0)};
   const auto affordable = static_cast<std::size_t>(most_points / static_cast<double>(frames[0].num_points()));
   const std::size_t count = std::min(frames_.size(), std::clamp(affordable, least_frames, most_frames));
-  for (std::size_t k = 1; k < count; ++k)
-    frames.push_back(read_vtp(frames_[k * (frames_.size() - 1) / (count - 1)].file));
+  for (std::size_t k = 1; k < count; ++k) frames.push_back(read(k * (frames_.size() - 1) / (count - 1)));
   if (!with_guides)
     for (StoredFrame& frame : frames) frame.guides.clear();
   MotionExtent extent = measure_motion(frames);

@@ -200,6 +200,7 @@ void Trajectory::write_frame(Simulation& simulation, std::span<const double> fri
                     .observables = simulation.observe(),
                     .guides = list_guides(simulation.system(), *shown_, without_picture_, t_start_, simulation.time()),
                     .gravity = find_gravity(simulation.system()),
+                    .gone = find_gone(*shown_, simulation.passages()),
                     .energy = report.energy.now,
                     .position_violation = report.violation.position,
                     .velocity_violation = report.violation.velocity};

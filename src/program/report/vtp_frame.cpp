@@ -4,6 +4,7 @@
 
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <deque>
 #include <limits>
@@ -94,17 +95,19 @@ class Document {
 
 constexpr std::string_view byte_order = std::endian::native == std::endian::little ? "LittleEndian" : "BigEndian";
 
-/// Returns the tensions of the cells in VTK's order: vertices, then lines.
-std::vector<double> collect_tensions(std::size_t num_vertices, std::span<const double> of_rods) {
-  std::vector<double> tensions(num_vertices, std::numeric_limits<double>::quiet_NaN());
-  tensions.insert(tensions.end(), of_rods.begin(), of_rods.end());
-  return tensions;
+/// Returns numbers of the cells in VTK's order: vertices, then lines.
+std::vector<double> collect_cells(std::size_t num_vertices, std::span<const double> of_rods) {
+  std::vector<double> numbers(num_vertices, std::numeric_limits<double>::quiet_NaN());
+  numbers.insert(numbers.end(), of_rods.begin(), of_rods.end());
+  return numbers;
 }
 
-std::vector<std::uint8_t> collect_supports(const ShownParts& shown) {
+/// Supports are those that still hold.
+std::vector<std::uint8_t> collect_supports(const ShownParts& shown, const GoneParts& gone) {
   std::vector<std::uint8_t> is_support(shown.is_support.begin(), shown.is_support.end());
-  for (const auto& [point, offset] : shown.images)
-    is_support.push_back(shown.is_support[static_cast<std::size_t>(point)]);
+  for (std::size_t k = 0; k < gone.supports.size(); ++k)
+    if (!std::isnan(gone.supports[k])) is_support[k] = 0;
+  for (const auto& [point, offset] : shown.images) is_support.push_back(is_support[static_cast<std::size_t>(point)]);
   return is_support;
 }
 
@@ -128,7 +131,8 @@ void add_field(const Frame& frame, const ShownParts& shown, Document* document) 
 
 void write_vtp(const std::filesystem::path& path, const ShownParts& shown, const Frame& frame, bool is_compressed) {
   const std::size_t num_vertices = shown.loose_points.empty() ? 0 : 1;
-  const std::vector<double> tensions = collect_tensions(num_vertices, frame.tensions);
+  const std::vector<double> tensions = collect_cells(num_vertices, frame.tensions),
+                            rods_gone = collect_cells(num_vertices, frame.gone.rods);
   std::vector<std::int32_t> groups(num_vertices, -1), members = groups;
   shown.for_each_rod([&](const ShownParts::RodGroup& group, std::size_t k) {
     groups.push_back(static_cast<std::int32_t>(group.number));
@@ -143,8 +147,9 @@ void write_vtp(const std::filesystem::path& path, const ShownParts& shown, const
   const std::vector<double> image_positions = gather_shifted_images(shown, frame.positions);
   const std::vector<double> image_velocities = gather_images(shown, frame.velocities);
   const std::vector<double> image_accelerations = gather_images(shown, frame.accelerations);
-  const std::vector<double> image_forces(3 * shown.images.size());
-  const std::vector<std::uint8_t> supports = collect_supports(shown);
+  const std::vector<double> image_forces(3 * shown.images.size()),
+      images_gone(shown.images.size(), std::numeric_limits<double>::quiet_NaN());
+  const std::vector<std::uint8_t> supports = collect_supports(shown, frame.gone);
 
   Document document(is_compressed);
   document.open(fmt::format(R"(VTKFile type="PolyData" version="1.0" byte_order="{}" header_type="UInt64"{})",
@@ -158,6 +163,7 @@ void write_vtp(const std::filesystem::path& path, const ShownParts& shown, const
   document.add("velocity", 3, frame.velocities, image_velocities);
   document.add("acceleration", 3, frame.accelerations, image_accelerations);
   document.add("support", supports);
+  if (!frame.gone.supports.empty()) document.add("gone_since", 1, frame.gone.supports, images_gone);
   if (!frame.guide_forces.empty()) document.add("guide_force", 3, frame.guide_forces, image_forces);
   if (!frame.friction_forces.empty()) document.add("friction_force", 3, frame.friction_forces, image_forces);
   document.close("PointData");
@@ -165,6 +171,7 @@ void write_vtp(const std::filesystem::path& path, const ShownParts& shown, const
   document.add("tension", 1, std::span<const double>(tensions));
   document.add("group", groups);
   document.add("member", members);
+  if (!frame.gone.rods.empty()) document.add("gone_since", 1, std::span<const double>(rods_gone));
   document.close("CellData");
   document.open("Points");
   document.add("position", 3, frame.positions, image_positions);

@@ -185,6 +185,20 @@ bool are_small(const std::vector<double>& numbers) {
 
 }  // namespace
 
+void leave_out_gone(StoredFrame* frame) {
+  const auto is_gone = [&](double since) { return since <= frame->time; };
+  for (std::size_t k = 0; k < frame->supports_gone.size(); ++k)
+    frame->is_support[k] = frame->is_support[k] && !is_gone(frame->supports_gone[k]);
+  std::size_t left = 0;
+  for (std::size_t k = 0; k < frame->rods.size(); ++k) {
+    if (k < frame->rods_gone.size() && is_gone(frame->rods_gone[k])) continue;
+    frame->rods[left] = frame->rods[k];
+    frame->tensions[left++] = frame->tensions[k];
+  }
+  frame->rods.resize(left);
+  frame->tensions.resize(left);
+}
+
 StoredFrame read_vtp(const std::filesystem::path& path) {
   const VtpFile file(path);
   StoredFrame frame = file.head();
@@ -198,12 +212,14 @@ StoredFrame read_vtp(const std::filesystem::path& path) {
   if (m == 0 || !are_small(frame.positions) || !are_small(frame.velocities)) file.fail();
   frame.is_support.assign(supports.begin(), supports.end());
 
-  // The tensions are those of all cells, of which vertices come first.
+  // The numbers are those of all cells, of which vertices come first.
   const std::vector<std::int32_t> ends = file.read<std::int32_t>("Lines/connectivity", 2 * file.num_rods());
   frame.tensions = file.read<double>("CellData/tension", file.num_vertices() + file.num_rods());
   if (ends.size() != 2 * file.num_rods() || frame.tensions.size() != file.num_vertices() + file.num_rods()) file.fail();
-  frame.tensions.erase(frame.tensions.begin(),
-                       frame.tensions.begin() + static_cast<std::ptrdiff_t>(file.num_vertices()));
+  frame.rods_gone = file.read<double>("CellData/gone_since", frame.tensions.size());
+  frame.supports_gone = file.read<double>("PointData/gone_since", m);
+  for (std::vector<double>* each : {&frame.tensions, &frame.rods_gone})
+    if (!each->empty()) each->erase(each->begin(), each->begin() + static_cast<std::ptrdiff_t>(file.num_vertices()));
   for (std::size_t k = 0; k < ends.size(); k += 2) {
     for (const std::int32_t end : {ends[k], ends[k + 1]})
       if (end < 0 || static_cast<std::size_t>(end) >= m) file.fail();

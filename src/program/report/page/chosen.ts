@@ -37,7 +37,7 @@ export function admit({ kind, number }: Chosen, motion: Motion, { held }: Arrays
 
 /** Returns the force on what is chosen at all frames: tension of a rod or rope, load of a support, force of guides on a point. */
 export function chartOf({ kind, number }: Chosen, motion: Motion, arrays: Arrays): Chart {
-  const over = (read: (frame: number) => Figure) => motion.times.map((_, frame) => read(frame)), chart = { unit: units.force, times: motion.times };
+  const over = (read: (frame: number) => number) => motion.times.map((_, frame) => read(frame)).map((each) => (Number.isNaN(each) ? null : each)), chart = { unit: units.force, times: motion.times };
   if (kind === "rod") return { ...chart, title: `tension of ${nameRod(motion, arrays, number)}`, curves: [{ label: "tension", numbers: over((frame) => arrays.tensions.get(frame, number)) }] };
   if (kind === "tie") {
     const { name, kind: of } = motion.ties[number], isRope = of === "pulley";
@@ -87,7 +87,7 @@ export function listObserved({ observables = [] }: PageData): void {
 
 /** Lists the loads and tensions at rest, the largest ones first. */
 export function listForces(motion: Motion, arrays: Arrays, choose: (chosen: Chosen) => void): void {
-  const most = 200, load = (point: number) => chartOf({ kind: "point", number: point }, motion, arrays).curves.map(({ numbers }) => numbers[0] ?? 0);
+  const most = 200, load = (point: number) => chartOf({ kind: "point", number: point }, motion, arrays).curves.map(({ numbers }) => numbers[0] ?? NaN);
   const loads = motion.supports.map((point) => ({ point, load: load(point) })).sort((a, b) => b.load[0] - a.load[0]);
   const sum = loads.reduce(([x, y, z], { load: [, dx, dy, dz] }) => [x + dx, y + dy, z + dz], [0, 0, 0]);
   const row = (name: string, numbers: number[]) => [name, ...numbers.map((number) => words(number))];

@@ -119,6 +119,8 @@ export interface Motion {
   frames_seen: number;
   supports: number[];
   support_names: string[]; // of the entries that hold them
+  pivots: number[][]; // point, place: the middle of the circle on which a support moves
+  gone: Record<"rods" | "ties" | "supports", [number, number][]>; // number, time since which events have taken it out
   images: number[][]; // point, offset
   guides: Guide[];
   ties: Tie[];
@@ -173,7 +175,7 @@ export class Rows implements Frames {
     return step === unknown ? NaN : Math.abs(number) < 0.5 * this.step(row) ? 0 : number;
   }
 
-  /** Reads row `frame` plus `part` of the way to the next one, with the weights of four rows (weighRows). */
+  /** Reads row `frame` plus `part` of the way to the next one, with the weights of four rows (weighRows). What is not known in the next one stays. */
   read(frame: number, weights: number[], into: Float32Array): void {
     if (this.columns === 0) return;
     const last = this.steps.length / this.columns - 1, s = this.steps;
@@ -182,7 +184,7 @@ export class Rows implements Frames {
     const [wa, wb, wc, wd] = rows.map((row, k) => weights[k] * this.step(row));
     const [a, b, c, d] = rows.map((row) => row * this.columns);
     for (let k = 0; k < this.columns; ++k)
-      into[k] = s[b + k] === unknown || s[c + k] === unknown ? NaN : least + (wa * s[a + k] + wb * s[b + k] + wc * s[c + k] + wd * s[d + k]);
+      into[k] = s[c + k] === unknown && wc ? this.get(rows[1], k) : s[b + k] === unknown ? NaN : least + (wa * s[a + k] + wb * s[b + k] + wc * s[c + k] + wd * s[d + k]);
   }
 }
 

@@ -18,11 +18,11 @@ export function drawCell(edges: number[][], middle: Vector3): LineSegments {
   return lines(places, "#3d4752", 0.7);
 }
 
-/** The paths of supports that move, and the ground beneath those that stand. */
-export function drawSupports({ supports, times }: Motion, { positions }: Arrays, up: Vector3, bead: number, size: number, { guide, earth }: Colours): Group {
+/** The paths of supports that move, and the ground beneath those that stand, of those that hold at a time; their `until`: when each is let go. */
+export function drawSupports({ supports, times }: Motion, { positions }: Arrays, up: Vector3, bead: number, size: number, { guide, earth }: Colours, until: number[], time: number): Group {
   const place = (k: number, frame: number) => new Vector3(positions.get(frame, 3 * k), positions.get(frame, 3 * k + 1), positions.get(frame, 3 * k + 2));
-  const group = new Group(), shown = supports.slice(0, most_supports), every = Math.max(1, Math.floor((times.length * shown.length) / 100_000));
-  const paths = shown.map((k) => times.map((_, frame) => frame).filter((frame) => frame % every === 0).map((frame) => place(k, frame)));
+  const group = new Group(), shown = supports.slice(0, most_supports).filter((k) => time < until[k]), every = Math.max(1, Math.floor((times.length * shown.length) / 100_000));
+  const paths = shown.map((k) => times.map((_, frame) => frame).filter((frame) => frame % every === 0 && times[frame] < until[k]).map((frame) => place(k, frame)));
   const moves = (path: Vector3[]) => path.some((each) => each.distanceTo(path[0]) > 1e-4 * size);
   for (const path of paths.filter(moves))
     group.add(new Line(new BufferGeometry().setFromPoints(path), new LineBasicMaterial({ color: guide, transparent: true, opacity: 0.7 })));
@@ -47,11 +47,11 @@ export class Ropes {
     for (let k = 0; k < count; ++k) this.ribbons.tint.set(rgb, 3 * k);
   }
 
-  /** Places all ropes; `place` returns where a point is now. */
-  stand(place: (point: number) => Vector3): void {
+  /** Places all ropes; `place` returns where a point is now, `isThere` whether a tie holds. */
+  stand(place: (point: number) => Vector3, isThere: (tie: number) => boolean): void {
     let k = 0;
-    const add = (from: Vector3, to: Vector3) => { from.toArray(this.ribbons.a, 3 * k); to.toArray(this.ribbons.b, 3 * k); ++k; };
-    for (const tie of this.ties) {
+    for (const [number, tie] of this.ties.entries()) {
+      const add = (from: Vector3, to: Vector3) => { from.toArray(this.ribbons.a, 3 * k); (isThere(number) ? to : from).toArray(this.ribbons.b, 3 * k); ++k; };
       const course = courseOf(tie, place);
       course.slice(1).forEach((to, part) => add(course[part], to));
       tie.sheaves.forEach((_, sheave) => {

@@ -196,6 +196,7 @@ class Page {
       choose: (chosen: Chosen) => page.choose(chosen),
       play: (on: boolean) => page.play(on),
       get held() { return page.arrays.held; },
+      get rods() { return page.arrays.rods; },
       get camera() { return page.stage?.camera; },
       get target() { return page.stage?.controls.target; },
       get scene() { return page.view?.scene; },

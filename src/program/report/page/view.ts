@@ -65,6 +65,12 @@ export class View {
   private marks: { rod: Ribbons; point: Beads }; // around what is chosen, which keeps its colour
   private arrows: { normal: Ribbons; tangent: Ribbons };
   private fixed = { guides: new Group(), supports: new Group(), cell: new Group() };
+  private arms: Ribbons; // of cranks
+  private until: Record<"rods" | "ties" | "supports", number[]>; // time at which each is taken out
+  private holding = -1; // number of supports that hold
+  private paths = new Box3(); // of supports, with the pivots of cranks
+  private time = NaN;
+  private up = new Vector3();
   private guideFrame = -1;
   private middle = new Vector3();
   private frame = 0;
@@ -76,27 +82,32 @@ export class View {
     const over = (rows: Frames) => typicalLargest((k) => rows.get(Math.floor(k / rows.columns), k % rows.columns), motion.times.length * rows.columns);
     this.scale = Math.max(colours.tensions[1], -colours.tensions[0]);
     this.shades = this.mixShades();
-    const up = this.measure(), held = arrays.held.length, many = motion.points > 3000;
-    const bead = many ? 0.0017 * this.size : Math.min(0.016, 0.06 / Math.sqrt(motion.points)) * this.typicalSize;
+    const since = (count: number, gone: [number, number][]) => { const list = new Array<number>(count).fill(Infinity); for (const [k, time] of gone) list[k] = time; return list; };
+    this.until = { rods: since(motion.rods, motion.gone.rods), ties: since(motion.ties.length, motion.gone.ties), supports: since(motion.points, motion.gone.supports) };
+    this.up = this.measure();
+    const held = arrays.held.length, many = motion.points > 3000, rod = this.typicalRod();
+    // The size of points in pictures (choose_scale), but for many of them.
+    const bead = many ? 0.0017 * this.size : Math.min(0.015 * this.size, rod > 0 ? 0.3 * rod : (0.12 * this.size) / Math.sqrt(motion.points));
     this.haze = makeHaze(readColour(colours.ground), many ? 0.85 : 0.35);
     this.beadRadius = bead * (many ? 1.3 : 1);
     this.beads = new Beads(motion.points, this.beadRadius, many ? 1.5 : 4, this.haze);
-    this.rods = new Ribbons(motion.rods, bead * (many ? 1.0 : 0.7), many ? 1 : 2, this.haze);
+    this.rods = new Ribbons(motion.rods, bead * (many ? 1.0 : 0.9), many ? 1 : 2, this.haze);
     this.ropes = new Ropes(motion.ties, bead, this.haze, readColour(colours.support));
-    this.marks = { rod: new Ribbons(1, bead * (many ? 2.5 : 1.4), many ? 5 : 7, this.haze, { isBehind: true }), point: new Beads(1, 1.7 * this.beadRadius, 12, this.haze, { isBehind: true }) };
+    this.marks = { rod: new Ribbons(1, bead * (many ? 2.5 : 1.6), many ? 5 : 7, this.haze, { isBehind: true }), point: new Beads(1, 1.7 * this.beadRadius, 12, this.haze, { isBehind: true }) };
     this.arrows = { normal: new Ribbons(held, 0, 3, this.haze, { hasHeads: true }), tangent: new Ribbons(held, 0, 3, this.haze, { hasHeads: true }) };
     this.newtonsPerSize = Math.max(over(arrays.normal), arrays.tangent.columns ? over(arrays.tangent) : 0);
     if (!(this.newtonsPerSize > rounding * this.scale)) this.newtonsPerSize = 0;
-    this.fixed.supports.add(drawSupports(motion, arrays, up, this.beadRadius, this.size, colours));
+    this.arms = new Ribbons(motion.pivots.length, bead, 2, this.haze);
+    motion.pivots.forEach((_, k) => this.arms.tint.set(readColour(colours.support), 3 * k));
     if (motion.cell) this.fixed.cell.add(drawCell(motion.cell.edges, this.middleOfCell));
-    this.scene.add(...Object.values(this.fixed), this.ropes.ribbons.mesh, this.rods.mesh, this.marks.rod.mesh, this.marks.point.mesh, this.beads.mesh, this.arrows.normal.mesh, this.arrows.tangent.mesh);
-    Object.entries({ rods: this.rods.mesh, ropes: this.ropes.ribbons.mesh, normal: this.arrows.normal.mesh, tangent: this.arrows.tangent.mesh, ...this.fixed }).forEach(([name, drawn]) => (drawn.name = name));
+    this.scene.add(...Object.values(this.fixed), this.ropes.ribbons.mesh, this.rods.mesh, this.arms.mesh, this.marks.rod.mesh, this.marks.point.mesh, this.beads.mesh, this.arrows.normal.mesh, this.arrows.tangent.mesh);
+    Object.entries({ rods: this.rods.mesh, ropes: this.ropes.ribbons.mesh, arms: this.arms.mesh, points: this.beads.mesh, normal: this.arrows.normal.mesh, tangent: this.arrows.tangent.mesh, ...this.fixed }).forEach(([name, drawn]) => (drawn.name = name));
     this.paint();
-    stage.setUp(up);
+    stage.setUp(this.up);
     stage.camera.near = 0.002 * this.size;
     stage.camera.far = 40 * this.size;
     stage.resized = (width, height) => {
-      for (const each of [this.rods, this.ropes.ribbons, this.marks.rod, this.arrows.normal, this.arrows.tangent]) each.resize(width, height);
+      for (const each of [this.rods, this.ropes.ribbons, this.arms, this.marks.rod, this.arrows.normal, this.arrows.tangent]) each.resize(width, height);
       for (const each of [this.beads, this.marks.point]) each.resize(height);
     };
     stage.resize();
@@ -118,18 +129,29 @@ export class View {
       if (radius > 0 && radius <= 2 * size) box.union(new Box3().setFromCenterAndSize(new Vector3(...row), new Vector3(2, 2, 2).multiplyScalar(radius)));
     }
     for (const { sheaves } of this.motion.ties) for (const [x, y, z] of sheaves) box.expandByPoint(new Vector3(x, y, z));
+    for (const [, x, y, z] of this.motion.pivots) box.expandByPoint(new Vector3(x, y, z));
+    box.union(this.paths);
+  }
+
+  /** Returns the median length of rods at the start, or 0. */
+  private typicalRod(): number {
+    this.arrays.positions.read(0, [0, 1, 0, 0], this.now.places);
+    const span = new Float32Array(3), lengths = new Float32Array(this.motion.rods).map((_, rod) => { this.spanOf(rod, span, 0); return Math.hypot(...span); });
+    return lengths.sort()[lengths.length >> 1] ?? 0;
+  }
+
+  /** Writes the vector along a rod. */
+  private spanOf(rod: number, into: Float32Array, at: number): void {
+    const { now: { places }, arrays: { rods }, motion: { points, images } } = this, i = 3 * rods[2 * rod], j = rods[2 * rod + 1];
+    const image = j >= points ? images[j - points] : null, far = 3 * (image ? image[0] : j);
+    for (let axis = 0; axis < 3; ++axis) into[at + axis] = places[far + axis] - places[i + axis] + (image ? image[1 + axis] : 0);
   }
 
   /** Measures all that is shown over the whole motion, and returns the direction up. */
   private measure(): Vector3 {
-    const { motion: { times, points, up }, arrays: { positions } } = this, box = new Box3(), p = new Vector3(), sizes: number[] = [];
-    for (let f = 0; f < times.length; f += Math.max(1, Math.floor(times.length / 12))) {
-      const now = new Box3();
-      for (let k = 0; k < points; ++k) now.expandByPoint(p.set(positions.get(f, 3 * k), positions.get(f, 3 * k + 1), positions.get(f, 3 * k + 2)));
-      sizes.push(now.getSize(p).length());
-      box.union(now);
-    }
-    this.typicalSize = sizes.sort((x, y) => x - y)[sizes.length >> 1] || 1;
+    const { motion: { times, points, up }, arrays: { positions } } = this, box = new Box3(), p = new Vector3();
+    for (let f = 0; f < times.length; f += Math.max(1, Math.floor(times.length / 12)))
+      for (let k = 0; k < points; ++k) box.expandByPoint(p.set(positions.get(f, 3 * k), positions.get(f, 3 * k + 1), positions.get(f, 3 * k + 2)));
     this.takeGuides(box);
     box.getCenter(this.middle);
     const extent = box.getSize(new Vector3());
@@ -138,7 +160,6 @@ export class View {
     // Without gravity up is z, or y of a motion in the plane of x and y.
     return p.set(up[0], up[1], up[2]).lengthSq() > 0 ? p.normalize() : p.set(0, this.flat === 2 ? 1 : 0, this.flat === 2 ? 0 : 1);
   }
-  private typicalSize = 1; // m, of an instant
   private flat: number | undefined; // the axis along which nothing moves
 
   /** Returns the box around all that is shown now. */
@@ -172,7 +193,7 @@ export class View {
     for (let k = 0; k < count; ++k) tint.set(bead, 3 * k);
     this.marks.rod.tint.set(ink);
     this.marks.point.tint.set(readColour("#2a7fc9"));
-    for (const k of this.motion.supports) tint.set(support, 3 * k);
+    for (const k of this.motion.supports) if (!(this.time >= this.until.supports[k])) tint.set(support, 3 * k);
     for (let k = 0; k < this.arrays.held.length; ++k) {
       this.arrows.normal.tint.set(normal, 3 * k);
       this.arrows.tangent.tint.set(tangent, 3 * k);
@@ -182,6 +203,7 @@ export class View {
   /** Shows a time between the frames: positions follow curves, forces straight lines. */
   stand(time: number): void {
     const times = this.motion.times;
+    this.time = time;
     let low = 0, high = times.length - 1;
     while (high - low > 1) { const half = (low + high) >> 1; if (times[half] <= time) low = half; else high = half; }
     const span = high > low ? times[high] - times[low] : 0;
@@ -193,11 +215,13 @@ export class View {
     this.arrays.normal.read(low, straight, this.now.normal);
     this.arrays.tangent.read(low, straight, this.now.tangent);
     this.tensionStep = this.tensions.length ? Math.max(this.arrays.tensions.step(low), this.arrays.tensions.step(high)) : 0;
+    for (const [rod, since] of this.motion.gone.rods) if (time >= since) this.tensions[rod] = NaN;
     this.wrap();
+    this.placeSupports();
     this.beads.positions.set(this.now.shown);
     this.beads.update();
     this.placeRods();
-    this.ropes.stand(this.place);
+    this.ropes.stand(this.place, (tie) => this.holds("ties", tie));
     this.placeArrows(this.arrows.normal, this.now.normal);
     this.placeArrows(this.arrows.tangent, this.now.tangent);
     this.placeGuides();
@@ -208,6 +232,8 @@ export class View {
   /** Returns the force on what is chosen now, in words. */
   tellForce({ kind, number }: Chosen): string {
     const tell = (force: number, rows: Frames) => words(Math.abs(force) < rows.step(this.frame) ? 0 : force, units.force);
+    const since = this.until[kind === "rod" ? "rods" : kind === "tie" ? "ties" : "supports"][number];
+    if (this.time >= since) return `gone since t = ${words(since, units.time)}`;
     if (kind === "rod") return tell(this.tensions[number], this.arrays.tensions);
     if (kind === "tie") return words(this.arrays.ties.get(this.frame, number), this.motion.ties[number].kind === "pulley" ? units.force : "");
     const row = 3 * this.arrays.held.indexOf(number), { normal, tangent } = this.now;
@@ -248,15 +274,32 @@ export class View {
     return shades;
   }
 
+  private holds = (part: "rods" | "ties" | "supports", number: number) => this.time < this.until[part][number];
+
+  /** Draws the supports that hold now, and the arms of cranks among them. */
+  private placeSupports(): void {
+    const { supports, pivots } = this.motion, holding = supports.filter((k) => this.holds("supports", k)).length, { a, b } = this.arms;
+    if (holding !== this.holding) {
+      this.holding = holding;
+      release(this.fixed.supports);
+      this.fixed.supports.clear();
+      this.fixed.supports.add(drawSupports(this.motion, this.arrays, this.up, this.beadRadius, this.size, this.colours, this.until.supports, this.time));
+      this.fixed.supports.children[0].children.filter((each) => each instanceof Line).forEach((path) => this.paths.expandByObject(path));
+      this.paint();
+    }
+    for (const [k, [point, x, y, z]] of pivots.entries()) {
+      this.place(point).toArray(b, 3 * k);
+      (this.holds("supports", point) ? new Vector3(x, y, z) : this.place(point)).toArray(a, 3 * k);
+    }
+    this.arms.update();
+  }
+
   private placeRods(): void {
-    const { rods: ends } = this.arrays, { a, b, tint } = this.rods, { places: p, shown } = this.now, n = this.motion.points;
+    const { rods: ends } = this.arrays, { a, b, tint } = this.rods, { shown } = this.now;
     for (let k = 0; k < this.motion.rods; ++k) {
-      const i = 3 * ends[2 * k], j = ends[2 * k + 1];
-      const image = j >= n ? this.motion.images[j - n] : null, far = 3 * (image ? image[0] : j);
-      for (let axis = 0; axis < 3; ++axis) {
-        a[3 * k + axis] = shown[i + axis];
-        b[3 * k + axis] = shown[i + axis] + (p[far + axis] - p[i + axis]) + (image ? image[1 + axis] : 0);
-      }
+      const i = 3 * ends[2 * k], isThere = this.time < this.until.rods[k];
+      this.spanOf(k, b, 3 * k);
+      for (let axis = 0; axis < 3; ++axis) b[3 * k + axis] = (a[3 * k + axis] = shown[i + axis]) + (isThere ? b[3 * k + axis] : 0);
       if (!Number.isFinite(this.tensions[k])) { tint.fill(0.85, 3 * k, 3 * k + 3); continue; } // not known, as in pictures
       const part = this.scale > 0 ? Math.max(-1, Math.min(1, this.tensions[k] / this.scale)) : 0;
       const shade = 3 * (most_shades + Math.round(most_shades * part));
@@ -309,7 +352,7 @@ export class View {
 
   render(): void {
     this.mark();
-    this.beads.mesh.visible = this.fixed.supports.visible = this.shows.points;
+    this.beads.mesh.visible = this.fixed.supports.visible = this.arms.mesh.visible = this.shows.points;
     this.rods.mesh.visible = this.shows.rods;
     this.fixed.guides.visible = this.ropes.ribbons.mesh.visible = this.shows.guides;
     this.fixed.cell.visible = this.shows.cell;
@@ -335,8 +378,8 @@ export class View {
     };
     for (const k of this.arrays.held) tryOne("point", k, this.now.shown.subarray(3 * k, 3 * k + 3));
     if (found && best < 8) return found; // which rods end at
-    for (let k = 0; k < this.motion.rods; ++k) tryOne("rod", k, this.rods.a.subarray(3 * k, 3 * k + 3), this.rods.b.subarray(3 * k, 3 * k + 3));
-    this.motion.ties.forEach((tie, k) => courseOf(tie, this.place).forEach((to, part, course) => { if (part) tryOne("tie", k, course[part - 1].toArray(), to.toArray()); }));
+    for (let k = 0; k < this.motion.rods; ++k) if (this.holds("rods", k)) tryOne("rod", k, this.rods.a.subarray(3 * k, 3 * k + 3), this.rods.b.subarray(3 * k, 3 * k + 3));
+    this.motion.ties.forEach((tie, k) => this.holds("ties", k) && courseOf(tie, this.place).forEach((to, part, course) => { if (part) tryOne("tie", k, course[part - 1].toArray(), to.toArray()); }));
     return found;
   }
 }
