@@ -1,5 +1,5 @@
 import { labelsOf, type Chart } from "./charts";
-import { measure, units, words, type Arrays, type Figure, type Motion, type PageData } from "./data";
+import { measure, units, words, type Arrays, type Motion, type PageData } from "./data";
 import { fillList, find, make } from "./dom";
 import type { Chosen, View } from "./view";
 
