@@ -53,8 +53,11 @@ Outcome MultiplierSeries::expand(const Kinematics& at, const double* w, const Re
     const Stopwatch watch(&work_.times.solve);
     const Scales& scales = work_.scales;
     extent->longest =
-        lanes_.expand(model_.parallel, coefficients, found.lambda.data(), passes,
-                      {wanted, scales.position_tolerances(), scales.velocity_tolerances()}, extent->last_term);
+        lanes_.expand(model_.parallel, {coefficients,
+                                        found.lambda.data(),
+                                        passes,
+                                        {wanted, scales.position_tolerances(), scales.velocity_tolerances()},
+                                        extent->last_term});
   }
   return is_finite({coefficients.back(), size}) ? Outcome{} : work_.not_finite(at.t, at.x);
 }

@@ -1,6 +1,6 @@
 #include <algorithm>
-#include <limits>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
@@ -13,45 +13,39 @@ namespace tanor::detail {
 namespace {
 
 struct Island {
-  Index number = -1, first_point = 0;
-  std::vector<Index> rows, supports;  // by the topology's rods and places
+  IslandTopology topology;
+  Index number, first_point = 0;
+  std::vector<Index> rows, supports{};  // by the topology's rods and places
 };
 
-/// Reads the rods in [first_row, end_row) as a topology. Returns false if one of the rows is no rod.
-bool read_island(const RodRows& rods, Index first_row, Index end_row, Index num_moving, IslandTopology* topology,
-                 Island* island) {
-  *topology = {};
-  *island = {};
-  island->first_point = std::numeric_limits<Index>::max();
-  Index last_point = 0;
-  for (Index row = first_row; row < end_row; ++row) {
-    const std::array<Index, 2>& ends = rods.ends[static_cast<std::size_t>(row)];
-    if (ends[0] < 0) return false;
-    island->rows.push_back(row);
-    for (const Index point : ends) {
-      if (point >= num_moving) continue;
-      island->first_point = std::min(island->first_point, point);
-      last_point = std::max(last_point, point);
-    }
-  }
-  topology->num_points = last_point - island->first_point + 1;
+/// Reads an island. Returns nothing if one of its rows is no rod.
+std::optional<Island> read_island(const RodRows& rods, const Numbering& numbering, Index number) {
+  const auto num_moving = static_cast<Index>(numbering.num_moving);
+  const Index* const start = numbering.island_start.data() + number;
+  Island island{{}, number, 0, std::vector<Index>(static_cast<std::size_t>(start[1] - start[0]))};
+  std::iota(island.rows.begin(), island.rows.end(), start[0]);
   // Rods are sorted by their points, wherever the user put them. A support is numbered after every moving point.
   const auto ends = [&](Index row) {
     const auto [i, j] = rods.ends[static_cast<std::size_t>(row)];
     return std::array{std::min(i, j), std::min(std::max(i, j), num_moving)};
   };
-  std::stable_sort(island->rows.begin(), island->rows.end(), [&](Index a, Index b) { return ends(a) < ends(b); });
-  for (const Index row : island->rows) {
-    const auto [first, second] = rods.ends[static_cast<std::size_t>(row)];
-    const Index low = std::min(first, second), high = std::max(first, second);
-    int end = high - island->first_point;
-    if (high >= num_moving) {
-      end = topology->num_points + topology->num_supports++;
-      island->supports.push_back(high);
-    }
-    topology->rods.push_back({low - island->first_point, end});
+  std::ranges::stable_sort(island.rows, {}, ends);
+  if (island.first_point = ends(island.rows[0])[0]; island.first_point < 0) return std::nullopt;
+  IslandTopology& topology = island.topology;
+  for (const Index row : island.rows) {
+    const auto [low, high] = ends(row);
+    topology.num_points = std::max(topology.num_points, (high < num_moving ? high : low) + 1 - island.first_point);
   }
-  return true;
+  for (const Index row : island.rows) {
+    auto [low, end] = ends(row);
+    end -= island.first_point;
+    if (const Index high = std::ranges::max(rods.ends[static_cast<std::size_t>(row)]); high >= num_moving) {
+      end = topology.num_points + topology.num_supports++;
+      island.supports.push_back(high);
+    }
+    topology.rods.push_back({low - island.first_point, end});
+  }
+  return island;
 }
 
 /// Puts eight islands of one topology side by side.
@@ -94,12 +88,8 @@ LanePlan take_equal_islands(const RodRows& rods, const Numbering& numbering, boo
   for (const Index number : *islands) {
     const Index* const start = numbering.island_start.data() + number;
     if (!eagerly && static_cast<std::size_t>(start[1] - start[0]) > plan::most_rods_of_batch) continue;
-    IslandTopology topology;
-    Island island;
-    const auto num_moving = static_cast<Index>(numbering.num_moving);
-    if (!read_island(rods, start[0], start[1], num_moving, &topology, &island)) continue;
-    island.number = number;
-    by_topology[std::move(topology)].push_back(std::move(island));
+    if (std::optional<Island> island = read_island(rods, numbering, number))
+      by_topology[std::move(island->topology)].push_back(*std::move(island));
   }
   const auto is_open_path = [&](Index number) {
     const std::optional<RodPath> path = find_path(rods.ends, numbering, number);

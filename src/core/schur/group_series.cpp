@@ -11,20 +11,6 @@ namespace tanor::detail {
 
 // ---- an expansion ----
 
-struct GroupSeries::Expansion {
-  std::span<double* const> coefficients;
-  const double* lambda;
-  int passes;
-  const NeededTerms& needed;
-  std::span<std::uint8_t> last_term;
-
-  bool is_counting() const { return !needed.are_all(); }
-  int order() const { return static_cast<int>(coefficients.size()) - 1; }
-  /// Returns how far apart the series of rods stand. The number is odd: with a power of 2, they would meet in the same
-  /// few lines of the caches.
-  std::size_t stride() const { return coefficients.size() | 1; }
-};
-
 /// A solve for mu_k and r_{k+2}. Each order has `passes` of them.
 struct GroupSeries::Solve {
   int k, pass;
@@ -37,7 +23,7 @@ struct GroupSeries::Solve {
   Solve next(int passes) const { return pass + 1 < passes ? Solve{k, pass + 1} : Solve{k + 1, 0}; }
 };
 
-void GroupSeries::Room::hold(const Expansion& expansion, const GroveVisit& visit) {
+void GroupSeries::Room::hold(const LaneExpansion& expansion, const GroveVisit& visit) {
   const LanePlan::Extent extent = visit.extent();
   half_squares.resize(std::max(half_squares.size(), extent.rods));
   next.resize(packs_of_rod * half_squares.size());
@@ -70,7 +56,7 @@ bool GroupSeries::Room::note(const GroveVisit& visit, int order) {
 /// The rods of one group with their series. Each function of the arrays is one loop nest for each instruction set.
 class GroupSeries::Rods {
  public:
-  Rods(const Expansion& expansion, const GroveVisit& visit, LaneGroups::Group* group, Room* room)
+  Rods(const LaneExpansion& expansion, const GroveVisit& visit, LaneGroups::Group* group, Room* room)
       : expansion_(expansion), group_(*group) {
     const LaneGroup &own = group->plan(), &first = visit.groups()[0];
     const std::size_t rod = own.first_rod - first.first_rod, place = own.first_place - first.first_place;
@@ -247,13 +233,13 @@ class GroupSeries::Rods {
     }
   };
 
-  const Expansion& expansion_;
+  const LaneExpansion& expansion_;
   LaneGroups::Group& group_;
   Arrays arrays_;
 };
 
 /// Computes the terms that are needed, and sets the others to 0.
-void GroupSeries::expand(const Expansion& expansion, const GroveVisit& visit) {
+void GroupSeries::expand(const LaneExpansion& expansion, const GroveVisit& visit) {
   Room& room = rooms_[visit.workspace()];
   room.hold(expansion, visit);
   const int passes = expansion.passes, order = expansion.order();
@@ -302,11 +288,9 @@ void GroupSeries::expand(const Expansion& expansion, const GroveVisit& visit) {
   }
 }
 
-double GroupSeries::expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda,
-                           int passes, const NeededTerms& needed, std::span<std::uint8_t> last_term) {
+double GroupSeries::expand(const Parallel& parallel, const LaneExpansion& expansion) {
   rooms_.resize(groups_.workspaces().size());
   for (Room& room : rooms_) room.longest = any_length;
-  const Expansion expansion{coefficients, lambda, passes, needed, last_term};
   visit_groves(parallel, &groups_, Pass::Repeated, [&](const GroveVisit& visit) { expand(expansion, visit); });
   double longest = any_length;
   for (const Room& room : rooms_) longest = std::min(longest, room.longest);

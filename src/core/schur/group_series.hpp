@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -28,12 +27,10 @@ class GroupSeries final : public IslandSeries {
       : groups_(std::move(plan), rods, inverse_mass, numbering.num_moving, threads) {}
 
   std::size_t num_parts() const override { return groups_.plan().num_groves(); }
-  double expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda, int passes,
-                const NeededTerms& needed, std::span<std::uint8_t> last_term) override;
+  double expand(const Parallel& parallel, const LaneExpansion& expansion) override;
 
  private:
   using Largest = TermCounter::Largest;
-  struct Expansion;
   struct Solve;
   /// The arrays of a grove.
   struct Room {
@@ -47,14 +44,14 @@ class GroupSeries final : public IslandSeries {
     std::size_t first_island = 0;
     double longest = any_length;  // see FoundTerms
 
-    void hold(const Expansion& expansion, const GroveVisit& visit);
+    void hold(const LaneExpansion& expansion, const GroveVisit& visit);
     /// Notes an order. Returns true if no island needs more.
     bool note(const GroveVisit& visit, int order);
   };
   class Rods;
   static constexpr std::size_t packs_of_rod = sizeof(RodSeries<num_lanes>::Coefficient) / sizeof(Pack<>);
 
-  void expand(const Expansion& expansion, const GroveVisit& visit);
+  void expand(const LaneExpansion& expansion, const GroveVisit& visit);
 
   LaneGroups groups_;
   std::vector<Room> rooms_;  // [thread]

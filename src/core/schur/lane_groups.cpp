@@ -36,7 +36,7 @@ void LaneGroups::read_rods(const RodRows& given) {
   const std::size_t num_rods = plan_.num_slots();
   block_.assign(num_rods * num_lanes, no_block);
   for (Packs* const moving : {&lengths_.first, &lengths_.second}) {
-    if (!given.lengths.empty()) moving->resize(num_rods);
+    if (!given.moving_length.empty()) moving->resize(num_rods);
   }
   lengths_.value.resize(num_rods);
   are_shifted_ = !given.offset.empty();
@@ -53,8 +53,8 @@ void LaneGroups::read_rods(const RodRows& given) {
     const auto block = static_cast<Index>(given.block[row]);
     block_[slot] = given.ends[row][0] == first ? block : ~block;
     lengths_.value.data()[rod][lane] = given.constant_length[row];
-    if (const MovingScalar* const length = given.lengths.empty() ? nullptr : given.moving_length(row))
-      moving_lengths_.emplace_back(slot, length);
+    if (!given.moving_length.empty() && given.moving_length[row] != nullptr)
+      moving_lengths_.emplace_back(slot, given.moving_length[row]);
   });
   read_offsets(given.offset);
 }
@@ -86,9 +86,9 @@ void LaneGroups::read_masses(std::span<const double> inverse_mass) {
 
 namespace {
 
-/// Returns the sequences that the first ones of so many numbers [k][lane] form. Number ~k stands for k turned, which
-/// all of them are, or none.
-Sequences find_sequences(const Index* numbers, std::size_t count) {
+/// Returns the sequences that the first ones of so many numbers [k][lane] of things form, each of which has `width`
+/// numbers. Number ~k stands for k turned, which all of them are, or none.
+Sequences find_sequences(const Index* numbers, std::size_t count, std::size_t width) {
   const bool are_turned = numbers[0] < 0;
   const auto number = [&](std::size_t slot) { return are_turned ? ~numbers[slot] : numbers[slot]; };
   Sequences result{.sign = are_turned ? -1.0 : 1.0};
@@ -98,6 +98,7 @@ Sequences find_sequences(const Index* numbers, std::size_t count) {
     if (number(slot) < 0 || number(slot) != result.first[slot % num_lanes] + k) break;
     result.count = (slot + 1) / num_lanes;
   }
+  if (width * result.count < 4) result.count = 0;
   return result;
 }
 
@@ -108,18 +109,17 @@ void LaneGroups::find_places() {
     GroupTransfers::Places& found = places_.emplace_back();
     const Index* const point = plan_.point.data() + group.first_place * num_lanes;
     std::vector<Index> numbers(point, point + group.num_places * num_lanes);
+    const auto own = std::ranges::find_if(numbers, [](Index each) { return each < 0; }) - numbers.begin();
     for (Index& each : numbers) each = each < 0 ? ~each : each;
-    found.points = find_sequences(numbers.data(), group.num_places);
-    const Index* const end = point + num_lanes * found.points.count;
-    const auto is_own = [](Index own) { return own >= 0; };
-    found.own_points = found.points;
-    found.own_points.count = static_cast<std::size_t>(std::find_if_not(point, end, is_own) - point) / num_lanes;
-    // The rods of a path that are left over are few in a row, and are moved one by one in less time.
-    if (group.is_padded || (group.num_rods == 1 && plan_.is_of_paths())) continue;
-    for (const auto& [list, sequences] : {std::pair(&plan_.row, &found.rows), std::pair(&block_, &found.blocks)}) {
-      const Sequences own = find_sequences(list->data() + group.first_rod * num_lanes, group.num_rods);
-      if (own.count == group.num_rods) *sequences = own;
-    }
+    found.points = find_sequences(numbers.data(), group.num_places, 3);
+    found.own_points = find_sequences(numbers.data(), static_cast<std::size_t>(own) / num_lanes, 3);
+    if (group.is_padded) continue;
+    const auto all_of = [&](const std::vector<Index>& list, std::size_t width) {
+      const Sequences result = find_sequences(list.data() + group.first_rod * num_lanes, group.num_rods, width);
+      return result.count == group.num_rods ? result : Sequences{};
+    };
+    found.rows = all_of(plan_.row, 1);
+    found.blocks = all_of(block_, 3);
   }
 }
 

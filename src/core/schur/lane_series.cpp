@@ -26,7 +26,7 @@ std::vector<Index> find_fixed_rods(const RodRows& rods, const Numbering& numberi
   std::erase_if(result, [&](Index island) {
     const Index* const start = numbering.island_start.data() + island;
     for (auto row = static_cast<std::size_t>(start[0]); row < static_cast<std::size_t>(start[1]); ++row)
-      if (rods.ends[row][0] < 0 || rods.moving_length(row) != nullptr) return true;
+      if (rods.ends[row][0] < 0 || (!rods.moving_length.empty() && rods.moving_length[row] != nullptr)) return true;
     return false;
   });
   return result;
@@ -74,11 +74,9 @@ std::size_t LaneSeries::num_parts() const {
   return result;
 }
 
-double LaneSeries::expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda,
-                          int passes, const NeededTerms& needed, std::span<std::uint8_t> last_term) {
+double LaneSeries::expand(const Parallel& parallel, const LaneExpansion& expansion) {
   double longest = any_length;
-  for (const auto& series : series_)
-    longest = std::min(longest, series->expand(parallel, coefficients, lambda, passes, needed, last_term));
+  for (const auto& series : series_) longest = std::min(longest, series->expand(parallel, expansion));
   return longest;
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
@@ -33,13 +32,8 @@ class LaneSeries {
   std::span<const char> left_rows() const { return left_rows_; }
   const IndexRanges& left_points() const { return left_points_; }
 
-  /// Computes r_3 … r_P of the islands from r_0, r_1, r_2 of coefficients[0 … P], each [3n], and from lambda_0 [d].
-  /// Those of other points stay as they are; of supports, they are 0 from the third on. `passes` is the number of
-  /// solves at each order; more than one refine.
-  /// Terms that are not needed are 0; last_term [n] gets the number of each point's last one that is not. Returns the
-  /// longest step that the islands serve whose terms end earlier than others', s.
-  double expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda, int passes,
-                const NeededTerms& needed, std::span<std::uint8_t> last_term);
+  /// Returns the longest step that the islands serve whose terms end earlier than others', s.
+  double expand(const Parallel& parallel, const LaneExpansion& expansion);
 
  private:
   std::vector<std::unique_ptr<IslandSeries>> series_;

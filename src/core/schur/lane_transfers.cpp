@@ -93,7 +93,8 @@ struct FourSequences {
   }
 };
 
-/// Calls tile(k) for four numbers of each lane from the k-th on. The last tile overlaps the one before it if needed.
+/// Calls tile(k) for four numbers of each lane from the k-th on; there are no fewer. The last tile overlaps the one
+/// before it if needed.
 template <class Tile>
 [[gnu::always_inline]] inline void for_each_tile(std::size_t count, const Tile& tile) {
   for (std::size_t k = 0; k + 4 <= count; k += 4) tile(k);
@@ -115,12 +116,6 @@ template <std::size_t of_register>
       halves[1] = sign * right;
     }
   };
-  if (count < 4) {
-    for (std::size_t k = 0; k < count; ++k) {
-      put(k, Four{low.a[k], low.b[k], low.c[k], low.d[k]}, Four{high.a[k], high.b[k], high.c[k], high.d[k]});
-    }
-    return;
-  }
   for_each_tile(
       count, [&](std::size_t k) __attribute__((always_inline)) {
         Four a = four_at(low.a + k), b = four_at(low.b + k), c = four_at(low.c + k), d = four_at(low.d + k);
@@ -142,14 +137,6 @@ template <std::size_t of_register>
     const auto take = [&](std::size_t k) __attribute__((always_inline))->Four {
       return sign * four_at(lanes + k * num_lanes);
     };
-    for (std::size_t k = 0; count < 4 && k < count; ++k) {
-      const Four value = take(k);
-      at.a[k] = value[0];
-      at.b[k] = value[1];
-      at.c[k] = value[2];
-      at.d[k] = value[3];
-    }
-    if (count < 4) continue;
     for_each_tile(
         count, [&](std::size_t k) __attribute__((always_inline)) {
           Four a = take(k), b = take(k + 1), c = take(k + 2), d = take(k + 3);

@@ -25,10 +25,10 @@ void gather_rows(const double* from, const Index* rows, std::size_t count, Pack<
 void scatter_rows(const Pack<>* from, const Index* rows, std::size_t count, double* to);
 
 /// Things of each lane that follow one another in memory: `count` of them from first[lane] on, each of so many numbers,
-/// which are moved times the sign.
+/// four and more in all, which are moved times the sign.
 struct Sequences {
   std::array<Index, num_lanes> first{};
-  std::size_t count = 0;  ///< 0 if they do not follow
+  std::size_t count = 0;  ///< 0 if they do not follow, or are too few
   double sign = 1.0;
 };
 void gather_sequences(const double* from, const Sequences& given, std::size_t width, Pack<>* to);

@@ -21,19 +21,30 @@ class PathCutter {
     if (num_rods_ > 0 && num_rods_ + path.num_rows() > rods_of_grove) end_grove();
     num_rods_ += path.num_rows();
     plan_.num_rods += path.num_rows();
-    plan_.islands.push_back({static_cast<Index>(path.first_point()), static_cast<Index>(path.end_point())});
+    plan_.islands.push_back({path.first_point, path.end_point});
+    const auto is_own = [&](Index point) { return point >= path.first_point && point < path.end_point; };
 
-    const std::size_t begin = path.first + (path.left_support >= 0 ? 1 : 0),
-                      end = std::max(begin, path.end - (path.right_support >= 0 ? 1 : 0)), num_between = end - begin;
+    const std::size_t begin = is_own(path.points.front()) ? 0 : 1,
+                      at_end = !path.is_ring && is_own(path.points.back()) ? 0 : 1,
+                      end = std::max(begin, path.num_rows() - at_end), num_between = end - begin;
     const std::size_t in_lanes = num_between < plan::fewest_rods_in_lanes ? 0 : num_between / num_lanes;  // rods a lane
     const std::size_t count = (in_lanes + plan::most_rods_of_piece - 1) / plan::most_rods_of_piece;
     const std::size_t first_separator = plan_.num_separators();
-    std::size_t separator = first_separator;
-    std::size_t row = path.first;
+    std::size_t separator = first_separator, row = 0;
     const auto next = [&](std::size_t length) {
-      const Piece result{path, row, separator++, static_cast<Index>(plan_.islands.size()) - 1};
+      const auto first = path.points.begin() + static_cast<std::ptrdiff_t>(row);
+      Piece piece{path.first_row + static_cast<Index>(row),
+                  static_cast<Index>(plan_.islands.size()) - 1,
+                  separator++,
+                  {first, first + length + 1}};
       row += length;
-      return result;
+      Index &front = piece.points.front(), &back = piece.points.back();
+      piece.ends_path = row == path.num_rows();
+      piece.has_support = !is_own(front) || !is_own(back);
+      if (!is_own(front)) front = ~front;
+      // The end of an open path is no other piece's.
+      if (!piece.ends_path || path.is_ring || !is_own(back)) back = ~back;
+      return piece;
     };
     while (row < begin) alone_.push_back(next(1));
     for (std::size_t k = 0; k < count; ++k) {
@@ -42,7 +53,7 @@ class PathCutter {
       while (pieces.size() < num_lanes) pieces.push_back(next(length));
       add_group(pieces, length);
     }
-    while (row < path.first + path.num_rows()) alone_.push_back(next(1));
+    while (row < path.num_rows()) alone_.push_back(next(1));
     plan_.paths.push_back({first_separator, separator, path.is_ring});
     // Each separator of a ring has a product with the closing rod.
     ++plan_.factor.parts;
@@ -64,9 +75,10 @@ class PathCutter {
   static constexpr double flops_a_rod = 9.0;
 
   struct Piece {
-    RodPath path;
-    std::size_t first_row, separator;
-    Index island;
+    Index first_row, island;
+    std::size_t separator;
+    std::vector<Index> points;  // as in LanePlan
+    bool ends_path = false, has_support = false;
   };
 
   void add_group(std::span<const Piece> pieces, std::size_t length) {
@@ -81,24 +93,16 @@ class PathCutter {
   }
 
   void add_piece(const Piece& piece, bool is_there, std::size_t lane, LaneGroup* group) {
-    const RodPath& path = piece.path;
-    const std::size_t length = group->num_rods;
     Index* const point = plan_.point.data() + num_lanes * group->first_place + lane;
     Index* const row = plan_.row.data() + num_lanes * group->first_rod + lane;
-    const auto first = static_cast<Index>(path.left_point(piece.first_row));
-    const bool begins_at_support = path.begins_at_support(piece.first_row);
-    const std::size_t end_row = piece.first_row + length;
-    // Says whether the last point is the end of an open path, which no other piece has.
-    const bool has_end = !path.is_ring && end_row == path.end && path.right_support < 0;
-    point[0] = is_there && !begins_at_support ? first : ~first;
-    for (std::size_t k = 1; k <= length; ++k) {
-      const auto next = static_cast<Index>(path.right_point(piece.first_row + k - 1));
-      point[num_lanes * k] = !is_there ? ~first : k < length || has_end ? next : ~next;
-      if (is_there) row[num_lanes * (k - 1)] = static_cast<Index>(piece.first_row + k - 1);
-    }
+    const Index first = piece.points.front();
+    for (std::size_t k = 0; k < piece.points.size(); ++k)
+      point[num_lanes * k] = is_there ? piece.points[k] : first < 0 ? first : ~first;
+    for (std::size_t k = 0; is_there && k < group->num_rods; ++k)
+      row[num_lanes * k] = piece.first_row + static_cast<Index>(k);
     group->island[lane] = piece.island;
-    group->ends_island[lane] = end_row == path.first + path.num_rows();
-    group->has_supports = group->has_supports || begins_at_support || path.ends_at_support(end_row - 1);
+    group->ends_island[lane] = piece.ends_path;
+    group->has_supports = group->has_supports || piece.has_support;
     if (is_there) group->separator[lane] = piece.separator;
   }
 

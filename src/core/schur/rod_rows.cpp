@@ -1,26 +1,25 @@
 #include "schur/rod_rows.hpp"
 
+#include <algorithm>
+
 namespace tanor::detail {
 
 std::optional<RodPath> find_path(std::span<const std::array<Index, 2>> ends, const Numbering& numbering, Index island) {
-  const auto joins = [&](std::size_t row, Index a, Index b) {
-    return ends[row] == std::array{a, b} || ends[row] == std::array{b, a};
-  };
-  const auto num_moving = static_cast<Index>(numbering.num_moving);
+  const auto is_moving = [&](Index point) { return point < static_cast<Index>(numbering.num_moving); };
   const Index* const start = numbering.island_start.data() + island;
-  RodPath path{.first = static_cast<std::size_t>(start[0]), .end = static_cast<std::size_t>(start[1]), .shift = 0};
-  const auto& [i, j] = ends[path.first];
-  const Index low = std::min(i, j), high = std::max(i, j),
-              last = std::max(ends[path.end - 1][0], ends[path.end - 1][1]);
-  const auto num_rows = static_cast<Index>(path.end - path.first);
-  path.is_ring = num_rows > 2 && high < num_moving && joins(path.end - 1, low, low + num_rows - 1);
-  if (path.is_ring) --path.end;
-  if (high >= num_moving) path.left_support = high;
-  if (path.end - path.first > 1 && last >= num_moving) path.right_support = last;
-  path.shift =
-      static_cast<std::ptrdiff_t>(low) - static_cast<std::ptrdiff_t>(path.first) - (high >= num_moving ? 1 : 0);
-  for (std::size_t row = path.first; row < path.first + path.num_rows(); ++row) {
-    if (!joins(row, static_cast<Index>(path.left_point(row)), static_cast<Index>(path.right_point(row)))) return {};
+  const auto [low, high] = std::ranges::minmax(ends[static_cast<std::size_t>(start[0])]);
+  RodPath path{start[0], low, is_moving(high) ? low + 1 : low, {is_moving(high) ? low : high}};
+  for (Index row = start[0]; row < start[1]; ++row) {
+    const auto [i, j] = ends[static_cast<std::size_t>(row)];
+    const Index here = path.points.back(), next = here == i ? j : i;
+    if (here != i && here != j) return std::nullopt;
+    path.points.push_back(next);
+    if (path.end_point == next && is_moving(next)) {
+      ++path.end_point;
+      continue;
+    }
+    path.is_ring = is_moving(next) && next == path.points.front() && path.num_rows() > 2;
+    if (row + 1 < start[1] || (is_moving(next) && !path.is_ring)) return std::nullopt;
   }
   return path;
 }

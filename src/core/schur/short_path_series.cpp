@@ -35,16 +35,17 @@ ShortPathSeries::ShortPathSeries(const RodRows& rods, const Numbering& numbering
     return true;
   });
   for (const auto& [path, first] : paths_) {
-    for (std::size_t i = 0; i <= path.num_rows(); ++i) inverse_mass_.push_back(inverse_mass[path.point(i)]);
-    for (std::size_t row = path.first; !rods.offset.empty() && row < path.end; ++row) {
-      const bool is_turned = static_cast<std::size_t>(rods.ends[row][0]) != path.left_point(row);
+    for (const Index point : path.points) inverse_mass_.push_back(inverse_mass[static_cast<std::size_t>(point)]);
+    for (std::size_t k = 0; !rods.offset.empty() && k < path.num_rows(); ++k) {
+      const std::size_t row = static_cast<std::size_t>(path.first_row) + k;
+      const bool is_turned = rods.ends[row][0] != path.points[k];
       offsets_.push_back(is_turned ? -rods.offset[row] : rods.offset[row]);
     }
   }
 }
 
 /// The expansion of one path.
-struct ShortPathSeries::Expansion {
+struct ShortPathSeries::OnePath {
   std::size_t num_rods, stride;
   Rod* rods;
   Point* points;
@@ -153,11 +154,11 @@ struct ShortPathSeries::Expansion {
   }
 };
 
-double ShortPathSeries::expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda,
-                               int passes, const NeededTerms& needed, std::span<std::uint8_t> last_term) {
-  const std::size_t stride = coefficients.size() | 1;  // see GroupSeries::Expansion
-  const int order = static_cast<int>(coefficients.size()) - 1;
-  const bool is_counting = !needed.are_all();
+double ShortPathSeries::expand(const Parallel& parallel, const LaneExpansion& expansion) {
+  const auto& [coefficients, lambda, passes, needed, last_term] = expansion;
+  const std::size_t stride = expansion.stride();
+  const int order = expansion.order();
+  const bool is_counting = expansion.is_counting();
   const Parallel worth(inverse_mass_.size() < plan::rows_of_lanes_worth_a_thread ? 1 : parallel.threads());
   rooms_.resize(static_cast<std::size_t>(parallel.threads()));
   for (Room& room : rooms_) {
@@ -170,23 +171,24 @@ double ShortPathSeries::expand(const Parallel& parallel, std::span<double* const
     Room& room = rooms_[thread];
     const auto& [path, first] = paths_[p];
     for (std::size_t i = 0; i <= path.num_rows(); ++i) {
-      const auto number = static_cast<Index>(path.point(i));
+      const Index number = path.points[i];
       const auto [position, velocity] = is_counting ? needed.atol_of(number) : NeededTerms::Errors{};
       room.points[i] = {Four{}, inverse_mass_[first + p + i], position, velocity, number};
     }
-    const Expansion expansion{path.num_rows(), stride, room.rods.data(), room.points.data(),
-                              reinterpret_cast<Four*>(room.series.data())};
-    expansion.begin(coefficients, lambda + path.first, offsets_.empty() ? nullptr : offsets_.data() + first, needed);
+    const OnePath own{path.num_rows(), stride, room.rods.data(), room.points.data(),
+                      reinterpret_cast<Four*>(room.series.data())};
+    own.begin(coefficients, lambda + path.first_row, offsets_.empty() ? nullptr : offsets_.data() + first, needed);
     TermCounter terms(needed.step, 1);
     int reached = 2;
     for (bool are_enough = false; !are_enough && reached < order;) {
       const int k = reached++ - 1;
-      const TermCounter::Largest largest = expansion.advance(k, passes, coefficients[reached]);
+      const TermCounter::Largest largest = own.advance(k, passes, coefficients[reached]);
       are_enough = is_counting && terms.note(reached, largest);
     }
     const FoundTerms found = terms.found(0, order);
     room.longest = std::min(room.longest, found.longest);
-    end_series(found, reached, path.first_point(), path.end_point(), coefficients, last_term);
+    end_series(found, reached, static_cast<std::size_t>(path.first_point), static_cast<std::size_t>(path.end_point),
+               coefficients, last_term);
   });
   double longest = any_length;
   for (const Room& room : rooms_) longest = std::min(longest, room.longest);

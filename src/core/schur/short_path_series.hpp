@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -21,8 +20,7 @@ class ShortPathSeries final : public IslandSeries {
                   std::vector<Index>* islands);
 
   std::size_t num_parts() const override { return paths_.size(); }
-  double expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda, int passes,
-                const NeededTerms& needed, std::span<std::uint8_t> last_term) override;
+  double expand(const Parallel& parallel, const LaneExpansion& expansion) override;
 
  private:
   struct Rod {
@@ -46,7 +44,7 @@ class ShortPathSeries final : public IslandSeries {
     Packs series;               // [rod][order] Four of a_k and mu_k
     double longest;             // see FoundTerms
   };
-  struct Expansion;
+  struct OnePath;
 
   std::vector<Path> paths_;
   std::vector<double> inverse_mass_;  // [path][point]

@@ -43,23 +43,16 @@ SparseSolver::SparseSolver(const SchurProblem& problem, IslandGroup given)
               .factor = solver_.summary().factor};
 }
 
-/// Evaluates b = phi + K'w0 with w0 in w, and K unless `blocks` is null.
-double SparseSolver::evaluate(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
-                              double* w) {
-  if (motion.uniform != nullptr) {
-    group().points.for_ranges(parallel, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) store(w, i, *motion.uniform);
-    });
-  }
-  return group().constraints.evaluate_right_side(parallel, group().members, motion.r, motion.v, w, b, blocks);
-}
-
 Elimination SparseSolver::solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks,
                                 double* b, double* lambda, double* w) {
   const bool keeps = use == FactorUse::Keep;
   bring_points(parallel, motion.source);
   Elimination result;
-  result.largest_right_side = evaluate(parallel, motion, keeps ? nullptr : blocks, b, w);
+  group().points.for_ranges(parallel, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; motion.uniform != nullptr && i < end; ++i) store(w, i, *motion.uniform);
+  });
+  result.largest_right_side = group().constraints.evaluate_right_side(parallel, group().members, motion.r, motion.v, w,
+                                                                      b, keeps ? nullptr : blocks);
   if (!std::isfinite(result.largest_right_side)) return result;
   if (!keeps) (void)factorize(parallel, blocks);
   result.reciprocal_condition = reciprocal_condition_;

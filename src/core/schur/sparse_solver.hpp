@@ -20,7 +20,6 @@ class SparseSolver final : public IslandSolver {
   const GramSolver::Summary& factor() const { return solver_.summary(); }
 
  private:
-  double evaluate(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b, double* w);
   void refine(const Parallel& parallel, const double* blocks, const double* b, double* lambda, Elimination* found);
 
   GramSolver solver_;  // its rows are the group's, one after the other
