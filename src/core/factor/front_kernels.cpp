@@ -11,8 +11,8 @@ namespace tanor::detail::kernels {
 
 namespace {
 
-constexpr std::size_t depth = plan::terms_of_product, height = plan::rows_of_product;
-static_assert(depth % front_width == 0 && height % front_width == 0 && front_width == 2 * tile,
+constexpr std::size_t depth = plan::terms_of_product;
+static_assert(depth % front_width == 0 && front_width == 2 * tile,
               "a tile begins at the first lane of a register or in its middle");
 
 /// Computes c_ij -= sum over k of a_ik b_jk for `lanes` x 8 rows and `columns` columns, or c = -… if c is fresh. The
@@ -57,24 +57,6 @@ template <class Lanes, std::size_t columns, bool fresh = false>
   if (i < end) subtract_tile<Lanes, 1, columns, fresh>(terms, a + i, b, stride, c + i, c_stride);
 }
 
-/// Computes c -= a a' with `some` terms in the first columns of a lower triangle.
-template <class Lanes, bool fresh>
-[[gnu::always_inline]] inline void subtract_terms(std::size_t rows, std::size_t columns, std::size_t some,
-                                                  const double* a, std::size_t stride, double* c,
-                                                  std::size_t c_stride) {
-  const std::size_t end = lanes_of(rows + front_width - 1);
-  for (std::size_t top = 0; top < end; top += height) {
-    const std::size_t bottom = std::min(end, top + height);
-    for (std::size_t j = 0; j < std::min(columns, bottom); j += tile) {
-      with_columns(
-          columns - j, [&](auto count) __attribute__((always_inline)) {
-            subtract_rows<Lanes, count, fresh>(std::max(top, lanes_of(j)), bottom, some, a, a + j, stride,
-                                               c + j * c_stride, c_stride);
-          });
-    }
-  }
-}
-
 /// Computes c -= a b' for whole lanes of rows, `wide` columns at once; 24 rows at a time stay in the first cache.
 template <class Lanes, std::size_t lanes, std::size_t wide, bool fresh>
 [[gnu::always_inline]] inline void subtract_slices(const FrontBlock& block, std::size_t terms, const double* a,
@@ -94,6 +76,20 @@ template <class Lanes, std::size_t lanes, std::size_t wide, bool fresh>
   }
   if constexpr (lanes > 1) {
     if (i < end) subtract_slices<Lanes, lanes - 1, wide, fresh>(block, terms, a, b, stride, c, c_stride, i, end);
+  }
+}
+
+/// Does the same for all rows of a block, some terms at a time.
+template <class Lanes>
+[[gnu::always_inline]] inline void subtract_all(const FrontBlock& block, std::size_t terms, const double* a,
+                                                const double* b, std::size_t stride, double* c, std::size_t c_stride) {
+  for (std::size_t k = 0; k < terms; k += depth, a += depth * stride, b += depth * stride) {
+    const std::size_t some = std::min(depth, terms - k);
+    if (block.is_fresh && k == 0) {
+      subtract_slices<Lanes, 3, 8, true>(block, some, a, b, stride, c, c_stride, 0, block.rows);
+    } else {
+      subtract_slices<Lanes, 3, 8, false>(block, some, a, b, stride, c, c_stride, 0, block.rows);
+    }
   }
 }
 
@@ -246,10 +242,9 @@ template <class Lanes>
           });
     }
     if (failed < columns) return failed;
-    if (end < columns) {
-      subtract_terms<Lanes, false>(rows - end, columns - end, end - first, panel + first * stride + end, stride,
-                                   panel + end * stride + end, stride);
-    }
+    const double* const rest = panel + first * stride + end;
+    subtract_all<Lanes>({lanes_of(rows - end + front_width - 1), columns - end, true}, end - first, rest, rest, stride,
+                        panel + end * stride + end, stride);
   }
   return columns;
 }
@@ -259,12 +254,9 @@ template <class Lanes>
 [[gnu::always_inline]] inline void set_negative_square(std::size_t rows, std::size_t terms, const double* a,
                                                        std::size_t stride, const Triangle& update) {
   for (std::size_t j = 0; j < rows; j += Triangle::width) {
-    const std::size_t columns = std::min(Triangle::width, rows - j), c_stride = update.stride_of(j);
-    double* const c = update.column(j) + j;
-    subtract_terms<Lanes, true>(rows - j, columns, std::min(depth, terms), a + j, stride, c, c_stride);
-    for (std::size_t k = depth; k < terms; k += depth)
-      subtract_terms<Lanes, false>(rows - j, columns, std::min(depth, terms - k), a + k * stride + j, stride, c,
-                                   c_stride);
+    const std::size_t columns = std::min(Triangle::width, rows - j);
+    subtract_all<Lanes>({lanes_of(rows - j + front_width - 1), columns, true, true}, terms, a + j, a + j, stride,
+                        update.column(j) + j, update.stride_of(j));
   }
 }
 
@@ -294,15 +286,7 @@ void add_to_front(const TrianglePart& part, const ChildUpdate& child, const Fron
 void subtract_block(const FrontBlock& block, std::size_t terms, const double* a, const double* b, std::size_t stride,
                     double* c, std::size_t c_stride) {
   dispatch([=, &block]<class Lanes>(std::type_identity<Lanes>) {
-    for (std::size_t k = 0; k < terms; k += depth) {
-      const std::size_t some = std::min(depth, terms - k);
-      if (block.is_fresh && k == 0) {
-        subtract_slices<Lanes, 3, 8, true>(block, some, a, b, stride, c, c_stride, 0, block.rows);
-      } else {
-        subtract_slices<Lanes, 3, 8, false>(block, some, a + k * stride, b + k * stride, stride, c, c_stride, 0,
-                                            block.rows);
-      }
-    }
+    subtract_all<Lanes>(block, terms, a, b, stride, c, c_stride);
   });
 }
 

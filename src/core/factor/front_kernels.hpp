@@ -11,7 +11,8 @@ namespace tanor::detail::kernels {
 inline constexpr std::size_t front_width = 8;
 
 /// Replaces the first columns of a front, whose lower triangle stands in `panel` [rows, columns], by those of L. The
-/// entries above the diagonal become 0. Returns the first column without a positive pivot, or `columns`.
+/// entries above the diagonal, in its lanes, become 0; those further up are of no use. Returns the first column without
+/// a positive pivot, or `columns`.
 std::size_t factorize_panel(std::size_t columns, std::size_t rows, std::size_t stride, double* panel);
 
 /// The lower triangle of an update, stored in blocks of columns that begin at the diagonal. It takes little more than

@@ -77,9 +77,9 @@ inline constexpr double flops_worth_metis = 500.0, flops_worth_metis_on_rows = 5
 /// (bench/orderings).
 inline constexpr double clearly_better_cut = 0.9;
 
-/// Terms and rows of a product of dense blocks that are worked on at once. Argued, not measured: the factors, 64 x 512
-/// numbers or 256 KiB, stay in the second cache.
-inline constexpr std::size_t terms_of_product = 64, rows_of_product = 512;
+/// Terms of a product of dense blocks that are worked on at once. Argued, not measured: the factor of 24 rows, 12 KiB,
+/// stays in the first cache, and that of 512 columns in the second one.
+inline constexpr std::size_t terms_of_product = 64;
 /// Numbers of L that take as much time to read and write as it takes to enter another front. Columns share a front if
 /// that stores no more numbers than this beyond those of both (bench/fronts: nets and lattices; times of 64 to 128
 /// differ by less than a tenth, with 160 a solve of a net of 300 takes a sixth more).
