@@ -57,7 +57,12 @@ FrontTree::FrontTree(const Supernodes& supernodes) {
   cut(all);
   place_on_stacks();
   place_shared_updates(all);
-  place_vectors(all);
+  for (Front& front : fronts) {
+    if (!front.is_shared() && !front.is_tiled) continue;
+    // A tiled front also has room for the sums of each tile.
+    const std::size_t sums = front.is_tiled ? tile * num_tiles(front.stride) * num_tiles(front.columns) : 0;
+    front.vector = std::exchange(vectors_size, vectors_size + front.stride + sums);
+  }
   add_tasks(all, true);
   add_tasks(all, false);
 }
@@ -225,17 +230,6 @@ void FrontTree::place_shared_updates(const std::vector<int>& all) {
     front.update = arena.first_gap(size, std::numeric_limits<std::size_t>::max(), meets);
     arena.add(s, front.update, size);
     arena_size = std::max(arena_size, front.update + size);
-  }
-}
-
-void FrontTree::place_vectors(const std::vector<int>& all) {
-  for (const int s : all) {
-    Front& front = fronts[static_cast<std::size_t>(s)];
-    if (!front.is_shared() && !front.is_top) continue;
-    front.vector = vectors_size;
-    vectors_size += front.stride;
-    // A tiled front also has room for the sums of each tile.
-    if (front.is_tiled) vectors_size += tile * num_tiles(front.stride) * num_tiles(front.columns);
   }
 }
 

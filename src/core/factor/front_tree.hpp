@@ -88,7 +88,6 @@ struct FrontTree {
   void cut(const std::vector<int>& all);
   void place_on_stacks();
   void place_shared_updates(const std::vector<int>& all);
-  void place_vectors(const std::vector<int>& all);
   void add_tasks(const std::vector<int>& all, bool of_factor);
   int add_tiles(std::size_t s, bool of_factor, const std::vector<int>& before, FrontTasks* to) const;
 };

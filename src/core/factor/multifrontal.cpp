@@ -18,11 +18,10 @@ Multifrontal::Multifrontal(const TrianglePattern& lower, std::size_t num_kept)
   arena_.resize(tree_.arena_size + front_width);
   pivots_.resize(lower.size());
   inverse_pivots_.resize(lower.size());
-  z_.resize(lower.size() + tree_.vectors_size + front_width);
+  vectors_.resize(tree_.vectors_size + front_width);
   ahead_ = panels_.size() > plan::numbers_beyond_cache ? plan::numbers_fetched_ahead : 0;
   find_rows_in_parents();
   find_entries(lower);
-  find_places();
   reserve(1);
 }
 
@@ -70,7 +69,7 @@ void Multifrontal::reserve(int threads) {
 }
 
 std::size_t Multifrontal::num_beside() const {
-  std::size_t result = arena_.size() + z_.size();
+  std::size_t result = arena_.size() + vectors_.size();
   for (const Workspace& workspace : workspaces_)
     result += workspace.stacks[0].size() + workspace.stacks[1].size() + workspace.y.size();
   return result;
@@ -79,23 +78,16 @@ std::size_t Multifrontal::num_beside() const {
 /// Fills a part of a front's columns with the columns of S.
 void Multifrontal::take_entries(const Front& front, const double* values, const Tile& tile) {
   double* const panel = panels_.data() + front.panel;
-  const bool is_whole = tile.end_row - tile.row == front.stride;
-  const auto take = [&](const auto& is_of_tile) {
-    for (std::size_t j = tile.column; j < tile.end_column; ++j) {
-      double* const to = panel + j * front.stride;
-      std::fill(to + tile.row, to + tile.end_row, 0.0);
-      const auto start = static_cast<std::size_t>(start_[front.first_column + j]);
-      const auto end = static_cast<std::size_t>(start_[front.first_column + j + 1]);
-      for (std::size_t e = start; e < end; ++e) {
-        const auto row = static_cast<std::size_t>(entry_row_[e]);
-        if (is_of_tile(row)) to[row] = values[e];
-      }
+  for (std::size_t j = tile.column; j < tile.end_column; ++j) {
+    double* const to = panel + j * front.stride;
+    std::fill(to + tile.row, to + tile.end_row, 0.0);
+    const auto start = static_cast<std::size_t>(start_[front.first_column + j]);
+    const auto end = static_cast<std::size_t>(start_[front.first_column + j + 1]);
+    for (std::size_t e = start; e < end; ++e) {
+      const auto row = static_cast<std::size_t>(entry_row_[e]);
+      if (row >= tile.row && row < tile.end_row) to[row] = values[e];
     }
-  };
-  if (is_whole)
-    take([](std::size_t) { return true; });
-  else
-    take([&](std::size_t row) { return row >= tile.row && row < tile.end_row; });
+  }
 }
 
 /// Adds the updates of the children to a part of a front, which is among its columns or below them.

@@ -53,8 +53,8 @@ class Multifrontal {
   void solve_packs(double* x, std::size_t groups) const;
   /// The two halves of a solve, called one after the other. `eliminate` takes b and leaves b_G - S_GI S_II^-1 b_I, the
   /// right side of C x_G, in the kept rows. `substitute` takes x_G there and leaves x.
-  void eliminate(double* x, int threads = 1);
-  void substitute(double* x, int threads = 1);
+  void eliminate(double* x, int threads = 1) { pass(TaskGraph::Direction::Forwards, x, threads); }
+  void substitute(double* x, int threads = 1) { pass(TaskGraph::Direction::Backwards, x, threads); }
 
   std::size_t num_kept() const { return num_kept_; }
   std::size_t num_eliminated() const { return pivots_.size() - num_kept_; }
@@ -69,7 +69,7 @@ class Multifrontal {
  private:
   /// The scratch memory of one thread.
   struct Workspace {
-    LargeArray<double> stacks[2], y;
+    LargeArray<double> stacks[2], y;             // y of the front that a solve is at
     std::vector<kernels::ChildUpdate> children;  // of the front that is worked on
   };
   /// A part of a front's lower triangle: the rows [row, end_row) of the columns [column, end_column).
@@ -79,12 +79,12 @@ class Multifrontal {
 
   void find_rows_in_parents();
   void find_entries(const TrianglePattern& lower);
-  void find_places();
   void reserve(int threads);
-  int threads_of_solve(int threads);
 
   bool is_kept(const Front& front) const { return front.first_column + num_kept_ >= pivots_.size(); }
+  /// Returns the tile of a task, which is the front if that has no tiles.
   static Tile tile_of(const FrontTask& task, const Front& front) {
+    if (!front.is_tiled) return {0, front.stride, 0, front.columns};
     const std::size_t row = FrontTree::tile * task.row, column = FrontTree::tile * task.column;
     return {row, std::min(row + FrontTree::tile, front.stride), column,
             std::min(column + FrontTree::tile, front.columns)};
@@ -114,25 +114,25 @@ class Multifrontal {
   void keep_pivots(const Front& front, std::size_t first, std::size_t end);
   void fail(std::size_t column);
 
-  void forwards(const FrontTask& task, const double* x, Workspace& workspace);
+  void pass(TaskGraph::Direction direction, double* x, int threads);
+  void forwards(const FrontTask& task, double* x, Workspace& workspace);
   void backwards(const FrontTask& task, double* x, Workspace& workspace);
-  void forwards_in_sequence(std::size_t sequence, const double* x, Workspace& workspace);
-  void backwards_in_sequence(std::size_t sequence, double* x, Workspace& workspace);
-  void start_vector(const Front& front, const double* x);
-  void fetch_from_above(std::size_t s);
+  double* vector(const Front& front) { return vectors_.data() + front.vector; }
+  double* left_over(const Front& front, Workspace& workspace);
+  void start_vector(const Front& front, const double* x, Workspace& workspace, double* y);
+  void fetch_from_above(std::size_t s, const double* x, double* y) const;
   double* partial_sums(const Front& front, std::size_t row, std::size_t column);
 
   std::size_t num_kept_;
   Supernodes supernodes_;
   FrontTree tree_;
   std::vector<int> rows_in_parent_, run_end_;    // beside supernodes_.rows
-  std::vector<int> places_;                      // likewise: places of a sequence's rows in `z_`
   std::vector<int> start_, entry_row_;           // [column] its first entry of S; [entry] its row in the front
   LargeArray<double> panels_;                    // L; before that, updates of fronts further down
   LargeArray<double> arena_;                     // updates that find no room in the panels
   std::vector<Workspace> workspaces_;            // [thread]
   std::vector<double> pivots_, inverse_pivots_;  // [n]
-  std::vector<double> z_;                        // x, then the vectors of shared fronts
+  std::vector<double> vectors_;                  // y of shared fronts in a solve
   std::size_t ahead_;                            // numbers of L that a solve fetches before they are needed
   std::atomic<std::size_t> failed_{0};           // first column without a positive pivot
 };
