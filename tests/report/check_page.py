@@ -183,7 +183,7 @@ def torn_scene(folder: pathlib.Path) -> pathlib.Path:
     """A crank that turns about (-0.5, 0, 0) and is let go, above two rods, the lower one of which breaks before."""
     path = folder / "torn.json"
     path.write_text(json.dumps({
-        "tanor_scene": 1, "units": "si", "points": {"positions": [[0, 0, 0], [0, 0, -1], [0, 0, -2]]},
+        "tanor_scene": 1, "units": "real", "points": {"positions": [[0, 0, 0], [0, 0, -1], [0, 0, -2]]},
         "supports": [{"name": "crank", "points": [0], "motion": {"formula": ["0.5*cos(t)-0.5", "0", "0.5*sin(t)"]}}],
         "constraints": [{"name": "links", "kind": "rod", "pairs": [[0, 1], [1, 2]]}],
         "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}],

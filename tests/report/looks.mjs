@@ -151,6 +151,8 @@ export async function tryGone(browser, folder) {
   const { rods: [[rod, broken]], supports: [[support, free]] } = await readData(browser, "motion.gone"), { colours, motion } = await readData(browser, "run && JSON.parse(document.getElementById('data').textContent)");
   const rgb = (colour) => [1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16) / 255), isNear = (x, y) => Math.hypot(...x.map((each, k) => each - y[k])) < 1e-2;
   browser.expect(motion.pivots.length === 1 && isNear(motion.pivots[0], [support, -0.5, 0, 0]), `the crank turns about ${JSON.stringify(motion.pivots)}`);
+  const marks = await browser.ask(`Array.from(document.querySelectorAll("#marks .event"), (each) => getComputedStyle(each).backgroundColor)`);
+  browser.expect(marks.length > 1 && marks.every((colour) => /^rgb\(/.test(colour)), `events are marked by ${marks}`);
   const see = (time) => browser.ask(`(() => {
     tanorPage.choose({ kind: "rod", number: ${rod} });
     tanorPage.seek(${time});
@@ -167,6 +169,14 @@ export async function tryGone(browser, folder) {
     browser.expect(isNear(seen.tint, rgb(isHeld ? colours.support : colours.bead)), `${at} the crank is painted ${seen.tint}`);
     browser.expect((Math.abs(seen.arm - 0.5) < 1e-3) === isHeld && seen.fixed.includes("path") === isHeld, `${at} the arm has ${seen.arm} m, and there are ${seen.fixed}`);
   }
+}
+
+/** Where the time has no room beside the title of the colours, it stands below them. */
+export async function tryNarrow(browser) {
+  await browser.setWidth(320);
+  const { texts } = await readOverlay(browser), time = texts.find(({ text }) => text.startsWith("t = "));
+  browser.expect(time.y - texts[0].y > 60, `"${time.text}" stands ${time.y - texts[0].y} pixels below "${texts[0].text}"`);
+  await browser.setWidth();
 }
 
 /** The picture fills the screen, and comes back. */

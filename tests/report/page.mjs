@@ -15,7 +15,7 @@ import { existsSync, readFileSync, readdirSync, rmSync, statSync, writeFileSync 
 import { basename, join, resolve } from "node:path";
 import { pathToFileURL } from "node:url";
 import { Browser, tryInBrowser } from "./browser.mjs";
-import { compareFixtures, compareObservables, measureFill, readData, readTable, tryCell, tryClicks, tryCurve, tryFiles, tryFullScreen, tryGone, tryHistogram, tryLooks, tryObservables, tryOverlay } from "./looks.mjs";
+import { compareFixtures, compareObservables, measureFill, readData, readTable, tryCell, tryClicks, tryCurve, tryFiles, tryFullScreen, tryGone, tryHistogram, tryLooks, tryNarrow, tryObservables, tryOverlay } from "./looks.mjs";
 
 const [chromium, ...trials] = process.argv.slice(2);
 const takesPictures = !!process.env.TANOR_PAGE_PICTURES;
@@ -451,7 +451,12 @@ await tryInBrowser(browser, async () => {
     const [folder, switches, scene, begin] = trial.split(":");
     browser.about = `${basename(folder)}: `;
     if (switches.startsWith("~")) await tryRestPage(browser, folder, switches.slice(1));
-    else if (switches === "!") await tryGone(browser, folder);
+    else if (switches === "!") {
+      await tryGone(browser, folder);
+      await browser.ask(`tanorPage.seek(tanorPage.begin), tanorPage.choose({ kind: "rod", number: 0 }, tanorPage.begin)`); // a long unit
+      await tryWidths(browser);
+      await tryNarrow(browser);
+    }
     else if (switches.startsWith("+")) await tryNames(browser, folder, switches.slice(1).split(","));
     else if (switches.startsWith("=")) await tryStoppedPage(browser, folder, switches.slice(1).split(","));
     else await tryPage(browser, { folder, switches: switches.split(","), scene, begin });

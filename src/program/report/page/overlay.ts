@@ -26,15 +26,17 @@ export class Overlay {
   paint(c: CanvasRenderingContext2D, width: number, height: number, now: { time: string; tensions: Float32Array; camera: PerspectiveCamera; pixelsPerMetre: number }): void {
     c.font = font;
     c.lineCap = "round";
-    if (this.hasColours) this.paintTensions(c, Math.min(bar_width, width - 32), now.tensions);
+    const title = this.hasColours ? measure(`tension of ${now.tensions.length === 1 ? "the rod" : `${now.tensions.length} rods`}`, units.force) : "";
+    if (title) this.paintTensions(c, Math.min(bar_width, width - 32), title, now.tensions);
+    const isBeside = c.measureText(title).width + c.measureText(now.time).width + 44 < width;
     c.fillStyle = ink;
     c.textAlign = "right";
-    c.fillText(now.time, width - 14, 26);
+    c.fillText(now.time, width - 14, isBeside ? 26 : 72 + most_height + bar_height);
     this.paintAxes(c, 44, height - 44, now.camera);
     this.paintScale(c, width - 16, height - 16, Math.min(150, width / 3), now.pixelsPerMetre);
   }
 
-  private paintTensions(c: CanvasRenderingContext2D, wide: number, tensions: Float32Array): void {
+  private paintTensions(c: CanvasRenderingContext2D, wide: number, title: string, tensions: Float32Array): void {
     const { tensions: [least, most], pushed, pulled } = this.colours, left = 16, foot = 30 + most_height;
     const stops = least < 0 ? [...pushed].reverse().concat(most > 0 ? pulled.slice(1) : []) : pulled;
     const shade = c.createLinearGradient(left, 0, left + wide, 0), counts = new Array<number>(bins).fill(0);
@@ -46,7 +48,7 @@ export class Overlay {
     c.fillRect(left, foot, wide, bar_height);
     c.fillStyle = ink;
     c.textAlign = "left";
-    c.fillText(measure(`tension of ${tensions.length === 1 ? "the rod" : `${tensions.length} rods`}`, units.force), left, 22);
+    c.fillText(title, left, 22);
     this.bounds.forEach((bound, k) => {
       const part = k / (this.bounds.length - 1);
       c.textAlign = part === 0 ? "left" : part === 1 ? "right" : "center";
