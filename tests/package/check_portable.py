@@ -202,7 +202,7 @@ def check_wheel() -> None:
 
     # The tensions of the melt are those that the program writes, in 10 digits, as a dump local.
     rows = (root / "tmp/runs/melt/trajectory_rods.dump").read_text().split("ITEM: ENTRIES")[-1].splitlines()[1:]
-    tensions = [float(row.split()[-1]) for row in rows]
+    tensions = [float(row.split()[4]) for row in rows]
     bins = answer("melt", f"{BASE}/{EXAMPLES}/melt_generated.json")
     edges, counts = bins[0::2], bins[1::2]
     assert len(counts) == 20 and sum(counts) == len(tensions) == 31680
