@@ -137,6 +137,9 @@ def main():
     shutil.copy(docs / "portable.md", root / "README.md")
     for_builders = ("architecture.md", "contributing.md", "portable.md", "Doxyfile", "pictures")
     shutil.copytree(docs, root / "share/doc/tanor/docs", ignore=shutil.ignore_patterns(*for_builders))
+    for page in (root / "share/doc/tanor/docs").glob("*.md"):  # of links to what stays behind the words are left
+        page.write_text(re.sub(r"!?\[([^]]+)\]\(([\w./-]+\.\w+)(#[\w-]+)?\)",
+                               lambda link: link[0] if (page.parent / link[2]).exists() else link[1], page.read_text()))
     bundle(list_binaries(root), root, root / "lib", root / "share/doc/tanor/licences", COMPILED_IN)
 
 

@@ -1,6 +1,7 @@
 """Observables and conditions in Python: closed forms of a hanging cable and of a rod that breaks."""
 
 import math
+import pickle
 import unittest
 
 import numpy
@@ -56,6 +57,7 @@ class Observables(unittest.TestCase):
         self.assertEqual((len(run["links"]), len(list(run["links"]))), (4, 4))
         for member in (run["links[2]"], run["links"][2], run["links"][-2]):
             self.assertEqual((member.name, member.multipliers.shape), ("links[2]", (4, 1)))
+            self.assertEqual(repr(member), "Member('links[2]' at 4 times)")
             numpy.testing.assert_allclose(member.tension, [0.5 * 9.81 * 2] * 2 + [math.nan] * 2, rtol=1e-10)
         numpy.testing.assert_allclose(run["links[0]"].tension, 0.5 * 9.81 * numpy.array([4, 4, 2, 2]), rtol=1e-10)
         self.assertTrue(math.isnan(simulation["links[2]"].tension))
@@ -64,6 +66,17 @@ class Observables(unittest.TestCase):
             run["links[4]"]
         with self.assertRaisesRegex(IndexError, "links has 4 members"):
             run["links"][4]
+        self.assertEqual((repr(simulation["links[2]"]), repr(simulation["links"])), ("Member('links[2]')", "Group('links', 4 members)"))
+        (passage,) = pickle.loads(pickle.dumps(run)).passages
+        self.assertEqual((passage.member, round(passage.time, 12)), ("links[2]", 0.15))
+        self.assertEqual(tanor.run(simulation, 0.4).passages, [])
+
+    def test_a_name_of_both_is_the_group(self):
+        simulation = tanor.Simulation(make_cable(2))
+        simulation.add_observable("load(hook).z", name="links")
+        run = tanor.run(simulation, 0.1)
+        self.assertEqual((repr(run["links"]), repr(simulation["links"])), ("Group('links', 2 members at 2 times)", "Group('links', 2 members)"))
+        self.assertEqual(run.observables["links"].shape, (2,))
 
     def test_a_formula_has_the_unit_that_is_given(self):
         simulation = tanor.Simulation(make_cable(4))

@@ -31,7 +31,7 @@ class Failed(RuntimeError):
         return Failed, (self.outcome, self.trajectory)
 
 
-@dataclasses.dataclass(eq=False)
+@dataclasses.dataclass(eq=False, repr=False)
 class Member:
     """A member of a group of constraints along a run, or at one instant: run["links[3]"] or run["links"][3].
 
@@ -49,8 +49,13 @@ class Member:
             raise AttributeError(f"{self.name} has {self.multipliers.shape[-1]} equations a member and no tension")
         return -self.multipliers[..., 0]
 
+    def __repr__(self) -> str:
+        members, own = ("", 1) if type(self) is Member else (", " + count(len(self), "member"), 2)
+        times = f" at {count(self.multipliers.shape[0], 'time')}" if self.multipliers.ndim > own else ""
+        return f"{type(self).__name__}({self.name!r}{members}{times})"
 
-@dataclasses.dataclass(eq=False)
+
+@dataclasses.dataclass(eq=False, repr=False)
 class Group(Member):
     """A group of constraints along a run, or at one instant.
 
@@ -70,20 +75,16 @@ class Group(Member):
         number %= members
         return Member(f"{self.name}[{number}]", self.multipliers[..., number, :])
 
-    def __repr__(self) -> str:
-        times = f" at {count(self.multipliers.shape[0], 'time')}" if self.multipliers.ndim > 2 else ""
-        return f"Group({self.name!r}, {count(len(self), 'member')}{times})"
-
 
 def _look_up(name: str, observed: dict[str, numpy.ndarray], columns: dict[str, list[str]], groups: dict[str, tuple],
              multipliers: numpy.ndarray):
-    """What result[name] is: an observable, a column of one ("load(hook).x"), a group of constraints or its member."""
-    if name in observed:
-        return observed[name]
+    """What result[name] is: a group of constraints, an observable, a column of one ("load(hook).x"), or a member."""
     if name in groups:
         row, members, rows = groups[name]
         part = multipliers[..., row:row + members * rows]
         return Group(name, part.reshape(*part.shape[:-1], members, rows))
+    if name in observed:
+        return observed[name]
     for each, names in columns.items():
         if name in names:
             values = numpy.asarray(observed[each])
@@ -111,9 +112,10 @@ class Trajectory:
     multipliers  float64 [k, equations]; NaN of what events have taken out
     groups       first equation, members and equations a member of each group of constraints, by name
     system       System or Scene, as it was given
+    passages     list[Passage]: what events told on the way
 
     run["torque"] is an observable over time, run["load(hook).x"] a column of one, run["links"].tension that of a group
-    of rods, run["links[3]"].tension that of one.
+    of rods, run["links[3]"].tension that of one. A name of both is the group; `observables` has the other.
     """
 
     times: numpy.ndarray
@@ -127,6 +129,7 @@ class Trajectory:
     multipliers: numpy.ndarray
     groups: dict[str, tuple]
     system: "System | Scene"  # noqa: F821
+    passages: list[_core.Passage] = dataclasses.field(default_factory=list)
 
     def __getitem__(self, name: str) -> "numpy.ndarray | Group | Member":
         observed = {each: self.observables[each] for each in self.observables.dtype.names}
@@ -241,6 +244,7 @@ def run(simulation: Simulation, t_end: "float | ArrayLike", every: float = 0.0, 
     if progress is True:
         progress = _Line(simulation.time, max(instants, default=0.0))
     times, positions, velocities, rows, multipliers = [], [], [], [], []
+    before = len(simulation.passages)
     observed = simulation.observe()
     record = _record_of(observed)
 
@@ -267,7 +271,7 @@ def run(simulation: Simulation, t_end: "float | ArrayLike", every: float = 0.0, 
     units = {"t": simulation.units["time"], **{each.name: each.unit for each in observed}}
     result = Trajectory(numpy.array(times), numpy.array(positions), numpy.array(velocities), outcome, simulation.report,
                         numpy.array(rows, record), units, {each.name: each.columns for each in observed},
-                        numpy.array(multipliers), simulation.groups, simulation.system)
+                        numpy.array(multipliers), simulation.groups, simulation.system, simulation.passages[before:])
     if check and not outcome.ok:
         raise Failed(outcome, result)
     return result
