@@ -108,7 +108,7 @@ Snapshot make_snapshot() {
                         .energy_lost = 0.7,
                         .rest = "point 4 is without constraints",
                         .action = EventAction::Break}};
-  snapshot.truths = {{true, 1.0 / 7.0}, {}};
+  snapshot.truths = {{.is_true = true, .is_given_up = true, .last_passage = 1.0 / 7.0, .looks = 5.0}, {}};
   return snapshot;
 }
 
@@ -133,7 +133,9 @@ TEST(SavedState, ExtremesAndPassagesReadBack) {
   EXPECT_EQ(passage.action, EventAction::Break);
   ASSERT_EQ(read.truths.size(), 2u);
   EXPECT_TRUE(read.truths[0].is_true);
+  EXPECT_TRUE(read.truths[0].is_given_up);
   EXPECT_EQ(read.truths[0].last_passage, 1.0 / 7.0);
+  EXPECT_EQ(read.truths[0].looks, 5.0);
   EXPECT_FALSE(read.truths[1].is_true);
 }
 
