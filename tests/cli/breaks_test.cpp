@@ -108,7 +108,7 @@ TEST(BreaksTest, TheEventThatStopsIsNamedAmongSeveral) {
       "motion": {"t_end": 0.3}})json");
     if (every > 0.0) scene["motion"]["output_every"] = every;
     const json summary = run_scene(scene, 0, &said);
-    EXPECT_TRUE(contains(said, "where the event \"end\" stops there")) << said;
+    EXPECT_TRUE(contains(said, "where the event \"end\" stops the run")) << said;
     EXPECT_EQ(summary.at("passages").size(), 2U);
     EXPECT_EQ(summary.at("t_reached"), 0.1) << every;
   }

@@ -41,6 +41,23 @@ TEST(Equilibrium, ForceThatDiesAwayHasNoEquilibrium) {
   EXPECT_NE(found.outcome.what.find("forces die away"), std::string::npos) << found.outcome.what;
 }
 
+/// A rod of 1 m spans supports 3 m apart. With one of 3 m there is nothing to find, and all is well.
+TEST(Equilibrium, SupportsThatViolateAConstraintAreNoEquilibrium) {
+  System system;
+  system.positions = {0.0, 0.0, 0.0, 3.0, 0.0, 0.0};
+  system.masses = {1.0, 1.0};
+  system.supports = {{"", {0, 1}, {}}};
+  for (const double length : {1.0, 3.0}) {
+    system.constraints = {Rods{"tie", {{0, 1}}, length}};
+
+    const EquilibriumResult found = find_equilibrium(system);
+
+    EXPECT_EQ(found.outcome.ok(), length == 3.0) << found.outcome.what;
+    EXPECT_EQ(found.stability.status, length == 3.0 ? Stability::Stable : Stability::None);
+    EXPECT_EQ(found.outcome.what.find("supports alone violate a constraint") != std::string::npos, length == 1.0);
+  }
+}
+
 /// The charges screen each other and one of them is held: alone, and beside a pendulum whose forces are large.
 TEST(Equilibrium, PointsThatRepelEachOtherHaveNoEquilibrium) {
   System system;

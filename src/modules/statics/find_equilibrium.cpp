@@ -46,7 +46,6 @@ class Search {
 
   /// Returns the points that K alone would let move, but that rods under tension hold.
   std::vector<Index> find_rigid_points() {
-    constexpr double on_constraints = 1e-9;
     if (model_.num_rows() == 0 || newton_.measure(state_).violation > on_constraints) return {};
     std::vector<double> found;
     if (!multipliers_.find(state_.r, prestress_, &found).ok()) return {};
@@ -69,6 +68,11 @@ class Search {
     Stability& status = result_.stability.status;
     result_.stability = {};
     if (model_.num_moving() == 0) {
+      if (const double violation = newton_.measure(state_).violation; violation > on_constraints)
+        return {Status::NoSolution,
+                "there is no equilibrium: no point can move, and supports alone violate a "
+                "constraint by " +
+                    text(violation) + " of its length"};
       status = Stability::Stable;
       return {};
     }
@@ -393,7 +397,8 @@ class Search {
   EquilibriumEquations equations_;
   SmallestMultipliers multipliers_;
   NewtonDescent newton_;
-  std::vector<double> prestress_;  // [rows]
+  static constexpr double on_constraints = 1e-9;  // largest violation of what counts as satisfied
+  std::vector<double> prestress_;                 // [rows]
   StaticState state_;
   std::vector<double> decided_at_;  // positions at which the rank was decided
   RankReport rank_;                 // rank of K there

@@ -159,7 +159,7 @@ Ending advance(const scene::Scene& scene, Simulation* simulation, RunFolder* fol
     const std::span<const Passage> all = simulation->passages();
     const auto stop = std::ranges::find(all.rbegin(), all.rend(), EventAction::Stop, &Passage::action);
     if (stop != all.rend() && stop->time == simulation->time()) {
-      why = fmt::format("the event \"{}\" stops there", stop->name);
+      why = fmt::format("the event \"{}\" stops the run", stop->name);
       break;
     }
   }
