@@ -31,19 +31,15 @@ IslandSchedule::IslandSchedule(const IslandTopology& topology) {
     }
   }
   const Slots slots = eliminate(std::move(neighbours));
-  const auto slot_of = [&](int a, int b) {
-    const auto found = slots.find({a, b});
-    return found != slots.end() ? found->second : slots.at({b, a});
-  };
   for (Column& column : columns) {
     column.targets = static_cast<int>(targets.size());
     for (int f = column.first + 1; f < column.end; ++f) {
       for (int e = f; e < column.end; ++e)
-        targets.push_back(slot_of(slot_row[static_cast<std::size_t>(e)], slot_row[static_cast<std::size_t>(f)]));
+        targets.push_back(slots.at({slot_row[static_cast<std::size_t>(e)], slot_row[static_cast<std::size_t>(f)]}));
     }
   }
 
-  for (Product& product : products) product.slot = slot_of(product.a, product.b);
+  for (Product& product : products) product.slot = slots.at({product.a, product.b});
   std::stable_sort(products.begin(), products.end(),
                    [](const Product& x, const Product& y) { return x.slot < y.slot; });
   num_fill_slots = static_cast<std::size_t>(num_slots) - columns.size();
@@ -72,7 +68,7 @@ IslandSchedule::Slots IslandSchedule::eliminate(std::vector<std::set<int>> neigh
     slots[{row, row}] = num_slots++;
     slot_row.push_back(row);
     for (const int entry : entries) {
-      slots[{entry, row}] = num_slots++;
+      slots[{entry, row}] = slots[{row, entry}] = num_slots++;
       slot_row.push_back(entry);
       const auto e = static_cast<std::size_t>(entry);
       neighbours[e].insert(entries.begin(), entries.end());

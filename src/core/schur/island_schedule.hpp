@@ -49,7 +49,7 @@ class IslandSchedule {
   double flops() const { return 2.0 * static_cast<double>(targets.size()) + 4.0 * num_slots; }
 
  private:
-  using Slots = std::map<std::array<int, 2>, int>;  // the key is {row eliminated later, earlier}
+  using Slots = std::map<std::array<int, 2>, int>;  // the key is two rows, in either order
   Slots eliminate(std::vector<std::set<int>> neighbours);
 };
 

@@ -102,11 +102,13 @@ void LaneGroups::Group::take_separators() {
 void LaneGroups::Group::take_mobilities() {
   if (!is_tree()) return;
   lanes::free_points(in_);
-  if (group_.has_joints()) lanes::take_mobilities(joints(), all_.joints_.data(), in_.points.mobility);
+  lanes::take_from_joints(joints(), all_.joints_.data(), &Joint::mobility, in_.points.mobility);
 }
 
 void LaneGroups::Group::answer_at_joints(const Pack3<>* force) {
-  if (group_.has_joints()) lanes::answer_at_joints(joints(), all_.joints_.data(), force, in_.points.s);
+  if (!group_.has_joints()) return;
+  if (force == nullptr) return lanes::take_from_joints(joints(), all_.joints_.data(), &Joint::s, in_.points.s);
+  lanes::answer_at_joints(joints(), all_.joints_.data(), force, in_.points.s);
 }
 
 void LaneGroups::Group::hand_over_roots(const Pack3<>* points) {
@@ -118,7 +120,7 @@ void LaneGroups::Group::take_joints(Pack3<>* points) {
     if (const Separator* const next = neighbour(lane, true)) set_lane(&points[group_.num_rods], lane, next->r.first);
   });
   if (!group_.has_joints()) return;
-  lanes::take_joints(joints(), all_.joints_.data(), points);
+  lanes::take_from_joints(joints(), all_.joints_.data(), &Joint::dw, points);
   hand_over_roots(points);  // one that is a joint itself has several pieces, one after the other
 }
 

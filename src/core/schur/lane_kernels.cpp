@@ -320,33 +320,25 @@ struct OfJoints {
 
 }  // namespace
 
-void take_mobilities(std::span<const JointPlace> places, const Joint* joints, Mobility* mobility) {
+template <class Cell>
+void take_from_joints(std::span<const JointPlace> places, const Joint* joints, Cell Joint::*what, Cell* to) {
   dispatch([=] {
     for (const JointPlace& each : places) {
-      Mobility& to = mobility[each.place];
-      const OfJoints own(each, &joints->mobility, &to);
-      for (std::size_t k = 0; k < 6; ++k) reinterpret_cast<Pack<>*>(&to)[k] = own.get(k);
+      const OfJoints own(each, &(joints->*what), &to[each.place]);
+      for (std::size_t k = 0; k < sizeof(Cell) / sizeof(Pack<>); ++k)
+        reinterpret_cast<Pack<>*>(&to[each.place])[k] = own.get(k);
     }
   });
 }
-
-void take_joints(std::span<const JointPlace> places, const Joint* joints, Pack3<>* points) {
-  dispatch([=] {
-    for (const JointPlace& each : places)
-      OfJoints(each, &joints->dw, &points[each.place]).point().write(&points[each.place]);
-  });
-}
+template void take_from_joints(std::span<const JointPlace>, const Joint*, Mobility Joint::*, Mobility*);
+template void take_from_joints(std::span<const JointPlace>, const Joint*, Pack3<> Joint::*, Pack3<>*);
 
 void answer_at_joints(std::span<const JointPlace> places, const Joint* joints, const Pack3<>* force, Pack3<>* s) {
   static constexpr Mobility nothing{};
   dispatch([=] {
     for (const JointPlace& each : places) {
       const Pack3<> own = OfJoints(each, &joints->s, &s[each.place]).point();
-      if (force == nullptr) {
-        own.write(&s[each.place]);
-      } else {
-        (own + OfJoints(each, &joints->mobility, &nothing).mobility() * force[each.place]).write(&s[each.place]);
-      }
+      (own + OfJoints(each, &joints->mobility, &nothing).mobility() * force[each.place]).write(&s[each.place]);
     }
   });
 }

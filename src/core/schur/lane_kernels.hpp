@@ -146,10 +146,10 @@ void evaluate_values(const Arrays& arrays, const Pack3<>* r, const Pack3<>* offs
 void evaluate_rates(const Arrays& arrays, const Pack3<>* u, const Pack3<>* v, const Pack<>* length_first,
                     Pack<>* largest);
 
-/// Take W, or dw, of joints at their places.
-void take_mobilities(std::span<const JointPlace> places, const Joint* joints, Mobility* mobility);
-void take_joints(std::span<const JointPlace> places, const Joint* joints, Pack3<>* points);
-/// Computes s of joints from the force [place] on them, if it is not null, and from what hangs there.
+/// Takes W, s or dw of joints at their places.
+template <class Cell>
+void take_from_joints(std::span<const JointPlace> places, const Joint* joints, Cell Joint::*what, Cell* to);
+/// Computes s of joints from the force [place] on them and from what hangs there.
 void answer_at_joints(std::span<const JointPlace> places, const Joint* joints, const Pack3<>* force, Pack3<>* s);
 /// Hands F of joints down, with the `known` forces [place] unless they are null.
 void pull_joints(std::span<const JointPlace> places, const Pack3<>* F, const Pack3<>* known, Joint* joints);

@@ -58,7 +58,21 @@ Elimination SparseSolver::solve(const Parallel& parallel, const FreeMotion& moti
   result.reciprocal_condition = reciprocal_condition_;
   if (!(reciprocal_condition_ > 0.0)) return result;
   solve_negative(parallel, b, lambda);
-  refine(parallel, blocks, b, lambda, &result);
+  // dw = M^-1 K lambda, rho = K'dw + b, and lambda -= S^-1 rho while rho is more than rounding. The refinement happens
+  // here, so that the other islands need not wait for these.
+  constexpr int most_passes = 3;
+  group().gather.write_scaled(parallel, blocks, lambda, group().inverse_mass.data(), group().points, dw_.data());
+  result.refinements = refine_solution(
+      {most_passes},
+      [&] {
+        return result.residual =
+                   group().constraints.apply_transposed(parallel, group().members, blocks, dw_.data(), b, rows_.data());
+      },
+      [&](double residual) { return residual <= good_enough(false) * result.largest_right_side; },
+      [&](int) {
+        correct(parallel, blocks, rows_.data(), dw_.data());
+        group().add_rows(parallel, rows_.data(), lambda);
+      });
   result.own_residual =
       group().num_islands() == 1 ? own_residual(result.residual, result.largest_right_side) : cannot_tell;
   // w = w0 + M^-1 K lambda (25)
@@ -66,25 +80,6 @@ Elimination SparseSolver::solve(const Parallel& parallel, const FreeMotion& moti
     for (std::size_t i = 3 * begin; i < 3 * end; ++i) w[i] += dw_[i];
   });
   return result;
-}
-
-/// Computes dw = M^-1 K lambda and rho = K'dw + b, and refines by lambda -= S^-1 rho while rho is more than rounding.
-/// The refinement happens here, so that the other islands need not wait for these.
-void SparseSolver::refine(const Parallel& parallel, const double* blocks, const double* b, double* lambda,
-                          Elimination* found) {
-  constexpr int most_passes = 3;
-  group().gather.write_scaled(parallel, blocks, lambda, group().inverse_mass.data(), group().points, dw_.data());
-  found->refinements = refine_solution(
-      {most_passes},
-      [&] {
-        return found->residual =
-                   group().constraints.apply_transposed(parallel, group().members, blocks, dw_.data(), b, rows_.data());
-      },
-      [&](double residual) { return residual <= good_enough(false) * found->largest_right_side; },
-      [&](int) {
-        correct(parallel, blocks, rows_.data(), dw_.data());
-        group().add_rows(parallel, rows_.data(), lambda);
-      });
 }
 
 Elimination SparseSolver::factorize(const Parallel& parallel, const double* blocks) {

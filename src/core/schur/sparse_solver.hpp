@@ -20,8 +20,6 @@ class SparseSolver final : public IslandSolver {
   const GramSolver::Summary& factor() const { return solver_.summary(); }
 
  private:
-  void refine(const Parallel& parallel, const double* blocks, const double* b, double* lambda, Elimination* found);
-
   GramSolver solver_;  // its rows are the group's, one after the other
   const bool has_constant_gradients_;
   bool is_factorized_ = false;

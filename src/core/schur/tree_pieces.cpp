@@ -39,18 +39,13 @@ std::optional<RodTree> RodTree::read(const RodRows& given, const Numbering& numb
     const auto [i, j] = given.ends[static_cast<std::size_t>(row)];
     if (i < 0) return std::nullopt;
     const Index low = std::min(i, j), high = std::max(i, j);
-    result.first_point = std::min(result.first_point, low);
-    if (high >= num_moving) {
-      result.end_point = std::max(result.end_point, low + 1);
-      result.rods.push_back({row, high, low});
-      continue;
-    }
+    const bool has_support = high >= num_moving;
     // In a tree, each point but the root has one rod towards the root: the only row with this point as its lower one.
-    if (low <= before) return std::nullopt;
-    before = low;
-    ++num_between;
-    result.end_point = std::max(result.end_point, high + 1);
-    result.rods.push_back({row, low, high});
+    if (!has_support && low <= std::exchange(before, low)) return std::nullopt;
+    num_between += has_support ? 0 : 1;
+    result.first_point = std::min(result.first_point, low);
+    result.end_point = std::max(result.end_point, (has_support ? low : high) + 1);
+    result.rods.push_back(has_support ? Rod{row, high, low} : Rod{row, low, high});
   }
   if (num_between + 1 != result.num_points()) return std::nullopt;
   return result;
