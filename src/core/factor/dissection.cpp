@@ -54,7 +54,6 @@ class AxisCuts {
         rows_of_point_(list_rows_of_points(rows)),
         open_(rows.num_rows()),
         is_first_(rows.num_points()),
-        second_half_(rows.num_points()),
         node_of_row_(rows.num_rows(), -1) {
     for (std::size_t row = 0; row < open_.size(); ++row)
       open_[row].points = static_cast<int>(rows.points_of_row[row].size());
@@ -177,12 +176,8 @@ class AxisCuts {
       is_first_[static_cast<std::size_t>(sorted_[cut.axis][k])] = k < cut.place ? 1 : 0;
     for (const std::size_t axis : axes_) {
       if (axis == cut.axis) continue;
-      std::size_t first = begin, second = 0;
-      for (std::size_t k = begin; k < end; ++k) {
-        const int point = sorted_[axis][k];
-        (is_first_[static_cast<std::size_t>(point)] != 0 ? sorted_[axis][first++] : second_half_[second++]) = point;
-      }
-      std::copy_n(second_half_.begin(), second, sorted_[axis].begin() + static_cast<std::ptrdiff_t>(first));
+      std::ranges::stable_partition(std::span(sorted_[axis]).subspan(begin, end - begin),
+                                    [&](int point) { return is_first_[static_cast<std::size_t>(point)] != 0; });
     }
   }
 
@@ -208,7 +203,6 @@ class AxisCuts {
   std::array<std::vector<int>, 3> sorted_;  // [axis] points along it, half by half
   std::vector<Open> open_;                  // [row]
   std::vector<char> is_first_;              // [point] true in the first half of the last cut
-  std::vector<int> second_half_;            // scratch
   std::vector<int> node_of_row_;
   int num_nodes_ = 0;
   double first_cut_ = 0.0;

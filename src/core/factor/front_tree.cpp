@@ -63,8 +63,7 @@ FrontTree::FrontTree(const Supernodes& supernodes) {
     const std::size_t sums = front.is_tiled ? tile * num_tiles(front.stride) * num_tiles(front.columns) : 0;
     front.vector = std::exchange(vectors_size, vectors_size + front.stride + sums);
   }
-  add_tasks(all, true);
-  add_tasks(all, false);
+  add_tasks(all);
 }
 
 void FrontTree::link_children(const Supernodes& supernodes) {
@@ -233,18 +232,14 @@ void FrontTree::place_shared_updates(const std::vector<int>& all) {
   }
 }
 
-void FrontTree::add_tasks(const std::vector<int>& all, bool of_factor) {
-  FrontTasks& to = of_factor ? factor : solve;
+void FrontTree::add_tasks(const std::vector<int>& all) {
   std::vector<int> last(fronts.size(), -1), before;
-  const auto cost_of_task = [&](const Front& front) {
-    return of_factor ? cost_of(front) : 500.0 + static_cast<double>(front.stride * front.columns);
-  };
   std::size_t sequence = 0;
   const auto add_sequence = [&] {
     double sum = 0.0;
     for (std::size_t k = sequence_start[sequence]; k < sequence_start[sequence + 1]; ++k)
-      sum += cost_of_task(fronts[static_cast<std::size_t>(order[k])]);
-    const int task = to.add({FrontTask::Kind::Sequence, static_cast<int>(sequence)}, sum);
+      sum += cost_of(fronts[static_cast<std::size_t>(order[k])]);
+    const int task = tasks.add({FrontTask::Kind::Sequence, static_cast<int>(sequence)}, sum);
     for (std::size_t k = sequence_start[sequence]; k < sequence_start[sequence + 1]; ++k)
       last[static_cast<std::size_t>(order[k])] = task;
     ++sequence;
@@ -260,46 +255,46 @@ void FrontTree::add_tasks(const std::vector<int>& all, bool of_factor) {
     for_children(front, [&](std::size_t c, const Front&) { before.push_back(last[c]); });
     int task;
     if (front.is_tiled) {
-      task = add_tiles(static_cast<std::size_t>(s), of_factor, before, &to);
+      task = add_tiles(static_cast<std::size_t>(s), before);
     } else {
-      task = to.add({FrontTask::Kind::Whole, s}, cost_of_task(front));
-      for (const int earlier : before) to.graph.link(earlier, task);
+      task = tasks.add({FrontTask::Kind::Whole, s}, cost_of(front));
+      for (const int earlier : before) tasks.graph.link(earlier, task);
     }
     last[static_cast<std::size_t>(s)] = task;
   }
-  to.graph.finish();
+  tasks.graph.finish();
 }
 
 /// Adds the tiles of a front: those of its panel, column by column, then those of its update. A tile of L waits for the
 /// tile on its left and for the diagonal tile of its columns, and so for all that it reads. Returns the task that waits
 /// for all tiles, or -1 if the front has no rows below.
-int FrontTree::add_tiles(std::size_t s, bool of_factor, const std::vector<int>& before, FrontTasks* to) const {
+int FrontTree::add_tiles(std::size_t s, const std::vector<int>& before) {
   const Front& front = fronts[s];
   const std::size_t rows = num_tiles(front.stride), columns = num_tiles(front.columns);
   constexpr auto area = static_cast<double>(tile * tile);
   const auto add = [&](FrontTask::Kind kind, std::size_t row, std::size_t column, double flops) {
-    return to->add({kind, static_cast<int>(s), row, column}, flops);
+    return tasks.add({kind, static_cast<int>(s), row, column}, flops);
   };
   std::vector<int> left(rows);
   for (std::size_t column = 0; column < columns; ++column) {
     int diagonal = -1;
     for (std::size_t row = column; row < rows; ++row) {
-      const double depth = of_factor ? 2.0 * static_cast<double>(tile * column) + static_cast<double>(tile) : 1.0;
+      const double depth = 2.0 * static_cast<double>(tile * column) + static_cast<double>(tile);
       const int task = add(FrontTask::Kind::PanelTile, row, column, depth * area);
-      if (column > 0) to->graph.link(left[row], task);
-      if (row > column) to->graph.link(diagonal, task);
+      if (column > 0) tasks.graph.link(left[row], task);
+      if (row > column) tasks.graph.link(diagonal, task);
       if (row == column) diagonal = task;
       left[row] = task;
     }
     if (column > 0) continue;
-    for (const int earlier : before) to->graph.link(earlier, diagonal);
+    for (const int earlier : before) tasks.graph.link(earlier, diagonal);
   }
   if (front.below() == 0) return -1;
   std::vector<int> updates;
-  const std::size_t sides = of_factor ? num_tiles(front.below()) : 0;
+  const std::size_t sides = num_tiles(front.below());
   const auto link_rows = [&](std::size_t of, int task) {
     const std::size_t first = front.columns + of * tile, end = std::min(first + tile, front.stride);
-    for (std::size_t row = first / tile; row * tile < end; ++row) to->graph.link(left[row], task);
+    for (std::size_t row = first / tile; row * tile < end; ++row) tasks.graph.link(left[row], task);
   };
   for (std::size_t column = 0; column < sides; ++column) {
     for (std::size_t row = column; row < sides; ++row) {
@@ -310,9 +305,7 @@ int FrontTree::add_tiles(std::size_t s, bool of_factor, const std::vector<int>& 
     }
   }
   const int join = add(FrontTask::Kind::Join, 0, 0, static_cast<double>(front.rows));
-  for (const int task : of_factor ? updates : left) {
-    if (of_factor || task >= 0) to->graph.link(task, join);
-  }
+  for (const int task : updates) tasks.graph.link(task, join);
   return join;
 }
 

@@ -38,7 +38,7 @@ struct FrontTask {
   std::size_t row = 0, column = 0;  // position of a tile
 };
 
-/// The tasks of a factorization, or of both substitutions of a solve.
+/// The tasks of a factorization and of both substitutions of a solve, in which tiles of updates have nothing to do.
 struct FrontTasks {
   std::vector<FrontTask> tasks;
   TaskGraph graph;
@@ -71,7 +71,7 @@ struct FrontTree {
   std::vector<Front> fronts;                ///< [supernode]
   std::vector<int> order;                   ///< fronts of the sequences, children before parents
   std::vector<std::size_t> sequence_start;  ///< [sequence + 1] into `order`
-  FrontTasks factor, solve;
+  FrontTasks tasks;
   std::size_t stack_size[2] = {0, 0}, arena_size = 0, panels_size = 0, vectors_size = 0, largest_stride = 0;
   std::size_t most_children = 0;  ///< largest number of children of a front
   double cost = 0.0;              ///< cost of a factorization in flops
@@ -88,8 +88,8 @@ struct FrontTree {
   void cut(const std::vector<int>& all);
   void place_on_stacks();
   void place_shared_updates(const std::vector<int>& all);
-  void add_tasks(const std::vector<int>& all, bool of_factor);
-  int add_tiles(std::size_t s, bool of_factor, const std::vector<int>& before, FrontTasks* to) const;
+  void add_tasks(const std::vector<int>& all);
+  int add_tiles(std::size_t s, const std::vector<int>& before);
 };
 
 }  // namespace tanor::detail

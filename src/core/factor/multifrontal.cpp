@@ -203,8 +203,8 @@ Cholesky::Quality Multifrontal::factorize(const double* values, int threads) {
   if (!factorizes_by_threads()) threads = 1;
   reserve(threads);
   failed_.store(pivots_.size(), std::memory_order_relaxed);
-  tree_.factor.run(threads, TaskGraph::Direction::Forwards,
-                   [&](const FrontTask& task, std::size_t thread) { run(task, values, workspaces_[thread]); });
+  tree_.tasks.run(threads, TaskGraph::Direction::Forwards,
+                  [&](const FrontTask& task, std::size_t thread) { run(task, values, workspaces_[thread]); });
   const std::size_t done = failed_.load(std::memory_order_relaxed);
   if (done < num_eliminated()) return {false, done, 0.0};
   if (num_eliminated() == 0) return {};

@@ -105,9 +105,10 @@ bool Multifrontal::solves_by_threads() const {
 void Multifrontal::pass(TaskGraph::Direction direction, double* x, int threads) {
   if (!solves_by_threads()) threads = 1;
   reserve(threads);
-  tree_.solve.run(threads, direction, [&](const FrontTask& task, std::size_t thread) {
-    const bool is_up = direction == TaskGraph::Direction::Forwards;
-    is_up ? forwards(task, x, workspaces_[thread]) : backwards(task, x, workspaces_[thread]);
+  tree_.tasks.run(threads, direction, [&](const FrontTask& task, std::size_t thread) {
+    if (task.kind == FrontTask::Kind::UpdateTile) return;
+    direction == TaskGraph::Direction::Forwards ? forwards(task, x, workspaces_[thread])
+                                                : backwards(task, x, workspaces_[thread]);
   });
 }
 

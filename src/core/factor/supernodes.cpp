@@ -1,7 +1,6 @@
 #include "factor/supernodes.hpp"
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
 #include "base/check.hpp"
@@ -83,10 +82,11 @@ struct Run {
   }
 };
 
-/// Returns the runs of columns whose patterns are the same below the run.
-std::vector<Run> find_equal_columns(const Columns& columns) {
+/// Returns the runs of columns whose patterns are the same below the run. The kept ones are one run.
+std::vector<Run> find_equal_columns(const Columns& columns, std::size_t num_kept) {
   std::vector<Run> runs;
-  for (std::size_t j = 0; j < columns.count.size(); ++j) {
+  const std::size_t first_kept = columns.count.size() - num_kept;
+  for (std::size_t j = 0; j < first_kept; ++j) {
     const bool goes_on =
         j > 0 && columns.parent[j - 1] == static_cast<int>(j) && columns.count[j - 1] == columns.count[j] + 1;
     if (goes_on)
@@ -94,19 +94,22 @@ std::vector<Run> find_equal_columns(const Columns& columns) {
     else
       runs.push_back({j, 1, static_cast<std::size_t>(columns.count[j])});
   }
+  if (num_kept > 0) runs.push_back({first_kept, num_kept, num_kept});
   return runs;
 }
 
 /// Merges runs with the one that follows, from the roots down, where reading the zeros that this adds takes less time
-/// than a front of its own. The result is in reverse order.
-std::vector<Run> merge_runs(const std::vector<Run>& runs, const std::vector<int>& parent) {
+/// than a front of its own, but for the kept ones. The result is in reverse order.
+std::vector<Run> merge_runs(const std::vector<Run>& runs, const std::vector<int>& parent, std::size_t num_kept) {
   std::vector<Run> merged;
   for (std::size_t s = runs.size(); s-- > 0;) {
     Run run = runs[s];
     while (!merged.empty()) {
       const Run& next = merged.back();
       const int above = parent[next.first - 1];
-      if (above < 0 || static_cast<std::size_t>(above) >= next.first + next.columns) break;
+      if (next.first + num_kept >= parent.size() || above < 0 ||
+          static_cast<std::size_t>(above) >= next.first + next.columns)
+        break;
       const Run both{run.first, run.columns + next.columns, run.columns + next.rows};
       if (both.size() > run.size() + next.size() + plan::numbers_worth_a_front) break;
       run = both;
@@ -115,28 +118,6 @@ std::vector<Run> merge_runs(const std::vector<Run>& runs, const std::vector<int>
     merged.push_back(run);
   }
   return merged;
-}
-
-/// Makes one supernode of the last rows. A supernode that holds columns on both sides is cut, since its rows are those
-/// of its first columns anyway.
-Supernodes keep_last_rows(Supernodes all, std::size_t num_kept) {
-  if (num_kept == 0) return all;
-  const int n = all.first_column.back(), first_kept = n - static_cast<int>(num_kept);
-  const auto cut = std::ranges::lower_bound(all.first_column, first_kept);
-  const auto last = static_cast<std::size_t>(cut - all.first_column.begin());
-  all.first_column.resize(last);
-  all.first_column.insert(all.first_column.end(), {first_kept, n});
-  all.rows_start.resize(last + 1);
-  all.rows.resize(all.rows_start.back() + num_kept);
-  std::iota(all.rows.end() - static_cast<std::ptrdiff_t>(num_kept), all.rows.end(), first_kept);
-  all.rows_start.push_back(all.rows.size());
-  all.parent.resize(last + 1);
-  all.parent.back() = -1;
-  for (std::size_t s = 0; s < last; ++s) {
-    const std::span<const int> below = all.rows_below(s);
-    if (!below.empty() && below.front() >= first_kept) all.parent[s] = static_cast<int>(last);
-  }
-  return all;
 }
 
 }  // namespace
@@ -152,7 +133,7 @@ double Supernodes::num_stored() const {
 Supernodes find_supernodes(const TrianglePattern& lower, std::size_t num_kept) {
   const Groups<int> by_row = columns_by_row(lower);
   const Columns columns = analyze_columns(lower, by_row);
-  const std::vector<Run> reversed = merge_runs(find_equal_columns(columns), columns.parent);
+  const std::vector<Run> reversed = merge_runs(find_equal_columns(columns, num_kept), columns.parent, num_kept);
   Supernodes result;
   result.rows_start.push_back(0);
   std::vector<int> supernode_of(lower.size());
@@ -177,7 +158,7 @@ Supernodes find_supernodes(const TrianglePattern& lower, std::size_t num_kept) {
                      [&](std::size_t s, int row) { result.rows[next[s]++] = row; });
   for (std::size_t s = 0; s < result.size(); ++s)
     ensure(next[s] == result.rows_start[s + 1], "a supernode has the rows that were counted");
-  return keep_last_rows(std::move(result), num_kept);
+  return result;
 }
 
 }  // namespace tanor::detail
