@@ -44,7 +44,7 @@ class Toy : public Mechanics, private StepProjector, private RankMonitor {
   bool is_constant() const override { return false; }
   const Vec3* uniform_acceleration() const override { return nullptr; }
   std::size_t num_moving() const override { return 0; }
-  Outcome free_accelerations(const Kinematics& at, const Request&, double* a) override {
+  Outcome free_accelerations(const Kinematics& at, const Request&, double* a, double*) override {
     return push(at.t, at.x, at.v, a);
   }
   ProjectionReport project_step_velocities(double, double, const double*, double*) override { return {}; }

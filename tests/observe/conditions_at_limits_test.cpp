@@ -206,6 +206,74 @@ TEST(ConditionsOnNoise, ReportsThatAreFrequentAreTold) {
   }
 }
 
+TEST(ConditionsOnMembers, WhatIsGoneBreaksNoSecondTime) {
+  Simulation simulation(hang_cable());
+  for (const char* when : {"any tension(links) > 3.5", "max tension(links) > 3.8"})
+    simulation.add_event({.when = when, .action = EventAction::Break});
+  ASSERT_TRUE(simulation.advance_to(0.1).ok());
+  ASSERT_EQ(simulation.passages().size(), 2u);
+  for (const Passage& passage : simulation.passages()) EXPECT_EQ(passage.member, "links[0]");
+  EXPECT_EQ(simulation.passages()[0].action, EventAction::Break);
+  EXPECT_EQ(simulation.passages()[1].action, EventAction::Report);
+}
+
+TEST(ConditionsOnMembers, AnObserverStopsAMotionWithConditions) {
+  Simulation simulation = start_pendulum(Method::Rattle);
+  simulation.add_event({.when = "t > 0.5"});
+  ASSERT_TRUE(simulation.advance_to(1.0, [](const MotionReport&) { return false; }).ok());
+  EXPECT_NEAR(simulation.time(), 1e-3, 1e-12);
+}
+
+/// A rod and a spring break in a periodic cell. The pair that the rod kept apart has pair forces then.
+TEST(ConditionsOnMembers, EnergiesAndPressureAreThoseOfWhatIsLeft) {
+  System system;
+  const double edge = 10.0, stiffness = 8.0;
+  system.cell = Cell{.xx = edge, .yy = edge, .zz = edge};
+  RodGroup rods = system.add_rods("rods");
+  Springs springs{.name = "springs", .stiffness = stiffness, .rest_length = 1.0};
+  for (const double y : {1.0, 4.0, 6.0, 8.0}) {
+    const Point a = system.add_point({.position = {2.0, y, 5.0}, .velocity = {0.0, 0.0, 0.4}});
+    const Point b = system.add_point({.position = {3.3, y, 5.0}, .velocity = {0.0, 0.0, -0.6}});
+    if (y < 5.0)
+      rods.join(a, b);
+    else
+      springs.pairs.push_back({a.index, b.index});
+  }
+  PairForces pairs{.name = "pairs", .law = PairLaw::Lj, .sigma = 1.0, .cutoff = 2.5};
+  pairs.points = {0, 1, 2, 3};
+  pairs.box = {edge, edge, edge};
+  pairs.exclude_rods = true;
+  system.forces = {springs, pairs};
+  Simulation simulation(system, {.method = Method::Dop853, .rtol = 1e-11});
+  for (const char* const of : {"rods[0]", "springs[0]"})
+    simulation.add_event({.when = "t > 0.1", .action = EventAction::Break, .of = of});
+  for (const char* text :
+       {"potential()", "potential(springs)", "potential(pairs)", "pressure()", "virial()", "each tension(rods)"})
+    simulation.add_observable({.text = text});
+  const Outcome outcome = simulation.advance_to(0.3);
+  ASSERT_TRUE(outcome.ok()) << outcome.what;
+
+  const auto length = [&](std::size_t i) {
+    const double* const r = simulation.positions().data() + 3 * i;
+    return std::hypot(r[3] - r[0], r[4] - r[1], r[5] - r[2]);
+  };
+  double twice_kinetic = 0.0;
+  for (const double v : simulation.velocities().first(3 * 8)) twice_kinetic += v * v;
+  const double stretch = length(6) - 1.0, s6 = std::pow(length(0), -6.0);
+  const double virial =
+      24.0 * s6 * (2.0 * s6 - 1.0) + simulation.multipliers()[1] * length(2) - stiffness * stretch * length(6);
+  const std::span<const Observed> found = simulation.observe();
+  EXPECT_NEAR(found[1].values[0], 0.5 * stiffness * stretch * stretch, 1e-12);
+  EXPECT_NEAR(found[0].values[0], found[1].values[0] + found[2].values[0], 1e-12);
+  EXPECT_LT(found[2].values[0], -0.01);
+  EXPECT_NEAR(found[3].values[0], (twice_kinetic + virial) / (3.0 * edge * edge * edge), 1e-13);
+  EXPECT_NEAR(found[4].values[0] + found[4].values[1] + found[4].values[2], virial, 1e-11);
+  EXPECT_TRUE(std::isnan(found[5].values[0]));
+  EXPECT_TRUE(std::isnan(simulation.solution().multipliers[0]));
+  EXPECT_EQ(simulation.solution().multipliers[1], simulation.multipliers()[1]);
+  EXPECT_TRUE(simulation.certify().passed()) << simulation.certify().line();
+}
+
 /// A run tells from it that the advance ended there, although that is where it should end.
 TEST(ConditionsOnMembers, AFunctionThatStopsTellsSo) {
   Simulation simulation(hang_cable());

@@ -35,8 +35,8 @@ class StepProjector {
   /// Returns how many points move and are brought (see `project_step`). What follows them in x is there already.
   virtual std::size_t num_moving() const = 0;
   /// Computes the accelerations without the constraints, M^-1 f, and the prescribed ones at supports. The configuration
-  /// must be linearised.
-  virtual Outcome free_accelerations(const Kinematics& at, const Request& request, double* a) = 0;
+  /// must be linearised. Writes the largest one where no contact changes them.
+  virtual Outcome free_accelerations(const Kinematics& at, const Request& request, double* a, double* largest) = 0;
   /// Projects x onto xi(x, t) = 0 at the end of a step of length h and changes `step_velocity` by (move of x)/h. Keeps
   /// the K of the step's beginning, so a step that turns constraints by much more than 0.1 rad does not converge.
   /// Brings points of both arrays from `source` before it reads them.

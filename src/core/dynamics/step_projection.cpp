@@ -42,7 +42,7 @@ void StepProjection::exchange_memory(Memory& memory) {
   if (memory.reads()) step_.frames = work_.constraints.frames() + (have_same_frames ? 0 : 1);
 }
 
-Outcome StepProjection::free_accelerations(const Kinematics& at, const Request& request, double* w) {
+Outcome StepProjection::free_accelerations(const Kinematics& at, const Request& request, double* w, double* largest) {
   if (contacts_ != nullptr) {
     // M^-1 (f + tau) = w - M^-1 eta, since the friction of sticking contacts is a force like the others.
     if (Outcome outcome = dynamics_.solve(at, request, {w, nullptr, nullptr, &found_}); !outcome.ok()) return outcome;
@@ -56,7 +56,8 @@ Outcome StepProjection::free_accelerations(const Kinematics& at, const Request& 
     work_.write_uniform(at.t, w);
     return {};
   }
-  return std::isfinite(work_.evaluate_free(at.t, at.x, at.v, w)) ? Outcome{} : work_.not_finite(at.t, at.x);
+  *largest = work_.evaluate_free(at.t, at.x, at.v, w);
+  return std::isfinite(*largest) ? Outcome{} : work_.not_finite(at.t, at.x);
 }
 
 /// The sum of the multipliers is h^2 times a smooth function of time (half of lambda). Extrapolation from the last two

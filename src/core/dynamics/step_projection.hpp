@@ -28,7 +28,7 @@ class StepProjection final : public StepProjector {
     return contacts_ == nullptr && work_.team().is_alone() ? model_.uniform_free() : nullptr;
   }
   std::size_t num_moving() const override { return model_.num_moving(); }
-  Outcome free_accelerations(const Kinematics& at, const Request& request, double* w) override;
+  Outcome free_accelerations(const Kinematics& at, const Request& request, double* w, double* largest) override;
   ProjectionReport project_step(double t, double h, const PointSource& source, double* r,
                                 double* step_velocity) override {
     return project_step(t, h, r, &source, step_velocity, 0.0);

@@ -1,7 +1,6 @@
 #include "motion/rattle.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "base/check.hpp"
@@ -109,12 +108,6 @@ void Rattle::FreeAtEnd::bring(std::size_t first, std::size_t count) const {
   std::copy(free + begin, free + end, to + begin);
 }
 
-double Rattle::FreeAtEnd::largest() const {
-  double square = 0.0;
-  for (std::size_t i = 0; i < num_moving; ++i) square = larger(square, dot(load(free, i), load(free, i)));
-  return std::sqrt(square);
-}
-
 /// Forces that are the same for all points cost less than a copy of them.
 const GivenMotion* Rattle::known_forces(double t, double* a) const {
   if (!knows_free_ || free_time_ != t || depends_on_velocity_ || is_uniform_) return nullptr;
@@ -127,7 +120,8 @@ const GivenMotion* Rattle::known_forces(double t, double* a) const {
 /// Writes M^-1 f into `free_`, unless all points have the same, or it is constant and stands there already.
 Outcome Rattle::find_free(const Kinematics& at, const Request& request) {
   if (is_uniform_ || (has_constant_ && is_constant_)) return {};
-  Outcome outcome = mechanics_.together([&] { return projector_.free_accelerations(at, request, free_.data()); });
+  Outcome outcome =
+      mechanics_.together([&] { return projector_.free_accelerations(at, request, free_.data(), &free_at_end_.size); });
   has_constant_ = outcome.ok() && is_constant_;
   return outcome;
 }

@@ -29,7 +29,7 @@ class Rattle final : public Scheme {
   StepResult step(const State& from, double h, State* to) override;
   void forget() override { knows_free_ = false; }
   void exchange_memory(Memory& memory) override {
-    memory.exchange(knows_free_, free_time_, free_);
+    memory.exchange(knows_free_, free_time_, free_, free_at_end_.size);
     if (memory.reads()) has_constant_ = false;
   }
 
@@ -37,10 +37,11 @@ class Rattle final : public Scheme {
   /// Copies `free_` for a solve where the last step ended.
   struct FreeAtEnd final : GivenMotion {
     void bring(std::size_t first, std::size_t count) const override;
-    double largest() const override;
+    double largest() const override { return size; }
 
     const double* free = nullptr;
     double* to = nullptr;
+    double size = 0.0;  // of the largest
     std::size_t num_moving = 0;
   };
 

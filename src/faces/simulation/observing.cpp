@@ -363,6 +363,8 @@ Simulation::Implementation::Acts Simulation::Implementation::act() {
     if (!takes(event)) continue;
     const Thing goes = *find_what_goes(things, event, condition);
     passage.member = things.name(goes);
+    if (std::ranges::count(acts.taken, goes, &std::pair<Thing, std::size_t>::first) > 0)
+      passage.action = EventAction::Report;  // another event takes it out
     acts.taken.emplace_back(goes, static_cast<std::size_t>(&passage - passages.data()));
     truth.is_true = false;  // the next member may follow at once
     truth.last_passage = std::numeric_limits<double>::quiet_NaN();

@@ -1,6 +1,5 @@
 #include "simulation/taken_out.hpp"
 
-#include <algorithm>
 #include <string>
 #include <type_traits>
 
@@ -11,10 +10,13 @@ namespace tanor::detail {
 
 namespace {
 
-/// Takes things out one by one.
+/// Takes constraints out one by one, and checks supports. Points that are let go and members of forces are just not
+/// there in what is left, since they have no equations.
 class Remover {
  public:
-  explicit Remover(const System& system) : given_(system), result_(system) {
+  Remover(const System& system, const System& left) : given_(system), result_(system) {
+    result_.forces = left.forces;
+    result_.supports = left.supports;
     result_.supports.push_back({.name = "taken out"});
     if (result_.velocities.empty()) result_.velocities.resize(3 * system.num_points());
     for (Force& force : result_.forces)
@@ -23,40 +25,19 @@ class Remover {
 
   void take(const Thing& thing) {
     if (thing.list == Thing::List::Supports)
-      let_go(thing);
-    else if (thing.list == Thing::List::Forces)
-      erase(thing);
-    else
+      check_let_go(thing);
+    else if (thing.list == Thing::List::Constraints)
       move_outside(thing);
   }
   System finish() { return std::move(result_); }
 
  private:
-  void let_go(const Thing& thing) {
+  void check_let_go(const Thing& thing) const {
     const std::vector<Index>& points = given_.supports[thing.index].points;
-    std::vector<Index> gone = thing.member ? std::vector{points[*thing.member]} : points;
-    for (const Index point : gone) {
+    for (const Index point : thing.member ? std::vector{points[*thing.member]} : points) {
       if (!(given_.masses[static_cast<std::size_t>(point)] > 0.0))
         throw InputError("", "point " + text(point) + " is a support without mass and cannot be let go");
     }
-    std::erase_if(result_.supports[thing.index].points,
-                  [&](Index point) { return std::ranges::count(gone, point) > 0; });
-  }
-
-  /// Forces have no equations, so a member of theirs just goes.
-  void erase(const Thing& thing) {
-    std::visit(
-        [&]<class Group>(Group& group) {
-          if constexpr (requires { KindOf<Group>::members; }) {
-            // Members that went before are no longer there.
-            std::size_t gone = thing.member.value_or(0);
-            for (const Thing& before : erased_)
-              if (before.index == thing.index && *before.member < *thing.member) --gone;
-            group = with_members_if(group, [gone](std::size_t k) { return k != gone; });
-          }
-        },
-        result_.forces[thing.index]);
-    erased_.push_back(thing);
   }
 
   void move_outside(const Thing& thing) {
@@ -96,13 +77,12 @@ class Remover {
 
   const System& given_;
   System result_;
-  std::vector<Thing> erased_;
 };
 
 }  // namespace
 
 System without(const System& system, std::span<const Thing> taken) {
-  Remover remover(system);
+  Remover remover(system, Things(system, taken).what_is_left());
   for (const Thing& thing : taken) remover.take(thing);
   return remover.finish();
 }

@@ -5,6 +5,7 @@
 
 #include "base/suggestion.hpp"
 #include "base/text.hpp"
+#include "system/chosen_members.hpp"
 #include "system/members.hpp"
 
 namespace tanor::detail {
@@ -152,6 +153,33 @@ bool Things::is_absent(const Thing& thing) const {
   return !thing.member;
 }
 
+System Things::what_is_left() const {
+  System left = system_;
+  left.friction.clear();
+  left.coordinates.clear();
+  if (absent_.empty()) return left;
+  const auto erase = [this](Thing::List list, auto* entries) {
+    for (std::size_t index = 0; index < entries->size(); ++index) {
+      std::visit(
+          [&]<class Group>(Group& group) {
+            if constexpr (requires { KindOf<Group>::members; }) {
+              // One after the other, so that the last one leaves numbers of the kind's law.
+              for (std::size_t k = detail::num_members(group); k-- > 0;)
+                if (is_absent({list, index, k})) group = with_members_if(group, [k](std::size_t m) { return m != k; });
+            }
+          },
+          (*entries)[index]);
+    }
+  };
+  erase(Thing::List::Constraints, &left.constraints);
+  erase(Thing::List::Forces, &left.forces);
+  for (std::size_t s = 0; s < left.supports.size(); ++s) {
+    std::size_t k = 0;
+    std::erase_if(left.supports[s].points, [&](Index) { return is_absent({Thing::List::Supports, s, k++}); });
+  }
+  return left;
+}
+
 std::size_t Things::num_members(const Thing& thing) const {
   if (thing.list == Thing::List::Supports) return system_.supports[thing.index].points.size();
   if (thing.list == Thing::List::Constraints) return shape_of(system_.constraints[thing.index]).members;
@@ -257,8 +285,9 @@ std::string Things::name_point(Index point) const {
   for (std::size_t k = 0; k < system_.supports.size(); ++k) {
     const std::vector<Index>& points = system_.supports[k].points;
     const auto found = std::ranges::find(points, point);
+    if (found == points.end()) continue;
     const std::string name = list_name(Thing::List::Supports, k);
-    if (found != points.end()) return points.size() == 1 ? name : name + "[" + text(found - points.begin()) + "]";
+    return points.size() == 1 ? name : name + "[" + text(found - points.begin()) + "]";
   }
   return "point " + text(point);
 }

@@ -105,6 +105,8 @@ class Things {
   std::size_t num_members(const Thing& thing) const;
   /// Returns true if a member was taken out, by itself or with its entry, or all members of an entry.
   bool is_absent(const Thing& thing) const;
+  /// Returns the system as it acts after what was taken out, without friction and coordinates.
+  System what_is_left() const;
   /// Returns the numbers that the members of a thing have in names; empty if these are 0, 1, 2, …
   std::span<const std::size_t> numbers(const Thing& thing) const;
   /// Throws TextFault if the quantity needs to know each force, and a host gives their sums.

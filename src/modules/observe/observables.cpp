@@ -11,19 +11,17 @@ using namespace detail;
 
 namespace {
 
-/// Takes one part of all members into its extremes. Many members at every step ask for a short loop.
+/// Takes one part of all members into its extremes. Many members at every step ask for a short loop where none is new.
 void widen(const Observed& seen, std::size_t part, double time, Extreme* least, Extreme* largest) {
-  const std::size_t parts = seen.least.size(), count = seen.values.size();
-  std::size_t low = count, high = count;
-  for (std::size_t i = part; i < count; i += parts) {
+  const auto is_inside = [&](double value) { return least->value <= value && value <= largest->value; };
+  if (std::ranges::all_of(seen.values, is_inside)) return;
+  for (std::size_t i = part, parts = seen.least.size(); i < seen.values.size(); i += parts) {
     const double value = seen.values[i];
-    if (!std::isfinite(value)) continue;
-    if (low == count || value < seen.values[low]) low = i;
-    if (high == count || value > seen.values[high]) high = i;
+    if (!std::isfinite(value) || is_inside(value)) continue;
+    const Extreme here{value, time, seen.members.empty() ? seen.member : seen.members[i / parts]};
+    if (!(value >= least->value)) *least = here;
+    if (!(value <= largest->value)) *largest = here;
   }
-  const auto member = [&](std::size_t i) { return seen.members.empty() ? seen.member : seen.members[i / parts]; };
-  if (low < count && !(seen.values[low] >= least->value)) *least = {seen.values[low], time, member(low)};
-  if (high < count && !(seen.values[high] <= largest->value)) *largest = {seen.values[high], time, member(high)};
 }
 
 /// Returns the place of the comparison in a condition, outside of brackets and quotes.

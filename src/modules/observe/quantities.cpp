@@ -297,10 +297,10 @@ Quantity make_angle(const Things& things, const Arguments& arguments) {
 
 // ---- energies ----
 
-/// The potential energy of one force.
+/// The potential energy of what is left of one force.
 struct PotentialOfForce {
-  PotentialOfForce(const System& all, std::size_t force) : system(all), numbering(number(all)) {
-    system.forces = {all.forces[force]};
+  PotentialOfForce(const Things& things, std::size_t force) : system(things.what_is_left()), numbering(number(system)) {
+    system.forces = {system.forces[force]};
     forces.emplace(system, numbering);
     r.resize(system.positions.size());
   }
@@ -327,7 +327,7 @@ Quantity make_potential(const Things& things, const Arguments& arguments) {
   if (arguments.size() == 0)
     return one_number(Dimension::Energy, {.energy = true}, [](const ObservedInstant& at) { return at.potential; });
   const Thing thing = things.find(arguments[0], {List::Forces});
-  const auto one = std::make_shared<PotentialOfForce>(things.system(), thing.index);
+  const auto one = std::make_shared<PotentialOfForce>(things, thing.index);
   return one_number(Dimension::Energy, {.places = true},
                     [one](const ObservedInstant& at) { return one->evaluate(at); });
 }

@@ -30,16 +30,19 @@ double degrees_of_freedom(const Things& things, std::size_t rank) {
 /// with images of points where it reaches through the faces of the cell. Forces from outside have none.
 class Virial {
  public:
-  explicit Virial(const System& system)
-      : system_(inner_system(system)),
+  explicit Virial(const Things& things)
+      : system_(inner_system(things.what_is_left())),
         numbering_(number(system_)),
         forces_(system_, numbering_),
         definitions_(system_, 0.0) {
-    for (std::size_t g = 0, row = 0, inner = 0; g < system.constraints.size(); ++g) {
-      const GroupShape shape = shape_of(system.constraints[g]);
-      const std::size_t count = shape.members * shape.rows_per_member;
-      if (joins_points(system.constraints[g])) rows_.push_back({row, inner, count}), inner += count;
-      row += count;
+    const std::vector<Constraint>& constraints = things.system().constraints;
+    for (std::size_t g = 0, row = 0; g < constraints.size(); ++g) {
+      const GroupShape shape = shape_of(constraints[g]);
+      for (std::size_t k = 0; k < shape.members; ++k) {
+        const bool takes_part = joins_points(constraints[g]) && !things.is_absent({Thing::List::Constraints, g, k});
+        for (std::size_t end = row + shape.rows_per_member; row < end; ++row)
+          if (takes_part) rows_.push_back(row);
+      }
     }
     lambda_.resize(definitions_.num_rows());
     for (std::vector<double>* array : {&r_, &v_, &f_, &eta_}) array->resize(system_.positions.size());
@@ -52,7 +55,7 @@ class Virial {
       for (std::size_t k = 0; k < 6; ++k)
         sum[k] += 0.5 * (a[axes[k][0]] * b[axes[k][1]] + a[axes[k][1]] * b[axes[k][0]]);
     };
-    for (const auto& [from, to, count] : rows_) std::copy_n(at.multipliers.begin() + from, count, lambda_.begin() + to);
+    for (std::size_t a = 0; a < rows_.size(); ++a) lambda_[a] = at.multipliers[rows_[a]];
     definitions_.reactions(at.time, at.positions, lambda_, eta_);
     for (std::size_t i = 0; i < system_.num_points(); ++i) add(load(at.positions.data(), i), load(eta_.data(), i));
     add_images_of_rods(at, add);
@@ -68,10 +71,6 @@ class Virial {
   }
 
  private:
-  struct Rows {
-    std::size_t from, to, count;
-  };
-
   static bool joins_points(const Constraint& constraint) {
     return std::holds_alternative<Rods>(constraint) || std::holds_alternative<Angles>(constraint);
   }
@@ -83,8 +82,6 @@ class Virial {
   static System inner_system(System system) {
     std::erase_if(system.constraints, [](const Constraint& each) { return !joins_points(each); });
     std::erase_if(system.forces, [](const Force& each) { return !acts_between_points(each); });
-    system.friction.clear();
-    system.coordinates.clear();
     return system;
   }
 
@@ -110,7 +107,7 @@ class Virial {
   Numbering numbering_;
   mutable Forces forces_;
   Definitions definitions_;
-  std::vector<Rows> rows_;
+  std::vector<std::size_t> rows_;  // [inner row] its row in multipliers
   mutable std::vector<double> lambda_, r_, v_, f_, eta_;
 };
 
@@ -135,7 +132,7 @@ Quantity make_temperature(const Things& things, const Arguments& arguments) {
 /// The pressure is (m v^2 + virial)/(3 V).
 Quantity make_pressure(const Things& things, const Arguments& arguments) {
   require_cell(things, arguments);
-  const auto find = [&system = things.system(), all = std::make_shared<Virial>(things.system())](const auto& at) {
+  const auto find = [&system = things.system(), all = std::make_shared<Virial>(things)](const auto& at) {
     const std::array<double, 6> virial = all->evaluate(at);
     return (2.0 * at.kinetic + virial[0] + virial[1] + virial[2]) / (3.0 * system.cell->volume());
   };
@@ -144,7 +141,7 @@ Quantity make_pressure(const Things& things, const Arguments& arguments) {
 
 Quantity make_virial(const Things& things, const Arguments& arguments) {
   require_cell(things, arguments);
-  const auto evaluate = [all = std::make_shared<Virial>(things.system())](const ObservedInstant& at, double* values) {
+  const auto evaluate = [all = std::make_shared<Virial>(things)](const ObservedInstant& at, double* values) {
     std::ranges::copy(all->evaluate(at), values);
   };
   return {Dimension::Energy, {.forces = true, .energy = true}, evaluate, {"xx", "yy", "zz", "xy", "xz", "yz"}};
