@@ -7,42 +7,44 @@
 
 namespace tanor::detail {
 
-/// Changes single numbers inside a solver.
+/// Changes single numbers inside a solver. Certificates must find every change.
 struct Tampering {
   static std::size_t num_slots(GramSolver& solver) {
     std::size_t count = 0;
-    for (auto& part : solver.parts_) count += part.plan.rows().size();
+    for (const auto& part : solver.assembled()) count += part.size();
     return count;
   }
   /// Changes one number of the scaled matrix, then factorizes it as usual.
   static void corrupt_slot(GramSolver& solver, std::size_t slot, double by) {
-    for (auto& part : solver.parts_) {
-      if (slot < part.plan.rows().size()) {
-        part.factor.values()[slot] += by;
+    for (const auto& part : solver.assembled()) {
+      if (slot < part.size()) {
+        part[slot] += by;
         break;
       }
-      slot -= part.plan.rows().size();
+      slot -= part.size();
     }
     (void)solver.factorize(Parallel(1));
   }
-  static GramSolver& S(const Forms& forms) { return forms.normal->linearization_.gram(); }  // of the general solver
-  static GramSolver& H(const Forms& forms) { return forms.tangent->linearization_.solver_; }
-  static std::vector<double>& K(const Forms& forms) { return forms.normal->linearization_.blocks_; }
+  static GramSolver& S(const Forms& forms) { return forms.normal->linearization().gram(); }  // of the general solver
+  static GramSolver& H(const Forms& forms) { return forms.tangent->linearization().gram(); }
+  static std::vector<double>& K(const Forms& forms) {
+    return const_cast<std::vector<double>&>(forms.normal->linearization().blocks());
+  }
   /// Eliminates once more with one number of K changed; K itself stays. Returns false if no composite of solvers serves
   /// the system.
   static bool corrupt_elimination(Forms& forms, std::size_t number, double by) {
-    Linearization& linearization = forms.normal->linearization_;
-    if (linearization.present_ != &linearization.composite_) return false;
+    auto* const composite = dynamic_cast<CompositeSolver*>(&forms.normal->linearization().factor());
+    if (composite == nullptr) return false;
     std::vector<double> blocks = K(forms);
     blocks[number] += by;
-    (void)linearization.composite_.factorize(Parallel(1), blocks.data());
+    (void)composite->factorize(Parallel(1), blocks.data());
     return true;
   }
   /// Repeats the last check of contacts at rest, with multipliers of guides times `factor`.
   static Outcome check_rest(Case& solved, const std::vector<double>& w, double factor) {
     MultiplierForm& normal = *solved.forms.normal;
     const Tangents& tangents = solved.forms.work.constraints.tangents();
-    std::vector<double>& lambda = normal.dynamics_.multipliers();
+    std::vector<double>& lambda = normal.dynamics().multipliers();
     const std::vector<double> found = lambda;
     for (std::size_t c = 0; c < tangents.size(); ++c) {
       for (int g = 0; g < tangents[c].num_guides; ++g)
@@ -51,13 +53,13 @@ struct Tampering {
     std::vector<double> accelerations = w;
     ModeSwitch at{0.0, solved.r.data(), solved.v.data(), accelerations.data(), {}};
     at.at_rest.assign(tangents.size(), 1);
-    Outcome outcome = static_cast<GuideContacts&>(*normal.contacts_).modes_.check_rest(at);
+    Outcome outcome = static_cast<const GuideContacts&>(*normal.contacts()).modes().check_rest(at);
     lambda = found;
     return outcome;
   }
   /// The kernels of the first helix that run on the definition, along the motion and around the place.
-  static auto& along_helix(Forms& forms) { return *helices(forms).groups_[0].along; }
-  static auto& around_helix(Forms& forms) { return *helices(forms).groups_[0].around; }
+  static auto& along_helix(Forms& forms) { return *helices(forms).definitions()[0].along; }
+  static auto& around_helix(Forms& forms) { return *helices(forms).definitions()[0].around; }
   static JetKernel<Helices>& helices(Forms& forms) {
     return const_cast<JetKernel<Helices>&>(forms.work.constraints.family<JetKernel<Helices>>().kernel);
   }

@@ -135,8 +135,7 @@ void Linearization::note_all_rows() {
   if (reuse_ != nullptr) reuse_->note_factor();
 }
 
-/// Returns the present factor, which is that of the present K.
-SchurFactor& Linearization::fresh_factor() {
+SchurFactor& Linearization::factor() {
   if (state_ == State::Stale) {
     all_rows_->factorize_again();
     note_all_rows();
@@ -225,13 +224,13 @@ Outcome Linearization::prepare(const Kinematics& at, const Request& request, dou
 void Linearization::solve_once(const double* b, double* lambda, double* dw) {
   const Stopwatch watch(&work_.times.solve);
   ++work_.counters.solves;
-  fresh_factor().solve_negative(model_.parallel, b, lambda);  // (31)
+  factor().solve_negative(model_.parallel, b, lambda);  // (31)
   write_reactions(model_, blocks_, lambda, dw);
   work_.team().fetch_guests(dw);
 }
 
 void Linearization::solve_negative(const double* b, double* x) {
-  if (!shares_loads()) return fresh_factor().solve_negative(model_.parallel, b, x);
+  if (!shares_loads()) return factor().solve_negative(model_.parallel, b, x);
   right_side_.assign(b, b + model_.num_rows());
   points_.resize(3 * model_.num_points());
   solve_refined(right_side_.data(), x, points_.data());
@@ -255,7 +254,7 @@ void Linearization::correct(double* rows, double* points, double* sum) {
     const Stopwatch watch(&work_.times.solve);
     ++work_.counters.solves;
     if (state_ != State::Stale || !reuse_->correct(blocks_.data(), rows, points))
-      fresh_factor().correct(model_.parallel, blocks_.data(), rows, points);
+      factor().correct(model_.parallel, blocks_.data(), rows, points);
   }
   add_rows(model_, rows, sum);
 }

@@ -59,6 +59,8 @@ class Linearization {
   void set_offsets(std::span<const Constraints::RowOffset> offsets);
   /// K as blocks [3 * num_blocks], at the last configuration.
   const std::vector<double>& blocks() const { return blocks_; }
+  /// The factor of the present K, made now if need be.
+  SchurFactor& factor();
   /// Returns true if the present K has a factor.
   bool is_fresh() const { return state_ == State::Fresh; }
   /// 1/cond(S) from the pivots of the last factorization, S scaled to a unit diagonal; the smallest over its parts.
@@ -151,7 +153,6 @@ class Linearization {
   void exchange_memory(Memory& memory);
 
  private:
-  friend struct Tampering;  // the tests corrupt the solver through it, and every corruption must be caught
   enum class State {
     None,   ///< no factor that may be used again
     Fresh,  ///< that of the present K
@@ -168,7 +169,6 @@ class Linearization {
   Outcome factorize(double t, const double* r);
   bool note_composite(double reciprocal_condition);
   void note_all_rows();
-  SchurFactor& fresh_factor();
   void correct_once(const Refinement& what, bool begins);
 
   Workspace& work_;

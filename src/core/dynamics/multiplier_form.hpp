@@ -83,7 +83,6 @@ class MultiplierForm final : public PointForm {
   std::vector<Ordering> orderings() const;
 
  private:
-  friend struct Tampering;  // the tests corrupt the form through it, and every corruption must be caught
   bool is_prescribed_together() const override { return is_prescribed_together_; }
 
   LinearizedResponse response_;         // contacts see this form by these two, …

@@ -74,13 +74,13 @@ class TangentForm final : public EquationsOfMotion {
   void write_friction(const Reactions& found, double* tau) const override { dynamics_.write_friction(found, tau); }
   void describe(PlanSummary* plan) const override;
 
+  TangentLinearization& linearization() { return linearization_; }
   TangentDynamics& dynamics() { return dynamics_; }
   /// Computes A and the factor of H at the start, moved by about `distance` (m) in a generic direction. Writes the
   /// positions there [3n].
   Outcome stand_beside(double t, double distance, double* r);
 
  private:
-  friend struct Tampering;  // the tests corrupt the form through it, and every corruption must be caught
   ProjectionReport measure_violation(double t, const double* q);
 
   Workspace& work_;

@@ -38,6 +38,8 @@ class TangentLinearization {
 
   /// Computes x := -H^-1 x [s].
   void solve_negative(double* x) { solver_.solve_negative(model_.parallel, x, x); }
+  /// The solver of H.
+  GramSolver& gram() { return solver_; }
   double estimate_reciprocal_condition() { return solver_.estimate_reciprocal_condition(); }
   /// Computes points = A x [3n], for moving points.
   void apply(const double* x, double* points) const {
@@ -59,8 +61,6 @@ class TangentLinearization {
   double predicted_flops() const;
 
  private:
-  friend struct Tampering;  // the tests corrupt the solver through it, and every corruption must be caught
-
   TangentLinearization(Workspace& work, const SolverOptions& options, const std::vector<Product>& products);
 
   Workspace& work_;

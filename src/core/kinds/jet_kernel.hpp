@@ -85,6 +85,7 @@ class JetKernel {
   bool depends_on_time() const { return groups_.depends_on_time(); }
   bool gradients_are_constant() const { return false; }
   double scale(std::size_t k) const { return size[k]; }
+  auto& definitions() { return groups_; }
 
   Local<num_rows, num_blocks> operator()(std::size_t k, const double* r, const double* v) const {
     const auto& each = groups_[geometry[k]];
@@ -121,7 +122,6 @@ class JetKernel {
   }
 
  private:
-  friend struct Tampering;  // in tests
   using Variable = Forward<3 * num_points>;
   DefinitionsNow<Group, Variable> groups_;
   ScalarTable numbers_;  // one a member, of kinds that have a parameter

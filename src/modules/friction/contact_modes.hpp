@@ -35,9 +35,10 @@ class ContactModes final : public EventFunctions {
   void accept(double t, const double* r, const double* v);
 
   void exchange_memory(Memory& memory);
+  /// Returns NotConverged, with the contact's name, if one of those that `at` has at rest misses its law.
+  Outcome check_rest(const ModeSwitch& at) const;
 
  private:
-  friend struct Tampering;  // the tests corrupt the search through it, and every corruption must be caught
   Outcome choose(ModeSwitch at);
   Outcome put_to_rest(ModeSwitch* at);
   template <class Change>
@@ -54,7 +55,6 @@ class ContactModes final : public EventFunctions {
   Outcome search(const ModeSwitch& at, bool shared_loads, std::vector<char>* are_counted);
   Outcome finish(const ModeSwitch& at, const std::vector<char>& are_counted);
   Outcome keep_moving(const ModeSwitch& at);
-  Outcome check_rest(const ModeSwitch& at) const;
   std::vector<char> find_many_on_surfaces(const ModeSwitch& at) const;
 
   Workspace& work_;
