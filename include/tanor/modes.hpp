@@ -30,6 +30,12 @@ struct ModesOptions {
   SolverOptions solver{};
 };
 
+/// Positions that are no equilibrium.
+class TANOR_API NotAtRest : public InputError {
+ public:
+  using InputError::InputError;
+};
+
 /// Small vibrations about an equilibrium: x(t) = r + Re(q e^(i omega t)) with
 ///
 /// Z'WZ q = omega^2 Z'MZ q,   K'Z = 0,   W = -df/dr - sum over rows of lambda Hess xi
@@ -69,7 +75,7 @@ struct [[nodiscard]] Modes {
   }
 };
 
-/// Finds the lowest modes about `positions` [3n], m. Throws InputError if these are no equilibrium, naming the point
+/// Finds the lowest modes about `positions` [3n], m. Throws NotAtRest if these are no equilibrium, naming the point
 /// with the largest unbalanced force.
 TANOR_API Modes modes(const System& system, std::span<const double> positions, const ModesOptions& options = {});
 

@@ -5,6 +5,8 @@
 #include <limits>
 #include <random>
 
+#include <tanor/modes.hpp>
+
 #include "base/check_size.hpp"
 #include "base/text.hpp"
 #include "base/with_unit.hpp"
@@ -53,7 +55,7 @@ std::unique_ptr<GivenEquilibrium> GivenEquilibrium::stand_at(System system, cons
     std::vector<Index> rigid;
     if (options.prestress.empty())
       rigid = find_prestress_rigid_points(state.model().system, state.smallest_.rank().dependences);
-    if (rigid.empty()) throw InputError("", complaint);
+    if (rigid.empty()) throw NotAtRest("", complaint);
     return rigid;
   };
   std::vector<Index> rigid;
@@ -99,8 +101,8 @@ std::string GivenEquilibrium::find_complaint(double force_tolerance) {
   const double scale = equations_.evaluate(r_.data(), lambda_.data(), g.data(), xi.data());
   if (!std::isfinite(scale)) throw InputError("", model().not_finite(equations_.time()).what);
   if (equations_.violation() > allowed_violation) {
-    throw InputError("", "the positions are no equilibrium: they break " + name_worst_row() + " by " +
-                             text(equations_.violation()) + " of a length" + advice);
+    throw NotAtRest("", "the positions are no equilibrium: they break " + name_worst_row() + " by " +
+                            text(equations_.violation()) + " of a length" + advice);
   }
   std::vector<double> users(r_.size());
   model().numbering.scatter_points(r_, users);

@@ -35,7 +35,7 @@ struct EquilibriumClaim {
 /// A system at an equilibrium that the caller has found, linearised there. Arrays are in the inner order.
 class GivenEquilibrium {
  public:
-  /// Throws InputError if the claim is no equilibrium, naming the worst point. Only the `options` that define the
+  /// Throws NotAtRest if the claim is no equilibrium, naming the worst point. Only the `options` that define the
   /// system are used: time, prestress, friction and solver. Points that nothing balances, but that rods under tension
   /// hold between supports, become supports (find_prestress_rigid_points), as in find_equilibrium.
   static std::unique_ptr<GivenEquilibrium> stand_at(System system, const EquilibriumClaim& claim,

@@ -96,49 +96,41 @@ ExitCode execute_modes(const Options& options) {
   Modes found = in_scene([&] {
     try {
       return modes(scene.system, scene.system.positions, wanted);
-    } catch (const InputError& error) {
-      const std::string what = error.what();
-      if (!what.ends_with("tanor equilibrium, finds one")) throw;
+    } catch (const NotAtRest& error) {
       const fs::path at_rest = choose_folder({}, scene.file, ".equilibrium.out") / report::scene_at_rest_name;
-      throw InputError(error.where(), fmt::format("{}: tanor equilibrium {}, then tanor modes {}", what,
+      throw InputError(error.where(), fmt::format("{}: tanor equilibrium {}, then tanor modes {}", error.what(),
                                                   typed(options.scene), typed(at_rest)));
     }
   });
   found.left_out = report::list_left_out(scene.left_out, found.left_out);
-  report::ModesFacts facts;
-  facts.scene = scene.name;
-  facts.source = scene.source;
-  facts.units = scene.system.units;
-  facts.points = scene.system.num_points();
-  for (const Support& support : scene.system.supports) facts.supports += support.points.size();
-  facts.equations = found.multipliers.size();
-  if (!scene.buckling_loads.empty()) {
-    facts.buckling =
+  std::optional<Buckling> buckling;
+  if (!scene.buckling_loads.empty())
+    buckling =
         in_scene([&] { return find_buckling(scene.system, scene.system.positions, scene::buckling_options(scene)); });
-  }
 
   System system;
   const Solution state = in_scene([&] { return state_of(scene, found, &system); });
-  if (found.outcome.ok()) facts.observed = observe(system, scene.observables, state);
+  std::vector<Observed> observed;
+  if (found.outcome.ok()) observed = observe(system, scene.observables, state);
 
   remove_results(directory);
-  report::write_modes(directory, facts, found);
-  show(directory, scene, system, state, facts.observed, found);
+  report::write_modes(directory, scene, found, observed, buckling);
+  show(directory, scene, system, state, observed, found);
   if (!found.outcome.ok()) return tell(options.scene, found.outcome.what);
   if (options.pictures) report::write_mode_pictures(directory, system, state, found);
   if (options.json) print_json_file(directory / "summary.json");
   const std::string page = report::write_observables_at_rest(directory, scene.name, describe(found, scene.system.units),
-                                                             facts.observed, system.units, scene.modes.time);
+                                                             observed, system.units, scene.modes.time);
   if (!options.json)
     print_page(page),
         print_lines(fmt::format("{}; results in {}", describe(found, scene.system.units), typed(directory)));
-  if (!facts.buckling) return ExitCode::Done;
-  if (!facts.buckling->outcome.ok()) return tell(options.scene, facts.buckling->outcome.what);
+  if (!buckling) return ExitCode::Done;
+  if (!buckling->outcome.ok()) return tell(options.scene, buckling->outcome.what);
   if (options.json) return ExitCode::Done;
-  if (std::isinf(facts.buckling->load_factor))
+  if (std::isinf(buckling->load_factor))
     fmt::print("buckles at no multiple of the load\n");
   else
-    fmt::print("buckles at {:.10g} times the load\n", facts.buckling->load_factor);
+    fmt::print("buckles at {:.10g} times the load\n", buckling->load_factor);
   return ExitCode::Done;
 }
 

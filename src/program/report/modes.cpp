@@ -109,23 +109,24 @@ void add_modes(const fs::path& directory, const std::optional<Modes>& modes, Jso
   json->end();
 }
 
-void write_modes(const fs::path& directory, const ModesFacts& facts, const Modes& modes) {
+void write_modes(const fs::path& directory, const scene::Scene& scene, const Modes& modes,
+                 std::span<const Observed> observed, const std::optional<Buckling>& buckling) {
+  std::size_t supports = 0;
+  for (const Support& support : scene.system.supports) supports += support.points.size();
   make_folder(directory);
   replace_file(directory / "summary.json", [&](OutputFile* file) {
     JsonObjectFile json(file);
-    json.add("scene", facts.scene);
-    json.add("source", facts.source);
+    json.add("scene", scene.name);
+    json.add("source", scene.source);
     json.add("tanor_version", TANOR_VERSION);
-    json.add("units", json_of(facts.units));
-    json.add("observables", describe_observables(facts.observed));
-    using F = ModesFacts;
-    json.add_members(json_of_members<&F::points, &F::supports, &F::equations>(facts));
+    json.add("units", json_of(scene.system.units));
+    json.add("observables", describe_observables(observed));
+    json.add("points", scene.system.num_points());
+    json.add("supports", supports);
+    json.add("equations", modes.multipliers.size());
     json.add("degrees_of_freedom", modes.outcome.ok() ? Json(modes.degrees_of_freedom) : Json());
     add_modes(directory, modes, &json);
-    if (facts.buckling) {
-      const bool is_known = facts.buckling->outcome.ok();
-      json.add("buckling_load_factor", is_known ? Json(facts.buckling->load_factor) : Json());
-    }
+    if (buckling) json.add("buckling_load_factor", buckling->outcome.ok() ? Json(buckling->load_factor) : Json());
     json.add("left_out", modes.left_out);
     json.finish();
   });

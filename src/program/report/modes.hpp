@@ -11,6 +11,7 @@
 #include <tanor/observables.hpp>
 
 #include "report/json_text.hpp"
+#include "scene/scene.hpp"
 
 namespace tanor::report {
 
@@ -18,17 +19,10 @@ namespace tanor::report {
 /// member is null if modes were not found.
 void add_modes(const std::filesystem::path& directory, const std::optional<Modes>& modes, JsonObjectFile* json);
 
-/// Facts that `tanor modes` reports besides the modes.
-struct ModesFacts {
-  std::string scene, source;  ///< name; origin of the points
-  Units units{};
-  std::size_t points = 0, supports = 0, equations = 0;
-  std::vector<Observed> observed{};  ///< at rest
-  std::optional<Buckling> buckling;  ///< none: not requested
-};
-
-/// Writes `directory/summary.json` and the shapes beside it.
-void write_modes(const std::filesystem::path& directory, const ModesFacts& facts, const Modes& modes);
+/// Writes `directory/summary.json` and the shapes beside it. `observed` is that at rest; there is no buckling where
+/// none was asked for.
+void write_modes(const std::filesystem::path& directory, const scene::Scene& scene, const Modes& modes,
+                 std::span<const Observed> observed, const std::optional<Buckling>& buckling);
 
 inline constexpr std::string_view mode_prefix = "mode_";
 /// Returns "mode_<k>", k = 1, 2, …
