@@ -138,8 +138,9 @@ struct NearestToSingular {
 
 /// Reports what happened between the steps of a motion.
 struct EventReport {
-  std::size_t events = 0;   ///< instants at which the equations changed because a contact began or ceased to slip
-  double last_event = 0.0;  ///< time of the last of them, s
+  std::size_t events = 0;     ///< instants at which the equations changed because a contact began or ceased to slip
+  double last_event = 0.0;    ///< time of the last of them, s
+  std::string last_change{};  ///< what it was, such as "rough at hoop[0], point 0 slips"; empty where that is not known
   /// Which event of `Simulation::add_event` may have a passage that was not seen, and when first: it touches 0 to
   /// rounding there, has more turns in one step than can be followed, or a bump that few places have seen. Empty if
   /// there is none.

@@ -216,10 +216,10 @@ template <>
 inline constexpr ReportFields<
     &MotionReport::method, &MotionReport::method_reason, &MotionReport::time, &MotionReport::steps,
     &MotionReport::rejected, &MotionReport::last_step, &MotionReport::accuracy_warning, &MotionReport::events,
-    &MotionReport::last_event, &MotionReport::events_may_be_missed, &MotionReport::start, &MotionReport::violation,
-    &MotionReport::last_violation, &MotionReport::nearest_to_singular, &MotionReport::last_reciprocal_condition,
-    &MotionReport::rank_changes, &MotionReport::singular_passages, &MotionReport::energy, &MotionReport::friction,
-    &MotionReport::counters, &MotionReport::times>
+    &MotionReport::last_event, &MotionReport::last_change, &MotionReport::events_may_be_missed, &MotionReport::start,
+    &MotionReport::violation, &MotionReport::last_violation, &MotionReport::nearest_to_singular,
+    &MotionReport::last_reciprocal_condition, &MotionReport::rank_changes, &MotionReport::singular_passages,
+    &MotionReport::energy, &MotionReport::friction, &MotionReport::counters, &MotionReport::times>
     fields_of<MotionReport>{};
 template <>
 inline constexpr ReportFields<&StabilityReport::status, &StabilityReport::unstable_directions,

@@ -123,6 +123,9 @@ TEST(FrictionTest, BeadsOfAChainOnARoughFloorGiveWayOneAfterAnother) {
   const Ended ended = run_program(folder, {"run", "s.json", "--out", "out"});
 
   ASSERT_EQ(ended.code, 0) << ended.err;
+  const std::string last = "; last change at t = ", page = read_text(folder / "out/report.txt");
+  ASSERT_TRUE(contains(page, last)) << page;
+  EXPECT_TRUE(contains(page.substr(page.find(last), 60), ": coulomb0 at floor[")) << page;
   const json summary = json::parse(read_text(folder / "out" / "summary.json"));
   EXPECT_EQ(summary["t_reached"], 5.0);
   EXPECT_LT(std::abs(summary["energy"]["drift_relative"].get<double>()), 1e-8);

@@ -49,7 +49,7 @@ TEST(ObservedRestTest, PagesShowNoRounding) {
   const Ended ended = find_at_rest(folder, sagging);
   ASSERT_EQ(ended.code, 0) << ended.err;
 
-  EXPECT_TRUE(contains(ended.out, "load(hooks).x      0 N\n")) << ended.out;
+  EXPECT_TRUE(contains(ended.out, "load(hooks).x, .y  0 N\n")) << ended.out;
   const std::string page = read_text(folder / "at_rest/report.html");
   const std::size_t begin = page.find("id=\"data\">") + 10;
   const json shown = json::parse(page.substr(begin, page.find("</script>", begin) - begin)).at("observables");

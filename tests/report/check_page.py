@@ -180,14 +180,16 @@ def resting_scene(folder: pathlib.Path) -> pathlib.Path:
 
 
 def torn_scene(folder: pathlib.Path) -> pathlib.Path:
-    """A crank that turns about (-0.5, 0, 0) and is let go, above two rods, the lower one of which breaks before."""
+    """A crank that turns about (-0.5, 0, 0) and is let go, above two rods, the lower one of which breaks before, and a table that goes."""
     path = folder / "torn.json"
     path.write_text(json.dumps({
-        "tanor_scene": 1, "units": "real", "points": {"positions": [[0, 0, 0], [0, 0, -1], [0, 0, -2]]},
+        "tanor_scene": 1, "units": "real", "points": {"positions": [[0, 0, 0], [0, 0, -1], [0, 0, -2], [1, 0, 0]]},
         "supports": [{"name": "crank", "points": [0], "motion": {"formula": ["0.5*cos(t)-0.5", "0", "0.5*sin(t)"]}}],
-        "constraints": [{"name": "links", "kind": "rod", "pairs": [[0, 1], [1, 2]]}],
+        "constraints": [{"name": "links", "kind": "rod", "pairs": [[0, 1], [1, 2]]},
+                        {"name": "table", "kind": "plane", "points": [3], "normal": [0, 0, 1]}],
         "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}],
-        "events": [{"when": "t > 0.5237", "do": "break", "of": "links[1]"}, {"when": "t > 1.13", "do": "release", "of": "crank"}],
+        "events": [{"when": "t > 0.5237", "do": "break", "of": "links[1]"}, {"when": "t > 0.81", "do": "release", "of": "table"},
+                   {"when": "t > 1.13", "do": "release", "of": "crank"}],
         "motion": {"start": "project", "method": "rk4", "step": 0.001, "t_end": 1.5, "output_every": 0.1}}))
     return path
 

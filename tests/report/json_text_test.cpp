@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include "report/page.hpp"
 #include "report/reading.hpp"
 
 namespace tanor::report {
@@ -98,6 +99,20 @@ TEST(JsonText, BytesThatAreNoUtf8AreReplaced) {
   for (const std::string bytes : {"\x80", "\xC3", "\xC0\xAF", "\xED\xA0\x80", "\xF4\x90\x80\x80", "\xFF"}) {
     EXPECT_TRUE(read_back("a" + bytes).get<std::string>().starts_with("a\uFFFD")) << write("a" + bytes);
   }
+}
+
+TEST(PageText, WhatIsRoundingBesideTheLargestNumberOfItsUnitIsZero) {
+  const auto observed = [](const char* name, const char* unit, double value) {
+    Observed one;
+    one.name = name;
+    one.unit = unit;
+    one.values = {value};
+    one.least = one.largest = {{value, 0.0, ""}};
+    return one;
+  };
+  const std::vector<Observed> all{observed("a", "N", 2e-15), observed("b", "N", -40.0), observed("c", "J", 2e-15),
+                                  observed("d", "N", 2e-9)};
+  EXPECT_EQ(format_observables(all, {}, {}), "  a  0 N\n  b  -40 N\n  c  2e-15 J\n  d  2e-09 N\n");
 }
 
 }  // namespace

@@ -145,27 +145,31 @@ export async function tryHistogram(browser, tensions) {
   browser.expect(counts.every((_, k) => near(k)), `the bars have ${bins} pixels, not ${wanted.map((each) => each.toFixed(1))}`);
 }
 
-/** What broke is drawn and chosen no more after its instant; what was let go is no support from then on, and has no path and no arm. */
+/** What broke is drawn and chosen no more after its instant; what was let go is no support or guide from then on, and has no path and no arm. */
 export async function tryGone(browser, folder) {
   await browser.open(pathToFileURL(resolve(join(folder, "report.html"))).href);
-  const { rods: [[rod, broken]], supports: [[support, free]] } = await readData(browser, "motion.gone"), { colours, motion } = await readData(browser, "run && JSON.parse(document.getElementById('data').textContent)");
+  const { rods: [[rod, broken]], supports: [[support, free]], guides: [[, off]] } = await readData(browser, "motion.gone"), { colours, motion } = await readData(browser, "run && JSON.parse(document.getElementById('data').textContent)");
   const rgb = (colour) => [1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16) / 255), isNear = (x, y) => Math.hypot(...x.map((each, k) => each - y[k])) < 1e-2;
   browser.expect(motion.pivots.length === 1 && isNear(motion.pivots[0], [support, -0.5, 0, 0]), `the crank turns about ${JSON.stringify(motion.pivots)}`);
   const marks = await browser.ask(`Array.from(document.querySelectorAll("#marks .event"), (each) => getComputedStyle(each).backgroundColor)`);
-  browser.expect(marks.length > 1 && marks.every((colour) => /^rgb\(/.test(colour)), `events are marked by ${marks}`);
+  browser.expect(marks.length === 3 && marks.every((colour) => /^rgb\(/.test(colour)), `events are marked by ${marks}`);
+  const times = await readData(browser, "events.map((event) => event.t)");
+  browser.expect(times.length > 3 && times.every((time, k) => k === 0 || time >= times[k - 1]), `events are listed at ${times} s`);
   const see = (time) => browser.ask(`(() => {
     tanorPage.choose({ kind: "rod", number: ${rod} });
     tanorPage.seek(${time});
     tanorPage.render();
     const part = (name) => tanorPage.scene.getObjectByName(name).geometry.attributes, length = ({ a, b }, k) => Math.hypot(...[0, 1, 2].map((axis) => b.array[3 * k + axis] - a.array[3 * k + axis]));
     const fixed = []; tanorPage.scene.getObjectByName("supports").traverse((each) => (each.isLine || each.count) && fixed.push(each.isLine ? "path" : "foot"));
-    return { rods: Array.from({ length: ${motion.rods} }, (_, k) => length(part("rods"), k)), arm: length(part("arms"), 0), fixed: fixed.join(),
+    const guides = tanorPage.scene.getObjectByName("guides").children.map(({ name }) => name).join();
+    return { rods: Array.from({ length: ${motion.rods} }, (_, k) => length(part("rods"), k)), arm: length(part("arms"), 0), fixed: fixed.join(), guides,
       tint: Array.from(part("points").tint.array.slice(${3 * support}, ${3 * support + 3})), words: document.getElementById("tension").textContent };
   })()`);
-  for (const [time, isThere, isHeld] of [[broken - 1e-3, true, true], [broken + 1e-3, false, true], [free - 1e-3, false, true], [free + 1e-3, false, false]]) {
+  for (const [time, isThere, isHeld] of [[broken - 1e-3, true, true], [broken + 1e-3, false, true], [off - 1e-3, false, true], [off + 1e-3, false, true], [free - 1e-3, false, true], [free + 1e-3, false, false]]) {
     const seen = await see(time), at = `at ${time} s, where the rod breaks at ${broken} s and the crank is free at ${free} s,`;
     browser.expect(seen.rods.every((length, k) => (length > 0.1) === (k !== rod || isThere)), `${at} the rods are ${seen.rods} m long`);
     browser.expect(seen.words.startsWith("gone since") === !isThere && Number.isFinite(parseFloat(seen.words)) === isThere, `${at} stands ${seen.words}`);
+    browser.expect(seen.guides === (time < off ? "table" : ""), `${at} there is ${seen.guides}, which is let go at ${off} s`);
     browser.expect(isNear(seen.tint, rgb(isHeld ? colours.support : colours.bead)), `${at} the crank is painted ${seen.tint}`);
     browser.expect((Math.abs(seen.arm - 0.5) < 1e-3) === isHeld && seen.fixed.includes("path") === isHeld, `${at} the arm has ${seen.arm} m, and there are ${seen.fixed}`);
   }

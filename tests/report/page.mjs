@@ -262,7 +262,8 @@ async function tryEvents(browser, events) {
     const shown = await browser.ask(`(() => { document.querySelectorAll("${part}")[${count - 1}].click(); return tanorPage.time; })()`);
     browser.expect(shown === times[count - 1], `an event at ${times[count - 1]} s leads to ${shown} s`);
   }
-  const contacts = await readData(browser, `events.filter((event) => event.kind === "contact").length`);
+  const named = await readData(browser, `events.filter((event) => event.kind === "contact").map((event) => event.what)`), contacts = named.length;
+  browser.expect(named.every((what) => /^(.+ at .+\[\d+\], point \d+ (sticks|slips)(, and others)?|the equations have a corner)$/.test(what)), `contacts are ${named.slice(0, 5).join("; ")}`);
   const words = await browser.ask(`document.getElementById("events-left-out").textContent`);
   browser.expect(words.includes(`${contacts} of ${events} contact`) === contacts < events && (contacts < events || !words),
     `${contacts} of ${events} contact switches are listed, and under them stands: ${words}`);
@@ -428,6 +429,8 @@ async function tryNames(browser, folder, titles) {
     const title = await browser.ask(`(tanorPage.choose(${choice}), document.querySelector("#chosen h3").textContent)`);
     browser.expect(title === titles[k], `the chart is of the ${title}, not of the ${titles[k]}`);
   }
+  const what = await browser.ask(`document.getElementById("what").textContent`);
+  browser.expect(what.startsWith("4 points, 3 rods, "), `${what} is not all of the scene`);
 }
 
 /** Milliseconds to place what an instant shows, without drawing it. */

@@ -147,6 +147,7 @@ TEST(RecordingTest, ARunThatGoesOnKeepsWhatWasRecordedBefore) {
   ASSERT_GT(frames.size(), 40u);
   ASSERT_EQ(before.recording.switches().size(), 1u);
   EXPECT_EQ(after.switches(), before.recording.switches());
+  EXPECT_TRUE(after.switches()[0].what.ends_with("[0], point 0 sticks")) << after.switches()[0].what;
   EXPECT_EQ(after.frames_seen(), before.recording.frames_seen());
   EXPECT_EQ(after.guides().size(), 1u);
   ASSERT_EQ(after.frames().size(), frames.size());

@@ -275,21 +275,24 @@ TEST(StoredMotionTest, FoldersWithoutFramesAreRefused) {
   EXPECT_THROW(StoredMotion(folder.path()), InputError);
 }
 
-/// A crank that turns about (-1, 0, 0) is let go at 0.57 s, and the second of its rods breaks at 0.33 s. Frames come
-/// every quarter of a second, and what is drawn between them changes at those instants.
+/// A crank that turns about (-1, 0, 0) is let go at 0.57 s, and the second of its rods breaks at 0.33 s; so are a table
+/// and a rope. Frames come every eighth of a second, and what is drawn between them changes at those instants.
 TEST(StoredMotionTest, WhatBrokeOrWasLetGoIsNoLongerThereFromItsInstantOn) {
   System system;
-  system.positions = {0, 0, 0, 0, 0, -1, 0, 0, -2, 3, 0, 0};
-  system.masses = {1, 1, 1, 1};
+  system.positions = {0, 0, 0, 0, 0, -1, 0, 0, -2, 3, 0, 0, 5, 0, 0, 6, 0, -2, 8, 0, -1};
+  system.masses.assign(7, 1.0);
   const auto turn = [](double part) { return std::vector{std::cos(part) - 1.0, 0.0, std::sin(part)}; };
   system.supports = {
       {"crank", {0}, VectorFunction(ScalarFunction::formula("cos(t)-1"), 0.0, ScalarFunction::formula("sin(t)"))},
       {"wall", {3}}};
-  system.constraints = {Rods{.name = "rods", .pairs = {{0, 1}, {1, 2}}}};
+  system.constraints = {Rods{.name = "rods", .pairs = {{0, 1}, {1, 2}}}, Planes{"table", {4}, Vector3{0, 0, 1}, 0.0},
+                        Pulleys{"winch", {{5, 6}}, Vector3{6, 0, 0}, Vector3{8, 0, 0}}};
   system.forces = {Gravity{"", {0, 0, -9.81}}};
   Simulation simulation(system, {.method = Method::Dopri5, .start = StartMode::Project});
   simulation.add_event({.when = "t > 0.33", .action = EventAction::Break, .of = "rods[1]"});
+  simulation.add_event({.when = "t > 0.33", .action = EventAction::Break, .of = "winch"});
   simulation.add_event({.when = "t > 0.57", .action = EventAction::Release, .of = "crank"});
+  simulation.add_event({.when = "t > 0.57", .action = EventAction::Release, .of = "table"});
   const Folder folder;
   TrajectoryOptions options;
   options.formats.files = {scene::TrajectoryFormat::Vtp};
@@ -298,7 +301,7 @@ TEST(StoredMotionTest, WhatBrokeOrWasLetGoIsNoLongerThereFromItsInstantOn) {
     ASSERT_TRUE(k == 0 || simulation.advance_to(0.125 * k).ok());
     trajectory.write_frame(simulation);
   }
-  ASSERT_EQ(simulation.passages().size(), 2u);
+  ASSERT_EQ(simulation.passages().size(), 4u);
 
   const StoredMotion motion(folder.path());
   using Ends = std::vector<std::array<std::int32_t, 2>>;
@@ -307,8 +310,15 @@ TEST(StoredMotionTest, WhatBrokeOrWasLetGoIsNoLongerThereFromItsInstantOn) {
     EXPECT_EQ(frame.rods, t < 0.33 ? (Ends{{0, 1}, {1, 2}}) : (Ends{{0, 1}})) << t;
     ASSERT_EQ(frame.tensions.size(), frame.rods.size()) << t;
     for (const double tension : frame.tensions) EXPECT_TRUE(std::isfinite(tension)) << t;
-    EXPECT_EQ(frame.is_support, (std::vector<bool>{t < 0.57, false, false, true})) << t;
+    EXPECT_EQ(frame.is_support, (std::vector<bool>{t < 0.57, false, false, true, false, false, false})) << t;
+    std::vector<std::string> guides;
+    for (const Guide& guide : frame.guides) guides.push_back(guide.kind);
+    EXPECT_EQ(guides, t < 0.33   ? (std::vector<std::string>{"plane", "tie"})
+                      : t < 0.57 ? (std::vector<std::string>{"plane"})
+                                 : (std::vector<std::string>{}))
+        << t;
   }
+  EXPECT_FALSE(read_vtp(folder / "trajectory/frame_000008.vtp").is_support[0]) << "other programs read the file alone";
   const MotionExtent extent = motion.measure();
   ASSERT_EQ(extent.supports.size(), 2u);
   ASSERT_EQ(extent.supports[0].places.size(), 5u) << "its path ends where it is let go";

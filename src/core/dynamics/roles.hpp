@@ -216,6 +216,8 @@ class EventFunctions {
   virtual Power work_of_switch() const { return {}; }
   /// Returns the discrete state as plain numbers, to be kept in a snapshot.
   virtual std::vector<int> discrete_state() const { return {}; }
+  /// Names what is another than in a discrete state before.
+  virtual std::string describe_change(std::span<const int> /*before*/) const { return {}; }
   /// Throws InputError if the state does not fit.
   virtual void restore_discrete_state(std::span<const int> /*state*/) {}
 

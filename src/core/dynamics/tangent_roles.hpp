@@ -34,6 +34,7 @@ class TangentEvents final : public EventFunctions {
                            const Request& request, const AccelerationOutput& to) override;
   Power work_of_switch() const override { return others().work_of_switch(); }
   std::vector<int> discrete_state() const override { return others().discrete_state(); }
+  std::string describe_change(std::span<const int> before) const override { return others().describe_change(before); }
   void restore_discrete_state(std::span<const int> state) override { others().restore_discrete_state(state); }
 
  private:

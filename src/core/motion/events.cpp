@@ -41,8 +41,8 @@ bool are_positive(std::span<const double> values) {
 }  // namespace
 
 void Events::restore(std::size_t count, double last_time, std::span<const double> slopes) {
-  count_ = count;
-  last_time_ = last_time;
+  switches_.count = count;
+  switches_.last_time = last_time;
   forget();
   slopes_.assign(slopes.begin(), slopes.end());
 }
@@ -402,8 +402,9 @@ Outcome Events::switch_equations(Scheme& scheme, const State& from, State* to) {
   scheme.forget();
   to->work.add(1.0, mechanics_.sum(own_.which.empty() ? Power{} : functions_->work_of_switch()));
   slopes_.clear();
-  ++count_;
-  last_time_ = to->t;
+  ++switches_.count;
+  switches_.last_time = to->t;
+  switches_.last_change = functions_->describe_change(before);
   return {};
 }
 

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "motion/dense_output.hpp"
@@ -40,8 +41,9 @@ class Events {
   /// Takes note that the motion crossed a corner at t, and forgets the last step.
   void note_crossing(double t) {
     forget();
-    ++count_;
-    last_time_ = t;
+    ++switches_.count;
+    switches_.last_time = t;
+    switches_.last_change = "the equations have a corner";
   }
 
   /// Examines an accepted step from `from` to `to`. If a function vanishes on the way, the step is repeated so that it
@@ -54,8 +56,9 @@ class Events {
   /// other step helps.
   Outcome switch_equations(Scheme& scheme, const State& from, State* to);
 
-  std::size_t count() const { return count_; }
-  double last_time() const { return last_time_; }  ///< s, of the last event
+  std::size_t count() const { return switches_.count; }
+  double last_time() const { return switches_.last_time; }  ///< s, of the last event
+  const std::string& last_change() const { return switches_.last_change; }
 
   /// Slopes of the functions over the last step, 1/s, on which the next step depends besides the state; empty if
   /// unknown.
@@ -121,9 +124,12 @@ class Events {
   struct {
     std::vector<double> x, v, a;
     Reactions reactions;
-  } inside_;                // a state inside the step
-  std::size_t count_ = 0;   // switches
-  double last_time_ = 0.0;  // s, of the last one
+  } inside_;  // a state inside the step
+  struct {
+    std::size_t count = 0;
+    double last_time = 0.0;  // s
+    std::string last_change{};
+  } switches_;
   struct {
     double begin = 0.0;  // s
     std::size_t num = 0;

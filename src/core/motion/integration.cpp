@@ -95,6 +95,7 @@ void Integration::take_trial(const StepAttempt& attempt, const Taken& taken) {
   if (attempt.has_stopped) has_stopped_ = true;
   trial_.watch.accept(state.t);
   report_.events_may_be_missed = trial_.watch.explain_missed();
+  if (trial_.events.count() > report_.events) report_.last_change = trial_.events.last_change();
   report_.events = trial_.events.count();
   report_.last_event = trial_.events.last_time();
   if (h > 0.0) {

@@ -30,6 +30,7 @@ class ContactModes final : public EventFunctions {
                            const Request& request, const AccelerationOutput& to) override;
   Power work_of_switch() const override { return work_of_rest_; }
   std::vector<int> discrete_state() const override { return state_.discrete_state(); }
+  std::string describe_change(std::span<const int> before) const override { return state_.describe_change(before); }
   void restore_discrete_state(std::span<const int> state) override { state_.restore_discrete_state(state); }
   /// Notes that a step to (t, r, v) was accepted.
   void accept(double t, const double* r, const double* v);

@@ -79,6 +79,17 @@ std::vector<int> ContactState::discrete_state() const {
   return state;
 }
 
+std::string ContactState::describe_change(std::span<const int> before) const {
+  const std::vector<int> now = discrete_state();
+  std::string change;
+  for (std::size_t c = 0; c < std::min(now.size(), before.size()); ++c) {
+    if (now[c] % num_modes == before[c] % num_modes) continue;
+    if (!change.empty()) return change + ", and others";
+    change = work.name_contact(c) + (tangents.sticks(c) ? " sticks" : " slips");
+  }
+  return change;
+}
+
 void ContactState::restore_discrete_state(std::span<const int> state) {
   const std::size_t wanted = num_switches > 0 ? size() : 0;
   if (state.size() != wanted) {

@@ -93,6 +93,8 @@ struct ContactState {
   /// Returns one number for each contact, which tells its whole state but reference and place. Returns an empty vector
   /// where no contact may stick.
   std::vector<int> discrete_state() const;
+  /// Returns "rough at hoop[0], point 0 sticks" for the first contact whose mode is another than in a state before.
+  std::string describe_change(std::span<const int> before) const;
   /// Throws InputError if the size does not fit. Slip directions need T, so `restore_slip_directions` restores them at
   /// the first configuration where T is known. It does nothing in later calls.
   void restore_discrete_state(std::span<const int> state);

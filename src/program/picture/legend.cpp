@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <stdexcept>
@@ -31,6 +32,7 @@ struct Destroy {
 std::string words(double number) {
   char text[32];
   std::snprintf(text, sizeof text, "%.4g", number);
+  std::snprintf(text, sizeof text, "%.5g", std::strtod(text, nullptr));  // 16000, not 1.6e+04
   return text;
 }
 
@@ -52,12 +54,13 @@ std::vector<double> choose_ticks(const report::TensionScale& tensions, double ro
   for (const double factor : {5.0, 2.0, 1.0})
     if (factor * unit >= rough) tick = factor * unit;
   std::vector<double> ticks{least, most};
-  for (double k = std::ceil((least + room) / tick); k * tick <= most - room; ++k) ticks.push_back(k * tick);
+  for (double k = std::ceil((least + room) / tick); k * tick <= most - room; ++k)
+    ticks.push_back(k * tick + 0.0);  // not -0
   return ticks;
 }
 
 void draw_bar(cairo_t* c, const Layout& layout, const Key& key) {
-  const double font = layout.font, x = layout.motion.left + layout.motion.width + 1.2 * font;
+  const double font = layout.font, x = layout.motion.left + layout.motion.width + 0.7 * font;
   const double top = layout.motion.top + 0.16 * layout.motion.height, height = 0.68 * layout.motion.height;
   const auto [least, most] = key.tensions;
   const double width = 0.9 * font, range = most - least;

@@ -23,7 +23,7 @@ using nlohmann::ordered_json;
 
 namespace {
 
-constexpr int format = 14;
+constexpr int format = 15;
 
 fs::path path_in(const fs::path& directory) {
   return directory / checkpoint_name;

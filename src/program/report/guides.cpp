@@ -64,9 +64,15 @@ bool are_close(const std::vector<double>& a, const std::vector<double>& b) {
 /// counted where `left_out` is given.
 struct Placed {
   std::size_t* left_out;
+  GoneTimes gone;
   std::vector<Guide> guides;
   std::vector<std::vector<Index>> points;
 
+  /// Lets the last guide hold as long as another member does.
+  void extend(double since) {
+    double& last = guides.back().gone;
+    last = std::isnan(since) ? since : std::max(last, since);
+  }
   bool is_full() const { return guides.size() >= 64; }
   bool takes_another() const {
     if (is_full() && left_out != nullptr) ++*left_out;
@@ -90,7 +96,8 @@ void merge_rings(Placed* placed) {
       if (placed->guides[p].kind != "plane" || placed->points[p].empty() || placed->points[p] != placed->points[s])
         continue;
       Guide& ring = placed->guides[s];
-      ring = {"circle", ring.name, cut_sphere(ring.numbers, placed->guides[p].numbers)};
+      ring = {"circle", ring.name, cut_sphere(ring.numbers, placed->guides[p].numbers),
+              std::fmin(ring.gone, placed->guides[p].gone)};
       placed->guides.erase(placed->guides.begin() + static_cast<std::ptrdiff_t>(p));
       placed->points.erase(placed->points.begin() + static_cast<std::ptrdiff_t>(p));
       if (p < s) --s;
@@ -100,16 +107,24 @@ void merge_rings(Placed* placed) {
 
 /// Adds one guide for all points, or one for each if their numbers differ at the start.
 template <class Group>
-void add_guides(const System& system, const Group& group, double t_start, double t, Placed* placed) {
+void add_guides(const System& system, const Group& group, const std::string& group_name, double t_start, double t,
+                Placed* placed) {
   if constexpr (is_drawn<Group>) {
     const std::size_t first = placed->guides.size();
     std::vector<double> before;
+    bool is_placed = false;
     for (std::size_t k = 0; k < group.points.size() && (!placed->is_full() || placed->left_out != nullptr); ++k) {
       std::vector<double> numbers = place(system, group, t_start, t_start, k);
-      if (are_close(numbers, before)) continue;
+      const double gone = placed->gone.of(group_name, k);
+      if (are_close(numbers, before)) {
+        if (is_placed) placed->extend(gone);
+        continue;
+      }
       before = std::move(numbers);
-      if (placed->takes_another())
-        placed->guides.push_back({std::string(KindOf<Group>::name), group.name, place(system, group, t_start, t, k)});
+      is_placed = placed->takes_another();
+      if (is_placed)
+        placed->guides.push_back(
+            {std::string(KindOf<Group>::name), group.name, place(system, group, t_start, t, k), gone});
     }
     placed->points.resize(placed->guides.size());
     if (placed->guides.size() == first + 1) placed->points.back() = group.points;
@@ -153,8 +168,9 @@ Guide place_surface(const UserConstraints& group, double t) {
 
 template <class Visit>
 void visit_groups(const System& system, const Visit& visit) {
-  for (const Constraint& each : system.constraints) std::visit(visit, each);
-  for (const auto& each : system.coordinates) std::visit(visit, each);
+  for (std::size_t k = 0; k < system.constraints.size(); ++k)
+    std::visit([&](const auto& group) { visit(group, constraint_name(system, k)); }, system.constraints[k]);
+  for (const auto& each : system.coordinates) std::visit([&](const auto& group) { visit(group, ""); }, each);
 }
 
 void mark(Index point, std::vector<bool>* marks) {
@@ -167,26 +183,30 @@ void mark(const Points& points, std::vector<bool>* marks) {
 
 }  // namespace
 
-std::vector<Guide> place_guides(const System& system, double t_start, double t, std::size_t* left_out) {
+std::vector<Guide> place_guides(const System& system, double t_start, double t, std::span<const Passage> passages,
+                                std::size_t* left_out) {
   if (left_out != nullptr) *left_out = 0;
-  Placed placed{left_out, {}, {}};
-  visit_groups(system, [&]<class Group>(const Group& group) {
+  Placed placed{left_out, GoneTimes(passages), {}, {}};
+  visit_groups(system, [&]<class Group>(const Group& group, const std::string& name) {
     if constexpr (std::is_same_v<Group, UserConstraints>) {
       if (!has_surface(group) || !placed.takes_another()) return;
       placed.guides.push_back(place_surface(group, t));
+      placed.guides.back().gone = placed.gone.of(name, 0);
+      for (std::size_t k = 1; k < (group.*KindOf<Group>::members).size(); ++k) placed.extend(placed.gone.of(name, k));
       placed.points.emplace_back();
     } else {
-      add_guides(system, group, t_start, t, &placed);
+      add_guides(system, group, name, t_start, t, &placed);
     }
   });
   merge_rings(&placed);
   return std::move(placed.guides);
 }
 
-std::vector<Guide> list_ties(const ShownParts& shown) {
+std::vector<Guide> list_ties(const ShownParts& shown, std::span<const Passage> passages) {
+  const GoneTimes gone(passages);
   std::vector<Guide> guides;
   for (const ShownParts::Tie& tie : shown.ties) {
-    Guide guide{"tie", tie.name, {static_cast<double>(tie.sheaves.size())}};
+    Guide guide{"tie", tie.name, {static_cast<double>(tie.sheaves.size())}, gone.of(tie.name)};
     for (const Vector3& sheave : tie.sheaves) guide.numbers.insert(guide.numbers.end(), sheave.begin(), sheave.end());
     guide.numbers.insert(guide.numbers.end(), tie.points.begin(), tie.points.end());
     guides.push_back(std::move(guide));
@@ -207,21 +227,21 @@ std::vector<Guide> list_guides_without_picture(const System& system, const Shown
         each);
   }
   std::size_t more = 0;
-  place_guides(system, t_start, t_start, &more);
+  place_guides(system, t_start, t_start, {}, &more);
   for (const auto& [what, count] : {std::pair{"ropes and formulas", shown.ties_left_out}, {"guides", more}})
     if (count > 0) guides.push_back({of_others, what, {static_cast<double>(count)}});
   return guides;
 }
 
 std::vector<Guide> list_guides(const System& system, const ShownParts& shown, const std::vector<Guide>& without_picture,
-                               double t_start, double t) {
-  std::vector<Guide> guides = place_guides(system, t_start, t), cells;
+                               double t_start, double t, std::span<const Passage> passages) {
+  std::vector<Guide> guides = place_guides(system, t_start, t, passages), cells;
   if (const std::optional<Cell>& cell = system.cell; cell && cell->is_periodic_everywhere()) {
     const Vector3& o = cell->origin;
     cells.push_back(
         {"cell", "", {o[0], o[1], o[2], cell->xx, 0, 0, cell->xy, cell->yy, 0, cell->xz, cell->yz, cell->zz}});
   }
-  for (const auto& list : {list_ties(shown), cells, without_picture})
+  for (const auto& list : {list_ties(shown, passages), cells, without_picture})
     guides.insert(guides.end(), list.begin(), list.end());
   return guides;
 }

@@ -1,12 +1,16 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
 
 #include <tanor/system.hpp>
 
+namespace tanor {
+struct Passage;
+}
 namespace tanor::report {
 
 struct ShownParts;
@@ -21,6 +25,7 @@ struct Guide {
   /// of its points among those of the frame | cell origin, its three edges. A single number means that the guide has no
   /// picture.
   std::vector<double> numbers;
+  double gone = std::numeric_limits<double>::quiet_NaN();  ///< since when it holds no longer, s; NaN where it holds
 };
 
 inline bool has_picture(const Guide& guide) {
@@ -30,11 +35,12 @@ inline bool has_picture(const Guide& guide) {
 /// Returns the guides of constraints and coordinates at time t, in their order and at most 64 of them, the same ones at
 /// every time. Radii, offsets and phases that the system leaves to the start come from its positions at t_start. Points
 /// with individual numbers have a guide each; a sphere and a plane that hold the same points are the circle in which
-/// they meet. `left_out` takes the number of the others.
-std::vector<Guide> place_guides(const System& system, double t_start, double t, std::size_t* left_out = nullptr);
+/// they meet, until one of them goes. `left_out` takes the number of the others.
+std::vector<Guide> place_guides(const System& system, double t_start, double t, std::span<const Passage> passages = {},
+                                std::size_t* left_out = nullptr);
 
 /// Returns the ties as guides.
-std::vector<Guide> list_ties(const ShownParts& shown);
+std::vector<Guide> list_ties(const ShownParts& shown, std::span<const Passage> passages = {});
 /// Returns the places that a tie passes, from its first point to its last one; none if its numbers are no tie's.
 inline std::vector<Vector3> find_course(const Guide& tie, std::span<const double> positions) {
   const std::vector<double>& n = tie.numbers;
@@ -80,7 +86,7 @@ std::vector<Guide> list_guides_without_picture(const System& system, const Shown
 /// Returns what a frame stores: the guides at time t, the ties, the cell of a sample that is periodic in all
 /// directions, and those without a picture.
 std::vector<Guide> list_guides(const System& system, const ShownParts& shown, const std::vector<Guide>& without_picture,
-                               double t_start, double t);
+                               double t_start, double t, std::span<const Passage> passages = {});
 
 /// Returns "saddle (formula)" or "6 more guides".
 std::string name_guide(const Guide& guide);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -117,10 +118,11 @@ Json describe_cell(const std::optional<Cell>& cell) {
 }
 
 /// Returns [number, time] of each part that is gone.
-Json list_gone(const std::vector<double>& since) {
+template <class List, class Since = std::identity>
+Json list_gone(const List& parts, Since since = {}) {
   Json list = Json::array();
-  for (std::size_t k = 0; k < since.size(); ++k)
-    if (!std::isnan(since[k])) list.push_back({k, since[k]});
+  for (std::size_t k = 0; k < parts.size(); ++k)
+    if (const double time = std::invoke(since, parts[k]); !std::isnan(time)) list.push_back({k, time});
   return list;
 }
 
@@ -165,25 +167,27 @@ Json describe_motion(const System& system, const Recording& recording, const std
   };
   bytes->add("rods", flat(shown.rods));
   bytes->add("held", recording.held());
-  Json motion{
-      {"points", shown.num_points},
-      {"numbers", are_all ? std::vector<Index>() : shown.points},
-      {"rods", shown.rods.size()},
-      {"rod_groups", list_of(shown.rod_groups, rod_group)},
-      {"times", list_of(frames, [](const RecordedFrame& frame) { return frame.time; })},
-      {"frames_seen", recording.frames_seen()},
-      {"supports", supports},
-      {"support_names", support_names},
-      {"pivots", list_pivots(shown, gone, frames)},
-      {"gone",
-       {{"rods", list_gone(gone.rods)}, {"ties", list_gone(gone.ties)}, {"supports", list_gone(gone.supports)}}},
-      {"images", list_of(shown.images, image)},
-      {"guides", describe_guides(recording.guides(), frames)},
-      {"ties", list_of(shown.ties, tie)},
-      {"cell", describe_cell(cell)},
-      {"without_picture", list_of(recording.guides_without_picture(system), name_guide)},
-      {"up", {-gravity[0], -gravity[1], -gravity[2]}},
-      {"has_friction", !system.friction.empty()}};
+  Json motion{{"points", shown.num_points},
+              {"numbers", are_all ? std::vector<Index>() : shown.points},
+              {"rods", shown.rods.size()},
+              {"rod_groups", list_of(shown.rod_groups, rod_group)},
+              {"times", list_of(frames, [](const RecordedFrame& frame) { return frame.time; })},
+              {"frames_seen", recording.frames_seen()},
+              {"supports", supports},
+              {"support_names", support_names},
+              {"pivots", list_pivots(shown, gone, frames)},
+              {"gone",
+               {{"rods", list_gone(gone.rods)},
+                {"ties", list_gone(list_ties(shown, passages), &Guide::gone)},
+                {"supports", list_gone(gone.supports)},
+                {"guides", list_gone(recording.guides_at_start(system, passages), &Guide::gone)}}},
+              {"images", list_of(shown.images, image)},
+              {"guides", describe_guides(recording.guides(), frames)},
+              {"ties", list_of(shown.ties, tie)},
+              {"cell", describe_cell(cell)},
+              {"without_picture", list_of(recording.guides_without_picture(system), name_guide)},
+              {"up", {-gravity[0], -gravity[1], -gravity[2]}},
+              {"has_friction", !system.friction.empty()}};
   using F = RecordedFrame;
   motion["ranges"] = {{"positions", pack("positions", frames, &F::positions, true, bytes)},
                       {"tensions", pack("tensions", frames, &F::tensions, false, bytes)},
@@ -235,8 +239,8 @@ Json describe_observed(const Recording& recording) {
   std::size_t first = 0;
   for (const Observed& each : recording.observables()) {
     if (!is_recorded(each)) continue;
-    Json object = json_of(without_noise(each)), times = Json::array(), rows = Json::array();
-    const double noise = measure_noise(each);
+    const double noise = measure_noise(each, recording.observables());
+    Json object = json_of(without_noise(each, noise)), times = Json::array(), rows = Json::array();
     for (const RecordedFrame& frame : frames) {
       if (frame.observed.size() < first + each.values.size()) continue;
       Json row = Json::array();
@@ -260,7 +264,7 @@ Json describe_events(const Simulation& simulation, const Recording& recording) {
   const auto add = [&](double t, const char* kind, const std::string& what) {
     events.push_back({{"t", t}, {"kind", kind}, {"what", what}});
   };
-  for (const double t : recording.switches()) add(t, "contact", "a contact sticks or slips");
+  for (const RecordedChange& change : recording.switches()) add(change.time, "contact", change.what);
   for (const RankChange& change : report.rank_changes.first)
     add(change.time, "rank", fmt::format("rank {}", change.rank));
   for (const SingularPassage& passage : report.singular_passages.first)
@@ -269,6 +273,8 @@ Json describe_events(const Simulation& simulation, const Recording& recording) {
   const std::span<const Passage> passages = simulation.passages();
   for (const Passage& passage : passages.first(std::min(most_named, passages.size())))
     add(passage.time, "event", describe_passage(passage, simulation.system().units));
+  std::ranges::stable_sort(events.get_ref<Json::array_t&>(), {},
+                           [](const Json& event) { return event["t"].get<double>(); });
   return events;
 }
 
@@ -305,6 +311,7 @@ Json describe_run(const RunFacts& facts, const Simulation& simulation, const std
           {"method", name_of(report.method)},
           {"threads", facts.threads},
           {"points", plan.points},
+          {"rods", count_rods(simulation.system())},
           {"equations", plan.equations},
           {"islands", plan.islands},
           {"steps", report.steps},
@@ -343,6 +350,7 @@ Json describe_rest(const System& system, const Rest& rest) {
           {"version", TANOR_VERSION},
           {"method", rest.said},
           {"points", system.num_points()},
+          {"rods", count_rods(system)},
           {"equations", num_equations(system)},
           {"has_started", true},
           {"is_at_rest", true},

@@ -83,7 +83,7 @@ void take_guides(const StoredFrame& frame, double size, MotionExtent* extent, Ou
     outline->take(place, radius);
   };
   for (const Guide& guide : frame.guides) {
-    const auto& [kind, name, n] = guide;
+    const auto& [kind, name, n, gone] = guide;
     if (kind == "tie")
       for (const Vector3& place : find_course(guide, frame.positions)) take_place(place);
     const std::vector<Vector3> ends = kind == "cell" ? find_edges(guide) : std::vector<Vector3>();

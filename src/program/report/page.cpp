@@ -19,15 +19,6 @@ using namespace detail;
 
 namespace {
 
-/// Counts the rods, of which most scenes are made.
-std::size_t count_rods(const System& system) {
-  std::size_t count = 0;
-  for (const Constraint& constraint : system.constraints) {
-    if (const auto* rods = std::get_if<Rods>(&constraint)) count += rods->pairs.size();
-  }
-  return count;
-}
-
 /// Returns "gravity, pair (wca)".
 std::string list_forces(const System& system) {
   std::string list;
@@ -75,6 +66,14 @@ std::string describe_quality(const MotionReport& report, const Units& units) {
 
 }  // namespace
 
+std::size_t count_rods(const System& system) {
+  std::size_t count = 0;
+  for (const Constraint& constraint : system.constraints) {
+    if (const auto* rods = std::get_if<Rods>(&constraint)) count += rods->pairs.size();
+  }
+  return count;
+}
+
 std::string format_page(const RunFacts& facts, Simulation& simulation) {
   const MotionReport& report = simulation.report();
   const PlanSummary& plan = simulation.plan();
@@ -111,8 +110,13 @@ std::string format_page(const RunFacts& facts, Simulation& simulation) {
   page += line("forces", list_forces(simulation.system()));
   const bool has_friction = !simulation.system().friction.empty();
   if (has_friction) {
-    page += line("friction", fmt::format("{}; {}; work {}", describe_friction(simulation.system()),
-                                         describe_friction(report.friction),
+    const std::string last =
+        report.last_change.empty()
+            ? ""
+            : fmt::format("; last change at t = {}: {}", with_unit(fmt::format("{:g}", report.last_event), units.time),
+                          report.last_change);
+    page += line("friction", fmt::format("{}; {}{}; work {}", describe_friction(simulation.system()),
+                                         describe_friction(report.friction), last,
                                          with_unit(in_words(report.energy.work_of_friction, "{:.6g}"), units.energy)));
   }
   if (facts.has_started) {
@@ -175,7 +179,7 @@ std::string explain_nan(const Observed& observed, std::span<const Passage> passa
 }
 
 std::string describe_part(const Observed& observed, std::size_t part, std::span<const Passage> passages,
-                          const Units& units) {
+                          const Units& units, double noise) {
   const Extreme &least = observed.least[part], &largest = observed.largest[part];
   std::string line;
   if (observed.members.empty() && std::isnan(observed.values[part])) {
@@ -187,7 +191,7 @@ std::string describe_part(const Observed& observed, std::size_t part, std::span<
     line = text_of_count(observed.members.size(), "number");
   }
   const std::string least_text = number_with_unit(least.value, observed.unit);
-  if (std::isnan(least.value) || largest.value - least.value <= measure_noise(observed) ||
+  if (std::isnan(least.value) || largest.value - least.value <= noise ||
       least_text == number_with_unit(largest.value, observed.unit))
     return line;
   return line + "; least " + describe_extreme(least, observed.unit, units) + ", largest " +
@@ -196,16 +200,22 @@ std::string describe_part(const Observed& observed, std::size_t part, std::span<
 
 }  // namespace
 
-double measure_noise(const Observed& observed) {
-  constexpr double rounding = 1e-10;
-  double size = 0.0;
-  for (const auto* const list : {&observed.least, &observed.largest})
-    for (const Extreme& each : *list) size = std::max(size, std::abs(each.value));
-  return rounding * size;
+double measure_noise(const Observed& observed, std::span<const Observed> all) {
+  constexpr double rounding = 1e-10, rounding_of_scene = 1e-13;
+  const auto size_of = [](const Observed& one) {
+    double size = 0.0;
+    for (const auto* const list : {&one.least, &one.largest})
+      for (const Extreme& each : *list) size = std::max(size, std::abs(each.value));
+    return size;
+  };
+  double noise = rounding * size_of(observed);
+  for (const Observed& other : all)
+    if (!observed.unit.empty() && other.unit == observed.unit)
+      noise = std::max(noise, rounding_of_scene * size_of(other));
+  return noise;
 }
 
-Observed without_noise(Observed observed) {
-  const double noise = measure_noise(observed);
+Observed without_noise(Observed observed, double noise) {
   const auto drop = [noise](double& number) {
     if (std::abs(number) <= noise) number = 0.0;
   };
@@ -218,10 +228,18 @@ std::string format_observables(std::span<const Observed> observables, std::span<
                                const Units& units) {
   std::vector<std::pair<std::string, std::string>> lines;
   for (const Observed& given : observables) {
-    const Observed each = without_noise(given);
-    for (std::size_t part = 0; part < each.least.size(); ++part)
-      lines.emplace_back(each.parts.empty() ? each.name : each.name + "." + each.parts[part],
-                         describe_part(each, part, passages, units));
+    const double noise = measure_noise(given, observables);
+    const Observed each = without_noise(given, noise);
+    const std::string zero = number_with_unit(0.0, each.unit);
+    std::string zeros;  // parts that are 0 all the time, which share a line
+    for (std::size_t part = 0; part < each.least.size(); ++part) {
+      const std::string name = each.parts.empty() ? "" : "." + each.parts[part];
+      if (std::string text = describe_part(each, part, passages, units, noise); text != zero || name.empty())
+        lines.emplace_back(each.name + name, std::move(text));
+      else
+        zeros += (zeros.empty() ? "" : ", ") + name;
+    }
+    if (!zeros.empty()) lines.emplace_back(each.name + zeros, zero);
   }
   std::size_t width = 0;
   for (const auto& [name, line] : lines) width = std::max(width, name.size());

@@ -16,10 +16,13 @@ inline constexpr std::size_t page_column = 16;  ///< column at which the text of
 /// Describes a run on one page of text: what it was, what it did, where the time went, and how accurate it is.
 std::string format_page(const RunFacts& facts, Simulation& simulation);
 
-/// Returns the size below which numbers of an observable are rounding beside its largest one, and what people see of
-/// it.
-double measure_noise(const Observed& observed);
-Observed without_noise(Observed observed);
+/// Counts the rods, of which most scenes are made.
+std::size_t count_rods(const System& system);
+
+/// Returns the size below which numbers of an observable are rounding beside its largest one, or beside those of all
+/// observables with its unit, and what people see of it.
+double measure_noise(const Observed& observed, std::span<const Observed> all);
+Observed without_noise(Observed observed, double noise);
 /// Returns the lines of the page about observables: the last number of each, the extremes, when and where.
 std::string format_observables(std::span<const Observed> observables, std::span<const Passage> passages,
                                const Units& units);

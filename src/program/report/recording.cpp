@@ -144,7 +144,7 @@ bool Recording::go_on(Recorded before, const Simulation& simulation) {
   const double time = simulation.time();
   before.frames.cut(time);
   before.steps.cut(time);
-  std::erase_if(before.switches, [&](double t) { return t > time; });
+  std::erase_if(before.switches, [&](const RecordedChange& each) { return each.time > time; });
   recorded_.events_before = events_;
   if (before.frames.is_empty()) return false;
   const std::vector<RecordedFrame> frames = before.frames.items();
@@ -180,7 +180,8 @@ void Recording::take_step(const MotionReport& report) {
   friction_solves_ = friction.solves;
   friction_iterations_ = iterations;
   if (report.events > events_ && recorded_.switches.size() < most_switches)
-    recorded_.switches.push_back(report.last_event);
+    recorded_.switches.push_back(
+        {report.last_event, report.last_change.empty() ? "a contact sticks or slips" : report.last_change});
   events_ = report.events;
 }
 
@@ -188,7 +189,7 @@ using namespace detail;
 
 namespace {
 
-constexpr std::string_view first_line_of_recording = "tanor recording 5\n";
+constexpr std::string_view first_line_of_recording = "tanor recording 6\n";
 
 /// Accepts any number, because a page draws what there is.
 struct CheckNothing {

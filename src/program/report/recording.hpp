@@ -44,6 +44,18 @@ void visit_parts(Frame& frame, Visit& visit) requires std::is_same_v<std::remove
         frame.tangent_reactions, frame.guides, frame.observed);
 }
 
+/// An instant at which the equations changed.
+struct RecordedChange {
+  double time = 0.0;  ///< s
+  std::string what;   ///< which contact sticks or slips from then on
+
+  bool operator==(const RecordedChange&) const = default;
+};
+template <class Change, class Visit>
+void visit_parts(Change& change, Visit& visit) requires std::is_same_v<std::remove_const_t<Change>, RecordedChange> {
+  visit(change.time, change.what);
+}
+
 /// The report of one step. Violations and the condition number are the worst ones until the next recorded step.
 struct RecordedStep {
   double time = 0.0, step = 0.0;
@@ -76,8 +88,8 @@ struct OutputTimes {
 struct Recorded {
   ThinnedList<RecordedFrame> frames;
   ThinnedList<RecordedStep> steps;
-  std::vector<double> switches;   ///< s, the first ones; of each step the last one
-  std::size_t events_before = 0;  ///< events of the motion before the recording began
+  std::vector<RecordedChange> switches;  ///< the first ones; of each step the last one
+  std::size_t events_before = 0;         ///< events of the motion before the recording began
 };
 
 /// Records what a page needs of a motion while it runs. If there are more frames or steps than the page has room for,
@@ -102,6 +114,9 @@ class Recording {
   const ShownParts& shown() const { return shown_; }
   const std::vector<std::int32_t>& held() const { return held_; }  ///< positions among the shown points
   const std::vector<Guide>& guides() const { return guides_; }     ///< at the first frame
+  std::vector<Guide> guides_at_start(const System& system, std::span<const Passage> passages) const {
+    return place_guides(system, t_start_, t_start_, passages);
+  }
   std::vector<Guide> guides_without_picture(const System& system) const {
     return list_guides_without_picture(system, shown_, t_start_);
   }
@@ -111,9 +126,9 @@ class Recording {
   std::vector<RecordedFrame> frames() const { return recorded_.frames.items(); }
   std::vector<RecordedStep> steps() const { return recorded_.steps.items(); }
   std::vector<double> tensions() const;  ///< N, of all shown rods in all frames
-  /// Returns the times at which the equations changed because a contact began or ceased to slip, s: the last one of a
-  /// step, for the first 500 such steps.
-  const std::vector<double>& switches() const { return recorded_.switches; }
+  /// Returns where the equations changed because a contact began or ceased to slip: the last change of a step, for the
+  /// first 500 such steps.
+  const std::vector<RecordedChange>& switches() const { return recorded_.switches; }
   /// Returns the number of all events since the recording began.
   std::size_t num_switches() const { return events_ - recorded_.events_before; }
   std::size_t frames_seen() const { return recorded_.frames.num_seen(); }

@@ -9,16 +9,11 @@
 #include <utility>
 #include <variant>
 
+#include "system/members.hpp"
+
 namespace tanor::report {
 
 namespace {
-
-/// Counts the rows of a group of constraints among the multipliers, where the rows of a member stand side by side.
-std::size_t count_rows(const Constraint& constraint) {
-  return std::visit(
-      []<class Group>(const Group& group) { return KindOf<Group>::rows * (group.*KindOf<Group>::members).size(); },
-      constraint);
-}
 
 /// Adds the members of a constraint that a line from point to point shows, those whose points are all shown.
 template <class Group>
@@ -99,7 +94,8 @@ ShownParts choose_parts(const System& system, std::span<const Index> chosen) {
       if (is_shown) shown.rod_groups.push_back(std::move(group));
     }
     std::visit([&](const auto& group) { add_ties(group, name, row, slots, &shown); }, constraint);
-    row += count_rows(constraint);
+    const auto [members, rows_per_member] = detail::shape_of(constraint);
+    row += members * rows_per_member;
   }
   for (std::size_t k = 0; k < shown.num_points; ++k) {
     if (!is_touched[k]) shown.loose_points.push_back(static_cast<std::int32_t>(k));
@@ -107,22 +103,25 @@ ShownParts choose_parts(const System& system, std::span<const Index> chosen) {
   return shown;
 }
 
-GoneParts find_gone(const ShownParts& shown, std::span<const Passage> passages) {
-  constexpr double holds = std::numeric_limits<double>::quiet_NaN();
-  std::map<std::string, double> times;
+GoneTimes::GoneTimes(std::span<const Passage> passages) {
   for (const Passage& each : passages)
-    if (each.action == EventAction::Break || each.action == EventAction::Release) times.emplace(each.member, each.time);
-  if (times.empty()) return {};
-  const auto time_of = [&](const std::string& name) {
-    const auto found = times.find(name);
-    return found == times.end() ? holds : found->second;
-  };
+    if (each.action == EventAction::Break || each.action == EventAction::Release)
+      times_.emplace(each.member, each.time);
+}
+
+double GoneTimes::of(const std::string& name) const {
+  const auto found = times_.find(name);
+  return found == times_.end() ? std::numeric_limits<double>::quiet_NaN() : found->second;
+}
+
+GoneParts find_gone(const ShownParts& shown, std::span<const Passage> passages) {
+  const GoneTimes times(passages);
+  if (times.is_empty()) return {};
   GoneParts gone;
-  for (const std::string& name : shown.rod_names()) gone.rods.push_back(time_of(name));
-  for (const ShownParts::Tie& tie : shown.ties) gone.ties.push_back(time_of(tie.name));
-  gone.supports.assign(shown.num_points, holds);
+  for (const std::string& name : shown.rod_names()) gone.rods.push_back(times.of(name));
+  gone.supports.assign(shown.num_points, times.of(""));
   for (const auto& [slot, names] : shown.support_names)
-    gone.supports[slot] = std::fmin(time_of(names[0]), time_of(names[1]));
+    gone.supports[slot] = std::fmin(times.of(names[0]), times.of(names[1]));
   return gone;
 }
 

@@ -81,9 +81,24 @@ struct ShownParts {
   }
 };
 
-/// Since when each shown rod, tie and support holds no longer, s; NaN where it holds.
+/// Since when what passages of events took out holds no longer, s, by its name.
+class GoneTimes {
+ public:
+  explicit GoneTimes(std::span<const Passage> passages);
+  /// Returns NaN for what holds.
+  double of(const std::string& name) const;
+  double of(const std::string& group, std::size_t member) const {
+    return is_empty() ? of("") : of(group + "[" + std::to_string(member) + "]");
+  }
+  bool is_empty() const { return times_.empty(); }
+
+ private:
+  std::map<std::string, double> times_;
+};
+
+/// Since when each shown rod and support holds no longer, s; NaN where it holds.
 struct GoneParts {
-  std::vector<double> rods, ties, supports;  ///< [R], [ties], [m]
+  std::vector<double> rods, supports;  ///< [R], [m]
 };
 /// Finds what passages of events took out. All lists are empty where they took nothing.
 GoneParts find_gone(const ShownParts& shown, std::span<const Passage> passages);

@@ -44,7 +44,7 @@ std::vector<double> follow_hermite(const StoredFrame& a, const StoredFrame& b, d
 std::vector<Guide> mix_guides(std::vector<Guide> guides, const std::vector<Guide>& later, double part) {
   for (std::size_t k = 0; k < std::min(guides.size(), later.size()); ++k)
     if (guides[k].kind == later[k].kind && guides[k].numbers.size() == later[k].numbers.size())
-      guides[k].numbers = mix(guides[k].numbers, later[k].numbers, part);
+      guides[k] = {guides[k].kind, guides[k].name, mix(guides[k].numbers, later[k].numbers, part), later[k].gone};
   return guides;
 }
 

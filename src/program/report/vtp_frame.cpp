@@ -122,8 +122,11 @@ void add_field(const Frame& frame, const ShownParts& shown, Document* document) 
   document->add_text("unit of force", units.force);
   for (const ShownParts::RodGroup& group : shown.rod_groups)
     document->add_text(fmt::format("group {}", group.number), group.name);
-  for (const Guide& guide : frame.guides)
-    document->add_text(fmt::format("guide {} {}", guide.kind, guide.name), guide.numbers);
+  for (const Guide& guide : frame.guides) {
+    const std::string name = fmt::format("guide {} {}", guide.kind, guide.name);
+    document->add_text(name, guide.numbers);
+    if (!std::isnan(guide.gone)) document->add_text("gone_since of " + name, {&guide.gone, 1});
+  }
   document->close("FieldData");
 }
 

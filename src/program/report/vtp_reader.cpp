@@ -132,7 +132,7 @@ class VtpFile {
     if (name == "unit of force") head_.force_unit = text;
   }
 
-  /// Reads a field "TimeValue", "gravity" or "guide <kind> <name>".
+  /// Reads a field "TimeValue", "gravity", "guide <kind> <name>" or "gone_since of …" behind it.
   void take_field(const std::string& name, std::string_view text) {
     std::vector<double> numbers;
     for (const std::string_view word : scene::split_words(text)) {
@@ -143,6 +143,8 @@ class VtpFile {
     constexpr std::string_view guide = "guide ";
     if (name == "TimeValue" && numbers.size() == 1) head_.time = numbers[0];
     if (name == "gravity" && numbers.size() == 3) std::copy_n(numbers.begin(), 3, head_.gravity.begin());
+    if (name.starts_with("gone_since") && numbers.size() == 1 && !head_.guides.empty())
+      head_.guides.back().gone = numbers[0];
     if (!name.starts_with(guide)) return;
     const std::size_t end = name.find(' ', guide.size());
     if (end == std::string::npos) fail();
@@ -189,6 +191,7 @@ void leave_out_gone(StoredFrame* frame) {
   const auto is_gone = [&](double since) { return since <= frame->time; };
   for (std::size_t k = 0; k < frame->supports_gone.size(); ++k)
     frame->is_support[k] = frame->is_support[k] && !is_gone(frame->supports_gone[k]);
+  std::erase_if(frame->guides, [&](const Guide& guide) { return is_gone(guide.gone); });
   std::size_t left = 0;
   for (std::size_t k = 0; k < frame->rods.size(); ++k) {
     if (k < frame->rods_gone.size() && is_gone(frame->rods_gone[k])) continue;

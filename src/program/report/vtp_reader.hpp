@@ -33,7 +33,7 @@ struct StoredFrame {
   std::size_t num_points() const { return is_support.size(); }
 };
 
-/// Takes rods and supports that went until the time of a frame out of it.
+/// Takes rods, supports and guides that went until the time of a frame out of it.
 void leave_out_gone(StoredFrame* frame);
 
 /// Reads a frame that `write_vtp` has written. Throws InputError, naming the file, if it is damaged or another

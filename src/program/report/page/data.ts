@@ -14,6 +14,7 @@ export interface Run {
   method: string;
   threads: number;
   points: number;
+  rods: number;
   equations: number;
   islands: number;
   steps: number;
@@ -120,7 +121,7 @@ export interface Motion {
   supports: number[];
   support_names: string[]; // of the entries that hold them
   pivots: number[][]; // point, place: the middle of the circle on which a support moves
-  gone: Record<"rods" | "ties" | "supports", [number, number][]>; // number, time since which events have taken it out
+  gone: Record<"rods" | "ties" | "supports" | "guides", [number, number][]>; // number, time since which events have taken it out
   images: number[][]; // point, offset
   guides: Guide[];
   ties: Tie[];

@@ -28,12 +28,12 @@ function listFacts(data: PageData): string[][] {
 
 /** Fills in the warnings, then what ran, how well and how fast, and what was left out. */
 export function fillHeadline(data: PageData): void {
-  const { run, motion } = data;
+  const { run } = data;
   const done = run.t_end > run.t_start ? (run.t_reached - run.t_start) / (run.t_end - run.t_start) : 1;
   document.title = `${run.is_running ? `${Math.round(100 * done)} % · ` : ""}${run.scene} – tanor`;
   find("scene").textContent = run.scene;
   const facts = listFacts(data), span = run.is_at_rest || !run.has_started ? "" : ` · ${words(run.t_reached - run.t_start, units.time)} simulated`;
-  find("what").textContent = `${count(run.points, "point")}, ${count(motion.rods, "rod")}, ${count(run.equations, "equation")}${span} · ${run.method} · tanor ${run.version}`;
+  find("what").textContent = `${count(run.points, "point")}, ${count(run.rods, "rod")}, ${count(run.equations, "equation")}${span} · ${run.method} · tanor ${run.version}`;
   find("running").hidden = !run.is_running;
   find("done").style.width = `${100 * done}%`;
   find("done-words").textContent = `The run goes on: t = ${words(run.t_reached)} of ${words(run.t_end, units.time)} after ${wait(run.wall.total)}. This is its state when the page was written.`;

@@ -66,7 +66,7 @@ export class View {
   private arrows: { normal: Ribbons; tangent: Ribbons };
   private fixed = { guides: new Group(), supports: new Group(), cell: new Group() };
   private arms: Ribbons; // of cranks
-  private until: Record<"rods" | "ties" | "supports", number[]>; // time at which each is taken out
+  private until: Record<keyof Motion["gone"], number[]>; // time at which each is taken out
   private holding = -1; // number of supports that hold
   private paths = new Box3(); // of supports, with the pivots of cranks
   private time = NaN;
@@ -83,7 +83,7 @@ export class View {
     this.scale = Math.max(colours.tensions[1], -colours.tensions[0]);
     this.shades = this.mixShades();
     const since = (count: number, gone: [number, number][]) => { const list = new Array<number>(count).fill(Infinity); for (const [k, time] of gone) list[k] = time; return list; };
-    this.until = { rods: since(motion.rods, motion.gone.rods), ties: since(motion.ties.length, motion.gone.ties), supports: since(motion.points, motion.gone.supports) };
+    this.until = { rods: since(motion.rods, motion.gone.rods), ties: since(motion.ties.length, motion.gone.ties), supports: since(motion.points, motion.gone.supports), guides: since(motion.guides.length, motion.gone.guides) };
     this.up = this.measure();
     const held = arrays.held.length, many = motion.points > 3000, rod = this.typicalRod();
     // The size of points in pictures (choose_scale), but for many of them.
@@ -274,7 +274,7 @@ export class View {
     return shades;
   }
 
-  private holds = (part: "rods" | "ties" | "supports", number: number) => this.time < this.until[part][number];
+  private holds = (part: keyof Motion["gone"], number: number) => this.time < this.until[part][number];
 
   /** Draws the supports that hold now, and the arms of cranks among them. */
   private placeSupports(): void {
@@ -337,12 +337,12 @@ export class View {
   }
 
   private placeGuides(): void {
-    const moves = this.motion.guides.some((guide) => guide.rows.length > 1);
-    if (this.guideFrame >= 0 && (!moves || this.guideFrame === this.frame)) return;
+    const { guides } = this.motion, moves = guides.some((guide) => guide.rows.length > 1), holding = guides.filter((_, k) => this.holds("guides", k));
+    if (this.guideFrame >= 0 && holding.length === this.fixed.guides.children.length && (!moves || this.guideFrame === this.frame)) return;
     this.guideFrame = this.frame;
     release(this.fixed.guides);
     this.fixed.guides.clear();
-    for (const guide of this.motion.guides) {
+    for (const guide of holding) {
       const row = guide.rows[Math.min(this.frame, guide.rows.length - 1)];
       const drawn = drawGuide(guide, row, this.middle, this.size, this.colours.guide);
       drawn.name = guide.name;
