@@ -84,7 +84,7 @@ ROOMS = {
     "cli":      Sees("base/text.hpp base/suggestion.hpp scene report view picture", "tanor",
                      "nlohmann/ fmt/ CLI/ poll.h unistd.h fcntl.h spawn.h sys/file.h sys/mman.h sys/resource.h sys/stat.h dlfcn.h"),
     # bindings
-    "python":   Sees("scene system/members.hpp base/member_names.hpp", "tanor", "pybind11/"),
+    "python":   Sees("scene system/members.hpp base/member_names.hpp base/suggestion.hpp", "tanor", "pybind11/"),
     "embed":    Sees("", "constrainer", "mpi.h atom.h comm.h domain.h error.h fix.h force.h group.h input.h lammps.h "
                      "modify.h update.h OpenMM.h openmm/"),
     "mpi":      Sees("system/members.hpp system/chosen_members.hpp system/fingerprint.hpp base/disjoint_sets.hpp base/groups.hpp base/checksum.hpp base/archive.hpp base/member_names.hpp cli "

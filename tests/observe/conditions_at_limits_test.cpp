@@ -20,6 +20,7 @@ Simulation start_pendulum(Method method) {
   const Point hook = system.add_support({0.0, 0.0, 0.0});
   system.add_rods("rod").join(hook, system.add_point({.position = {1.0, 0.0, 0.0}, .mass = 2.0}));
   system.add_gravity({0.0, 0.0, -9.81});
+  system.units = units_from_name("si");
   return Simulation(system, {.method = method, .step = has_fixed_steps(method) ? 1e-3 : 0.0, .rtol = 1e-10});
 }
 
@@ -181,6 +182,7 @@ TEST(ConditionsOnNoise, ReportsOfNoiseAreGivenUpAndToldSo) {
     EXPECT_LT(count(simulation), most) << when;
     const std::string& warning = simulation.report().accuracy_warning;
     EXPECT_TRUE(warning.starts_with("event \"noise\" changes too often, ")) << warning;
+    EXPECT_NE(warning.find(" s, and is not followed further"), std::string::npos) << warning;
     EXPECT_EQ(simulation.passages().size() - count(simulation), 2u) << "the other one is told at each swing";
     const std::size_t before = count(simulation);
     resumed.restore(simulation.save());

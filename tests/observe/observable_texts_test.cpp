@@ -99,9 +99,54 @@ TEST(Observables, NamesThatResultsCannotHoldAreRefused) {
             "\"t\" is the name of the time in results; give another name");
   EXPECT_EQ(error_of([&] { check_observable(system, {.text = "t"}); }),
             "\"t\" is the name of the time in results; give another name");
-  for (const std::string name : {"a\nb", "\x7f", "\t"})
-    EXPECT_EQ(error_of([&] { check_observable(system, {.name = name, .text = "kinetic()"}); }),
-              "the name of an observable holds a line break or another control character");
+  for (const auto& [name, shown] : {std::pair("a\nb", "a\\x0ab"), {"\x7f", "\\x7f"}, {"\x1b[7m", "\\x1b[7m"}}) {
+    const std::string problem =
+        "the name \"" + std::string(shown) + "\" holds a line break or another control character";
+    EXPECT_EQ(error_of([&] { check_observable(system, {.name = name, .text = "kinetic()"}); }), "/name: " + problem);
+    EXPECT_EQ(error_of([&] { check_event(system, {.name = name, .when = "t > 1"}); }), "/name: " + problem);
+    System named = system;
+    named.supports[0].name = name;
+    EXPECT_EQ(error_of([&] { validate(named); }), "/supports/0/name: " + problem);
+    named = system;
+    std::get<Rods>(named.constraints[0]).name = name;
+    EXPECT_EQ(error_of([&] { validate(named); }), "/constraints/0/name: " + problem);
+  }
+}
+
+TEST(Observables, QuotesMakeANameOfANumber) {
+  System system = make_cable(3);
+  system.supports[0].name = "3";
+  Simulation simulation(system);
+  for (const char* const text : {"position('3')", "position(3)"}) simulation.add_observable({.text = text});
+  const std::span<const Observed> found = simulation.observe();
+  EXPECT_EQ(found[0].values, std::vector<double>(system.positions.begin(), system.positions.begin() + 3));
+  EXPECT_EQ(found[1].values, std::vector<double>(system.positions.begin() + 9, system.positions.begin() + 12));
+  EXPECT_NE(
+      error_of([&] { check_observable(system, {.text = "position('all')"}); }).find("no supports are named 'all'"),
+      std::string::npos);
+}
+
+/// Defaults may be asked for, with steps and letters; their names with another text may not.
+TEST(Observables, AnObservableThatIsThereIsFound) {
+  const System system = make_cable(2);
+  Simulation simulation(system);
+  for (const Observable& each : default_observables(system)) simulation.add_observable(each);
+  EXPECT_EQ(simulation.add_observable({.text = "min tension(links)", .every_step = true}), 1u);
+  ASSERT_EQ(simulation.observe().size(), 3u);
+  EXPECT_EQ(error_of([&] { simulation.add_observable({.name = "load(hook)", .text = "kinetic()"}); }),
+            "two observables are named \"load(hook)\"");
+  EXPECT_EQ(simulation.add_observable({.text = "t/2 + 1", .unit = ""}), 3u);
+  EXPECT_EQ(simulation.add_observable({.text = "t/2 + 1", .unit = "h"}), 3u);
+  EXPECT_EQ(simulation.observe()[3].unit, "h");
+  EXPECT_EQ(error_of([&] { simulation.add_observable({.text = "t/2 + 1", .unit = "d"}); }),
+            "two observables are named \"t/2 + 1\"");
+}
+
+TEST(Observables, WordsBeforeNoQuantityTellTheQuantities) {
+  EXPECT_NE(error_of([&] {
+              check_observable(make_cable(2), {.text = "each links"});
+            }).find("'links' is no quantity; they are tension, "),
+            std::string::npos);
 }
 
 TEST(Observables, DefaultsAreTensionsAndLoads) {

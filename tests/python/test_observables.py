@@ -34,6 +34,32 @@ class Observables(unittest.TestCase):
         self.assertEqual(run.observables["load(hook)"].shape, (3, 3))
         self.assertEqual(run.units["tensions"], "N")
 
+    def test_a_default_is_asked_for_at_every_step(self):
+        cable = make_cable(3)
+        cable.positions = [[0.1 * k, 0, 0] for k in range(4)]
+        largest = []
+        for every_step in (False, True):
+            simulation = tanor.Simulation(cable)
+            self.assertEqual(simulation.add_observable("max tension(links)", every_step=every_step), 0)
+            run = tanor.run(simulation, 1.0, 1.0)
+            self.assertEqual(list(run.observables.dtype.names)[1:], ["max tension(links)", "min tension(links)", "load(hook)"])
+            largest.append(simulation.observe()[0].largest[0].value)
+        self.assertGreater(largest[1], largest[0])
+
+    def test_an_event_is_a_condition_or_a_function(self):
+        simulation = tanor.Simulation(make_cable(3))
+        simulation.add_event("t > 0.15", do="break", of="links[1]")
+        self.assertTrue(simulation.advance_to(0.3).ok)
+        self.assertEqual([passage.member for passage in simulation.passages], ["links[1]"])
+        with self.assertRaisesRegex(TypeError, "^function: found 3, wanted a function"):
+            simulation.add_event(3)
+        with self.assertRaisesRegex(TypeError, "wanted a function"):
+            simulation.add_event("t > 1", when="t > 2")
+        with self.assertRaisesRegex(tanor.InputError, "(?s)brake.*did you mean break"):
+            simulation.add_event("t > 1", do="brake")
+        with self.assertRaisesRegex(tanor.InputError, "did you mean si"):
+            tanor.Simulation(tanor.System([[0, 0, 0]], units="SI"))
+
     def test_a_rod_breaks_at_its_tension(self):
         system = tanor.System([[0, 0, 0], [1, 0, 0]], 2.0, supports=[tanor.Support([0])],
                               constraints=[tanor.Rods([[0, 1]], name="rod")], forces=[tanor.Gravity((0, 0, -9.81))])
@@ -71,12 +97,30 @@ class Observables(unittest.TestCase):
         self.assertEqual((passage.member, round(passage.time, 12)), ("links[2]", 0.15))
         self.assertEqual(tanor.run(simulation, 0.4).passages, [])
 
+    def test_a_search_that_failed_knows_no_forces(self):
+        cable = make_cable(2)
+        cable.positions = [*cable.positions, [5, 0, 0]]  # a point that falls
+        rest = tanor.find_equilibrium(cable)
+        self.assertFalse(rest.ok)
+        for name in ("load(hook)", "max tension(links)"):
+            self.assertTrue(numpy.isnan(rest[name]).all(), name)
+
     def test_a_name_of_both_is_the_group(self):
         simulation = tanor.Simulation(make_cable(2))
         simulation.add_observable("load(hook).z", name="links")
         run = tanor.run(simulation, 0.1)
         self.assertEqual((repr(run["links"]), repr(simulation["links"])), ("Group('links', 2 members at 2 times)", "Group('links', 2 members)"))
         self.assertEqual(run.observables["links"].shape, (2,))
+
+    def test_units_have_own_letters(self):
+        system = tanor.System([[0, 0, 0], [0, 0, -1]], supports=[tanor.Support(0)], forces=[tanor.Gravity((0, 0, -9.81))],
+                              constraints=[tanor.Rods([[0, 1]], name="rod")], units={"length": "mm", "force": "mN"})
+        for copy in (system, pickle.loads(pickle.dumps(system))):
+            found = {each.name: each.unit for each in tanor.Simulation(copy).observe()}
+            self.assertEqual(found, {"tension(rod)": "mN", "load(support0)": "mN"})
+        for units, wrong in (({"lenght": "mm"}, "did you mean length"), ({"boltzmann": "x"}, "/boltzmann"), ({"length": "a\nb"}, "on one line"), (3, "wanted")):
+            with self.assertRaisesRegex(tanor.InputError, wrong):
+                tanor.Simulation(tanor.System([[0, 0, 0]], units=units))
 
     def test_a_formula_has_the_unit_that_is_given(self):
         simulation = tanor.Simulation(make_cable(4))

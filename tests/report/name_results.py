@@ -176,9 +176,9 @@ def check_h5md(folder: Folder, file: pathlib.Path) -> None:
             for column in value[:].reshape(len(times), -1).T:
                 assert np.array_equal(column, next(columns)), name
         value = data["observables/each load(hooks)/value"]
-        assert value.attrs["members"] == b"hooks[0],hooks[1]" and value.attrs["parts"] == b"x,y,z" and value.shape[1:] == (2, 3)
+        assert value.attrs["members"].tolist() == [b"hooks[0]", b"hooks[1]"] and value.attrs["parts"].tolist() == [b"x", b"y", b"z"] and value.shape[1:] == (2, 3)
         assert data["observables/speed/value"].attrs["observable"] == b"velocity(1).norm"
-        assert data["observables/tension/value"].attrs["members"] == b"links[0],links[1],links[2]"
+        assert data["observables/tension/value"].attrs["members"].tolist() == [b"links[0]", b"links[1]", b"links[2]"]
         told = {}
         tell = lambda name, thing: told.update({name: thing.attrs.get("unit", thing.attrs.get("units", b"")).decode()})  # noqa: E731
         data.visititems(tell)  # what has several names by one of them

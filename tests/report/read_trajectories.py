@@ -97,7 +97,7 @@ def check_h5md(out: pathlib.Path, arrays: dict) -> None:
         assert rods[:].tolist() == [[1, 2], [2, 3]] and file[rods.attrs["particles_group"]] == particles
         assert np.array_equal(file["observables/tension/value"][:], arrays["tension"])
         tension = file["observables/tension/value"].attrs
-        assert tension["unit"] == b"N" and tension["members"] == b"rods[0],rods[1]"
+        assert tension["unit"] == b"N" and tension["members"].tolist() == [b"rods[0]", b"rods[1]"]
         assert particles["position/value"].attrs["units"] == b"m" and particles["position/time"].attrs["units"] == b"s"
         assert file["observables/total_energy/value"].attrs["unit"] == b"J"
         energy = file["observables/total_energy/value"][:]

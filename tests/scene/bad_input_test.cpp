@@ -89,7 +89,7 @@ const BadInput bad_inputs[] = {
     {"NameIsNoString", three_points(R"("name": 7)"),
      R"(scene.json: /name: found number 7, wanted a string)"},
     {"NameIsEmpty", three_points(R"("name": "")"),
-     R"(scene.json: /name: found string "", wanted a name)"},
+     R"(scene.json: /name: found string "", wanted a name on one line)"},
     {"ThereAreNoPoints", R"({"tanor_scene": 1})",
      R"(scene.json: /points: missing, wanted one of points, generate, import)"},
     {"ListOfPositionsIsEmpty", R"({"tanor_scene": 1, "points": {"positions": []}})",

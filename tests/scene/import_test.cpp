@@ -253,7 +253,8 @@ TEST(Import, TellsThatUnitsOfTheFirstLineAreNone) {
     return import_text("a.data", title + atoms, keys).left_out;
   };
   EXPECT_EQ(left_out("LAMMPS data file, units = foo", ""),
-            std::vector<std::string>{"import: the first line of a.data says units \"foo\", which LAMMPS has not; lj is taken"});
+            std::vector<std::string>{"import: the first line of a.data says units \"foo\", which LAMMPS has not; nothing is converted, as of lj"});
+  EXPECT_TRUE(left_out("Reduced units melt, by hand", "").empty()) << "prose";
   EXPECT_TRUE(left_out("LAMMPS data file, units = foo", R"(, "units": "si")").empty());
   EXPECT_TRUE(left_out("LAMMPS data file, units = lj", "").empty());
 }

@@ -305,15 +305,6 @@ std::vector<Constraint> read_constraints(const py::object& constraints) {
   return read_entries<Constraint>({constraints, "/constraints"}, "a list of constraints");
 }
 
-Units read_units(const py::object& object) {
-  const Given given{object.attr("units"), "/units"};
-  Units units;
-  if (take_carried(given, &units)) return units;
-  std::string name;
-  read(given, &name);
-  return units_from_name(name);
-}
-
 System read_system(const py::object& object) {
   if (py::isinstance<SceneFile>(object)) {
     auto& scene = object.cast<SceneFile&>();

@@ -5,7 +5,11 @@
 #include <utility>
 
 #include "python/bindings.hpp"
+#include "python/carried.hpp"
 #include "python/kinds.hpp"
+#include "scene/cursor.hpp"
+#include "scene/document.hpp"
+#include "scene/entries.hpp"
 #include "scene/text_file.hpp"
 
 namespace tanor::python {
@@ -124,6 +128,19 @@ void bind_scene(py::module_& module) {
         name, [name](const py::object& self) -> py::object { return self.attr("system").attr(name); },
         [name](const py::object& self, const py::object& value) { self.attr("system").attr(name) = value; },
         "(Any) of its system");
+}
+
+Units read_units(const py::object& object) {
+  const Given given{object.attr("units"), "/units"};
+  Units units;
+  if (take_carried(given, &units)) return units;
+  if (py::isinstance<py::dict>(given.value)) {  // letters of one's own, as in scenes
+    const scene::Document document(py::module_::import("json").attr("dumps")(given.value).cast<std::string>(), "units");
+    return scene::read_units(scene::Cursor(document), units);
+  }
+  std::string name;
+  read(given, &name);
+  return units_from_name(name);
 }
 
 }  // namespace tanor::python

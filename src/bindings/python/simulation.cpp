@@ -124,10 +124,14 @@ std::vector<Observed> observe(Run& self) {
 std::size_t add_event(Run& self, const py::object& function, const py::object& direction, bool stops,
                       const std::string& name, const std::string& when, const py::object& action,
                       const std::string& of) {
-  Event event{.name = name, .stops = stops, .when = when, .of = of};
+  const bool is_condition = py::isinstance<py::str>(function) && when.empty();
+  if (!is_condition && !function.is_none() && PyCallable_Check(function.ptr()) == 0)
+    throw py::type_error("function: found " + py::repr(function).cast<std::string>() +
+                         ", wanted a function of (t, positions, velocities), or a condition alone");
+  Event event{.name = name, .stops = stops, .when = is_condition ? function.cast<std::string>() : when, .of = of};
   read({direction, "/direction"}, &event.direction);
   read({action, "/do"}, &event.action);
-  if (!function.is_none())
+  if (!function.is_none() && !is_condition)
     event.value = [f = Shared(function)](double t, std::span<const double> r, std::span<const double> v) {
       const py::gil_scoped_acquire acquired;
       return (*f)(t, view(r, 3, py::none()), view(v, 3, py::none())).cast<double>();
@@ -195,7 +199,7 @@ Ctrl-C, and what progress raises, end the run after a step, too, and are raised 
       .def("add_observable", &add_observable, arg("what"), py::kw_only(), arg("name") = "", arg("every_step") = false,
            arg("unit") = "", R"doc(
 Observes "max tension(links)", "moment(crank, z)", "load(hook).z" and the like (docs/observables.md); returns the
-observable's number.
+observable's number, of one that is there already its own.
 
 name        in results; `what` if it is empty
 every_step  extremes of all steps; otherwise of the instants at which `observe` is called
@@ -209,7 +213,7 @@ becomes true; returns the event's number.
 
 direction  "both", "rising", "falling"
 stops      ends the advance there
-when       a condition in place of a function: "any tension(links) > 20", "t > 2" (docs/observables.md)
+when       a condition, "any tension(links) > 20", "t > 2" (docs/observables.md); may stand in place of the function
 do         "report", "stop", "break" (a rod, rope, spring or bond is taken out), "release" (a support or guide lets go)
 of         what is taken out; "": the member of which the condition speaks)doc")
       .def_property_readonly(

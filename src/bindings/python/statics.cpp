@@ -39,8 +39,9 @@ py::object rest(const py::object& object, const py::object& options, const py::o
   const std::vector<Observable> wanted = choose_observables(object, system);
   const EquilibriumResult found = without_lock([&] { return find_equilibrium(system, chosen); });
   py::object result = keep(found, object, system);
+  // A search that failed knows places and no forces.
   result.attr("__dict__")["observables"] =
-      found.outcome.ok() ? observe(system, wanted, state_at_rest(found, chosen.at)) : std::vector<Observed>{};
+      found.positions.empty() ? std::vector<Observed>{} : observe(system, wanted, state_at_rest(found, chosen.at));
   return result;
 }
 

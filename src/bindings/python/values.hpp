@@ -15,6 +15,7 @@
 #include <tanor/statics_names.hpp>
 #include <tanor/system.hpp>
 
+#include "base/suggestion.hpp"
 #include "python/call.hpp"
 
 /// \file
@@ -73,7 +74,11 @@ void read(const Given& given, Enum* value) {
   std::string word;
   read(given, &word);
   const std::optional<Enum> found = tanor::value_of<Enum>(word);
-  if (!found) given.fail("one of " + words_of<Enum>());
+  if (!found) {
+    std::vector<std::string> known;
+    for (const auto& each : enum_names<Enum>) known.emplace_back(each.name);
+    given.fail("one of " + words_of<Enum>() + detail::suggest(word, known));
+  }
   *value = *found;
 }
 

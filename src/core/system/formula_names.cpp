@@ -28,6 +28,11 @@ std::string show_name(const std::string& name) {
   return result;
 }
 
+void check_name(const std::string& name, const std::string& where) {
+  if (show_name(name) != name)
+    throw InputError(where, "the name \"" + show_name(name) + "\" holds a line break or another control character");
+}
+
 std::vector<std::string> name_coordinates(int num_points) {
   std::vector<std::string> names;
   for (int i = 1; i <= num_points; ++i) {

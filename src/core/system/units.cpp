@@ -5,6 +5,8 @@
 
 #include <tanor/error.hpp>
 
+#include "base/suggestion.hpp"
+
 namespace tanor {
 using namespace detail;
 
@@ -64,8 +66,9 @@ std::string Units::letters(Dimension dimension) const {
 Units units_from_name(std::string_view name) {
   const auto found = std::ranges::find(known, name, &Units::name);
   if (found != known.end()) return *found;
-  throw InputError("/units",
-                   "the units \"" + std::string(name) + "\" are not known; known are none, si, lj, real, metal");
+  throw InputError("/units", "the units \"" + std::string(name) + "\" are not known" +
+                                 suggest(name, {"none", "si", "lj", "real", "metal"}) +
+                                 "; known are none, si, lj, real, metal");
 }
 
 }  // namespace tanor

@@ -9,6 +9,7 @@
 #include "base/text.hpp"
 #include "base/vec3.hpp"
 #include "system/field_checks.hpp"
+#include "system/formula_names.hpp"
 #include "system/law_numbers.hpp"
 #include "system/members.hpp"
 #include "system/pair_rules.hpp"
@@ -378,7 +379,10 @@ class Validation {
 
   void check_names() const {
     std::unordered_map<std::string, std::string> owners;  // name -> JSON pointer
+    for (std::size_t i = 0; i < system_.supports.size(); ++i)
+      check_name(system_.supports[i].name, element("/supports", i) + "/name");
     const auto add = [&](const std::string& name, const std::string& where) {
+      if (!name.starts_with('\x1f')) check_name(name, where + "/name");  // so hosts name what has no name
       const auto [owner, is_new] = owners.emplace(name, where);
       if (!is_new) {
         throw InputError(where + "/name",

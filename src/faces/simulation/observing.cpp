@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/with_unit.hpp"
 #include "simulation/implementation.hpp"
 #include "simulation/taken_out.hpp"
+#include "system/formula_names.hpp"
 
 namespace tanor {
 using namespace detail;
@@ -66,6 +68,7 @@ std::optional<Thing> find_what_goes(const Things& things, const Event& event, co
 
 /// Reads a condition and checks what it is to take out.
 std::unique_ptr<Condition> read_condition(const Things& things, const Event& event) {
+  if (event.name != event.when) check_name(event.name, "/name");
   auto condition = std::make_unique<Condition>(things, event.when, event.parameters);
   check_enum(event.action, EventAction::Release, "/event/action");
   if (takes(event)) {
@@ -323,7 +326,7 @@ void Simulation::Implementation::give_up_noise() {
     std::string& warning = report.accuracy_warning;
     warning += (warning.empty() ? "event \"" : "; event \"") + events[number].name + "\" changes too often, " +
                text(static_cast<std::size_t>(std::ranges::count(passages, number, &Passage::event))) +
-               " times up to t = " + text(state.t) + ", and is not followed further";
+               " times up to t = " + with_unit(text(state.t), system().units.time) + ", and is not followed further";
   }
 }
 

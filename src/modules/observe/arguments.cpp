@@ -78,11 +78,12 @@ Arguments read_arguments(std::string_view text, std::string_view quantity, std::
     const std::string_view inner = trim(all);
     const std::size_t start = inner.empty() ? first : static_cast<std::size_t>(inner.data() - text.data());
     std::string name(inner);
-    if (inner.size() >= 2 && inner.front() == '\'' && inner.back() == '\'') {
+    const bool is_quoted = inner.size() >= 2 && inner.front() == '\'' && inner.back() == '\'';
+    if (is_quoted) {
       name = inner.substr(1, inner.size() - 2);
       for (std::size_t k = 0; (k = name.find("''", k)) != std::string::npos; ++k) name.erase(k, 1);
     }
-    arguments.list.push_back({std::move(name), start});
+    arguments.list.push_back({std::move(name), start, is_quoted});
     first = end + 1;
   };
   for (; at < text.size(); ++at) {
@@ -242,12 +243,13 @@ std::vector<Index> Things::points(const Argument& argument) const {
     if (point < 0 || static_cast<std::size_t>(point) >= system_.num_points())
       argument.fail("there is no point " + text(point) + "; they are 0 to " + text(system_.num_points() - 1));
   };
-  if (const auto number = read_number<Index>(argument.text)) return check(*number), std::vector{*number};
-  if (auto list = read_list<Index>(argument.text)) {
+  const std::string_view plain = argument.is_name ? std::string_view() : argument.text;
+  if (const auto number = read_number<Index>(plain)) return check(*number), std::vector{*number};
+  if (auto list = read_list<Index>(plain)) {
     for (const Index point : *list) check(point);
     return *list;
   }
-  if (argument.text == "all") {
+  if (plain == "all") {
     std::vector<Index> all(system_.num_points());
     for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<Index>(i);
     return all;

@@ -19,6 +19,7 @@ namespace tanor::detail {
 struct Argument {
   std::string text;  ///< without its quotes
   std::size_t place = 0;
+  bool is_name = false;  ///< it stood in quotes, and is no number, list or word
 
   [[noreturn]] void fail(const std::string& problem) const { throw TextFault{place, problem}; }
 };

@@ -5,6 +5,7 @@
 
 #include "base/parallel.hpp"
 #include "evaluate/forces.hpp"
+#include "system/formula_names.hpp"
 
 namespace tanor {
 using namespace detail;
@@ -53,11 +54,19 @@ std::size_t Observables::add(const Observable& what) {
       throw InputError("/unit", "wanted letters on one line, without quotes");
     observed.unit = what.unit;
   }
-  if (std::ranges::count(found_, observed.name, &Observed::name) > 0)
-    throw InputError("", "two observables are named \"" + observed.name + "\"");
+  const auto same =
+      static_cast<std::size_t>(std::ranges::find(found_, observed.name, &Observed::name) - found_.begin());
+  if (same < found_.size()) {  // a default, say, which is asked for again
+    Observable& given = given_[same];
+    if (given.text != what.text || given.parameters != what.parameters ||
+        (!what.unit.empty() && !given.unit.empty() && given.unit != what.unit))
+      throw InputError("", "two observables are named \"" + observed.name + "\"");
+    given.every_step |= what.every_step;
+    if (!what.unit.empty()) given.unit = found_[same].unit = what.unit;
+    return same;
+  }
   if (observed.name == "t") throw InputError("", "\"t\" is the name of the time in results; give another name");
-  if (std::ranges::any_of(what.name, [](char c) { return (0 <= c && c < ' ') || c == 127; }))
-    throw InputError("", "the name of an observable holds a line break or another control character");
+  check_name(what.name, "/name");
   texts_.push_back(std::move(parsed));
   given_.push_back(what);
   found_.push_back(std::move(observed));

@@ -111,7 +111,10 @@ class ObservedText::Reader {
       if (term.word == Word::None) return {};  // a name of formulas, or unknown there
       std::vector<std::string> known;
       for (const QuantityKind& each : quantity_kinds()) known.emplace_back(each.name);
-      throw TextFault{at, "'" + std::string(name) + "' is no quantity" + suggest(name, known)};
+      std::string problem = "'" + std::string(name) + "' is no quantity" + suggest(name, known);
+      if (problem.back() != ')')
+        for (const std::string& each : known) problem += (each == known[0] ? "; they are " : ", ") + each;
+      throw TextFault{at, problem};
     }
     if (!has_bracket && term.word == Word::None && parameters_.contains(std::string(name))) return {};
     if (!has_bracket)

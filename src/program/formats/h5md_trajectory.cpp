@@ -70,8 +70,8 @@ constexpr unsigned deflate_level = 4;
 /// An H5MD file (version 1.1, de Buyl, Colberg and Höfling, Comput. Phys. Commun. 185 (2014) 1546; MDAnalysis, OVITO,
 /// VMD, h5py): `/particles/all` with box, mass, id, species (0: moves, 1: support), position, velocity, force (M w) and
 /// constraint_force (K lambda); `/connectivity/rods`, pairs of rows of `/particles/all`; `/observables`: tension (a
-/// number a rod), total_energy, position_violation, velocity_violation, and those of the scene, with `unit`, `parts`
-/// and `members`.
+/// number a rod), total_energy, position_violation, velocity_violation, and those of the scene, with `unit` and
+/// the lists `parts` and `members`.
 ///
 /// The file is written in HDF5's mode for a single writer and many readers: each frame is complete before the file
 /// counts it, and h5py opens it with `swmr=True` while the run goes on. A run that was killed leaves a mark in the file
@@ -185,6 +185,22 @@ class H5mdTrajectory : public FrameFile {
     check(H5Awrite(made, type, text.empty() ? " " : text.data()));
   }
 
+  /// Adds a list of texts, such as names, which may hold any letters.
+  void add_texts(hid_t object, const char* attribute, const std::vector<std::string>& texts) const {
+    if (texts.empty()) return;
+    const hsize_t count = texts.size();
+    const std::size_t width = std::max<std::size_t>(1, std::ranges::max(texts, {}, &std::string::size).size());
+    const Handle type = check(H5Tcopy(H5T_C_S1), H5Tclose),
+                 space = check(H5Screate_simple(1, &count, nullptr), H5Sclose);
+    check(H5Tset_size(type, width));
+    check(H5Tset_strpad(type, H5T_STR_NULLPAD));
+    check(H5Tset_cset(type, H5T_CSET_UTF8));
+    std::string all;
+    for (const std::string& each : texts) all.append(each).resize(all.size() + width - each.size());
+    const Handle made = check(H5Acreate2(object, attribute, type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+    check(H5Awrite(made, type, all.data()));
+  }
+
   void add_integers(hid_t object, const char* attribute, const std::vector<int>& values) const {
     const hsize_t size = values.size();
     const Handle space = check(size == 1 ? H5Screate(H5S_SCALAR) : H5Screate_simple(1, &size, nullptr), H5Sclose);
@@ -292,7 +308,7 @@ class H5mdTrajectory : public FrameFile {
                                H5P_DEFAULT, H5P_DEFAULT));
       }
       add_series(each, request.is_compressed);
-      if (group == "/observables/tension") add_members(series_.back().data, shown_->rod_names());
+      if (group == "/observables/tension") add_texts(series_.back().data, "members", shown_->rod_names());
     }
   }
 
@@ -300,19 +316,9 @@ class H5mdTrajectory : public FrameFile {
     const Handle box = make_group(particles, "box");
     add_integers(box, "dimension", {3});
     const bool is_periodic[] = {cell && cell->xx > 0.0, cell && cell->yy > 0.0, cell && cell->zz > 0.0};
-    constexpr hsize_t three = 3;
-    const Handle type = check(H5Tcopy(H5T_C_S1), H5Tclose),
-                 space = check(H5Screate_simple(1, &three, nullptr), H5Sclose);
-    constexpr std::size_t width = 8;
-    check(H5Tset_size(type, width));
-    char words[3][width + 1] = {};
-    std::string text;
-    for (std::size_t k = 0; k < 3; ++k) {
-      std::strcpy(words[k], is_periodic[k] ? "periodic" : "none");
-      text.append(words[k], width);
-    }
-    const Handle boundary = check(H5Acreate2(box, "boundary", type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
-    check(H5Awrite(boundary, type, text.data()));
+    std::vector<std::string> words;
+    for (const bool is : is_periodic) words.emplace_back(is ? "periodic" : "none");
+    add_texts(box, "boundary", words);
     if (!cell) return;
     add_unit(add_fixed(box, "offset", {3}, cell->origin.data()), "units", Dimension::Length);
   }
@@ -362,16 +368,8 @@ class H5mdTrajectory : public FrameFile {
     const Handle value = check(H5Dopen2(file_, (group + "/value").c_str(), H5P_DEFAULT), H5Dclose);
     if (!each.unit.empty()) add_text(value, "unit", each.unit);
     if (!group.ends_with("/" + each.text)) add_text(value, "observable", each.text);
-    if (!each.parts.empty()) add_text(value, "parts", join(each.parts));
-    add_members(value, each.members);
-  }
-  static std::string join(const std::vector<std::string>& names) {
-    std::string all;
-    for (const std::string& word : names) all += (all.empty() ? "" : ",") + word;
-    return all;
-  }
-  void add_members(hid_t value, const std::vector<std::string>& names) const {
-    if (const std::string members = join(names); !members.empty()) add_text(value, "members", members);
+    add_texts(value, "parts", each.parts);
+    add_texts(value, "members", each.members);
   }
 
   void create(const FrameFileRequest& request) {

@@ -339,8 +339,9 @@ PointSet read_import(const Cursor& import, const Context& context) {
   set.cell = data.cell;
   set.units = letters_of(format.name, units == nullptr ? "" : units->name);
   if (units == nullptr && !data.units.empty())
-    set.left_out.push_back(fmt::format("import: the first line of {} says units {}, which LAMMPS has not; lj is taken",
-                                       file.string(), quote(data.units)));
+    set.left_out.push_back(
+        fmt::format("import: the first line of {} says units {}, which LAMMPS has not; nothing is converted, as of lj",
+                    file.string(), quote(data.units)));
   return set;
 }
 

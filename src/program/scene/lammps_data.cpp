@@ -91,12 +91,14 @@ class LammpsReader : LammpsLines {
     use(dihedrals_);
   }
 
-  /// Finds "units = real" or "units real" anywhere in the first line.
+  /// Finds "units = real" or "units real" anywhere in the first line, which else is prose.
   void find_units(const Words& words) {
     for (std::size_t k = 0; k + 1 < words.size(); ++k) {
       if (words[k] != "units") continue;
       const std::size_t next = words[k + 1] == "=" && k + 2 < words.size() ? k + 2 : k + 1;
-      data_.units = words[next].substr(0, words[next].find_first_of(",.;)"));
+      const std::string_view said = words[next].substr(0, words[next].find_first_of(",.;)"));
+      constexpr std::string_view known[] = {"lj", "real", "metal", "si", "cgs", "electron", "micro", "nano"};
+      if (words[k + 1] == "=" || std::ranges::count(known, said) > 0) data_.units = said;
     }
   }
 

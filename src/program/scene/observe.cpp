@@ -47,7 +47,8 @@ std::vector<Observable> read_observables(const Cursor& list, const System& syste
     try {
       check_observable(system, observable);
     } catch (const InputError& error) {
-      (each.is_string() ? each : each[error.where() == "/unit" ? "unit" : "what"]).complain(error.what());
+      const bool is_own = error.where() == "/unit" || error.where() == "/name";
+      (each.is_string() ? each : each[is_own ? error.where().substr(1) : "what"]).complain(error.what());
     }
     const std::string& name = observable.name.empty() ? observable.text : observable.name;
     for (std::size_t k = 0; k + 1 < observables.size(); ++k)
@@ -72,7 +73,7 @@ std::vector<Event> read_events(const Cursor& list, const System& system, const C
     try {
       check_event(system, event);
     } catch (const InputError& error) {
-      const Cursor place = error.where() == "/do" ? each["do"] : error.where() == "/of" ? each["of"] : each["when"];
+      const Cursor place = each[error.where().empty() ? "when" : error.where().substr(1)];
       (place ? place : each).complain(error.what());
     }
   }

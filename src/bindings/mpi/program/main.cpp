@@ -31,7 +31,10 @@
 #include "report/output_file.hpp"
 #include "report/summary.hpp"
 #include "report/words.hpp"
+#include "scene/cursor.hpp"
+#include "scene/document.hpp"
 #include "scene/scene.hpp"
+#include "scene/text_file.hpp"
 
 namespace tanor::mpi {
 
@@ -91,9 +94,8 @@ class Run {
     if (scene.certificate.when == When::Always || scene.certificate.when == When::Every)
       throw InputError(scene.file.string() + ": /certificate",
                        "tanor-mpi makes one at the end alone; `tanor run` makes more");
-    const std::vector<Observable> defaults = default_observables(scene.system);
-    const bool observes = !std::ranges::equal(scene.observables, defaults, {}, &Observable::text, &Observable::text);
-    const std::pair<const char*, bool> asked[] = {{"observe", observes && !scene.observables.empty()},
+    const scene::Document document(scene::read_text(scene.file), scene.file.string());
+    const std::pair<const char*, bool> asked[] = {{"observe", !!scene::Cursor(document)["observe"]},
                                                   {"events", !scene.events.empty()}};
     for (const auto& [key, is_asked] : asked)
       if (is_asked) throw InputError(scene.file.string() + ": /" + key, "tanor-mpi has none; `tanor run` has");
