@@ -252,8 +252,10 @@ TEST(Import, TellsThatUnitsOfTheFirstLineAreNone) {
     const std::string atoms = "\n\n1 atoms\n1 atom types\n\nMasses\n\n1 1\n\nAtoms # atomic\n\n1 1 0 0 0\n";
     return import_text("a.data", title + atoms, keys).left_out;
   };
-  EXPECT_EQ(left_out("LAMMPS data file, units = foo", ""),
-            std::vector<std::string>{"import: the first line of a.data says units \"foo\", which LAMMPS has not; nothing is converted, as of lj"});
+  EXPECT_EQ(
+      left_out("LAMMPS data file, units = foo", ""),
+      std::vector<std::string>{
+          "import: the first line of a.data says units \"foo\", which LAMMPS has not; nothing is converted, as of lj"});
   EXPECT_TRUE(left_out("Reduced units melt, by hand", "").empty()) << "prose";
   EXPECT_TRUE(left_out("LAMMPS data file, units = foo", R"(, "units": "si")").empty());
   EXPECT_TRUE(left_out("LAMMPS data file, units = lj", "").empty());
