@@ -283,8 +283,7 @@ TEST(FolderTest, CommandsOfOneSceneHaveFoldersOfTheirOwn) {
   ASSERT_EQ(run_program(folder, {"modes", "s.equilibrium.out/equilibrium.json"}).code, 0);
 
   EXPECT_EQ(list_names(folder / "s.out"), written);
-  EXPECT_EQ(list_names(folder.path()),
-            (Words{"s.at_rest.modes.out", "s.equilibrium.out", "s.json", "s.out"}));
+  EXPECT_EQ(list_names(folder.path()), (Words{"s.at_rest.modes.out", "s.equilibrium.out", "s.json", "s.out"}));
 }
 
 /// A run may be the work of hours, so that other commands do not replace its results.

@@ -41,7 +41,8 @@ const Asked asked[] = {
      "/events/0/do: 'hook[0]' is a support and does not break"},
     {R"json("observe": [{"name": "t", "what": "kinetic()"}])json",
      R"json(/observe/0/what: "t" is the name of the time)json"},
-    {R"json("observe": [{"name": "a\nb", "what": "kinetic()"}])json", "/observe/0/what: the name of an observable holds"},
+    {R"json("observe": [{"name": "a\nb", "what": "kinetic()"}])json",
+     R"(/observe/0/name: the name "a\x0ab" holds a line break or another control character)"},
 };
 
 /// Names that no scene has, and quantities that lack what they are measured about, are refused before the run.
