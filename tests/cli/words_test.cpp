@@ -89,6 +89,17 @@ TEST(WordsTest, ThePageCountsAndShowsNoRounding) {
   EXPECT_TRUE(report::describe_friction(friction).starts_with("1 iteration an instant"));
 }
 
+TEST(WordsTest, EqualNumbersOfMembersAreToldOnce) {
+  const Folder folder;
+  write_text(folder / "s.json", R"json({"tanor_scene": 1, "units": "si", "points": {
+      "positions": [[0,0,0], [0,0,-1], [2,0,0], [2,0,-1]]}, "supports": [{"points": [0, 2]}],
+    "constraints": [{"name": "links", "kind": "rod", "pairs": [[0, 1], [2, 3]]}],
+    "forces": [{"kind": "gravity", "acceleration": [0,0,-9.81]}],
+    "observe": ["each tension(links)"], "motion": {"t_end": 0.1}})json");
+  const Ended ended = run_program(folder, {"run", "s.json", "--out", "o"});
+  EXPECT_TRUE(contains(ended.out, "each tension(links)  2 numbers, all 9.81 N\n")) << ended.out << ended.err;
+}
+
 TEST(WordsTest, PartsOfALoadBesideWhichTheyAreRoundingAreZero) {
   const Folder folder;
   const Ended ended = run_program(

@@ -193,7 +193,7 @@ std::string describe_part(const Observed& observed, std::size_t part, std::span<
   const std::string least_text = number_with_unit(least.value, observed.unit);
   if (std::isnan(least.value) || largest.value - least.value <= noise ||
       least_text == number_with_unit(largest.value, observed.unit))
-    return line;
+    return observed.members.empty() || std::isnan(least.value) ? line : line + ", all " + least_text;
   return line + "; least " + describe_extreme(least, observed.unit, units) + ", largest " +
          describe_extreme(largest, observed.unit, units);
 }
