@@ -138,8 +138,9 @@ def check_options(path):
     done = run(2, [write_scene("watched", net() | {"events": [{"when": "t > 0.01", "do": "stop"}]}), "--out", out])
     expect(done.returncode == 2 and "watched.json: /events" in complaint(done), f"events: {complaint(done)}")
     expect(not out.exists(), "events: wrote something")
-    done = run(2, [write_scene("observed", net() | {"observe": ["energy()"]}), "--out", out])
-    expect(done.returncode == 2 and "observed.json: /observe" in complaint(done), f"observe: {complaint(done)}")
+    for observed in ("energy()", {"name": "pull", "what": "max tension(rods)", "every_step": True}):  # one is a default
+        done = run(2, [write_scene("observed", net() | {"observe": [observed]}), "--out", out])
+        expect(done.returncode == 2 and "observed.json: /observe" in complaint(done), f"{observed}: {complaint(done)}")
     done = run(2, [path, "--out", folder / "as_json", "--quiet", "--json"])
     expect(done.returncode == 0 and json.loads(done.stdout) == summary_of(folder / "as_json"), f"--json: {done.stdout}")
     done = run(2, ["--help"])
