@@ -20,8 +20,6 @@
 namespace tanor {
 using namespace detail;
 
-namespace {}  // namespace
-
 /// Implementation of Dynamics. It reads and writes the host's arrays once a call.
 struct Dynamics::Implementation {
   Forms forms;
