@@ -129,7 +129,7 @@ TEST(Observables, QuotesMakeANameOfANumber) {
 /// Defaults may be asked for, with steps and letters; their names with another text may not.
 TEST(Observables, AnObservableThatIsThereIsFound) {
   const System system = make_cable(2);
-  Simulation simulation(system);
+  Simulation simulation(system, {.method = Method::Rk4, .step = 0.01});
   for (const Observable& each : default_observables(system)) simulation.add_observable(each);
   EXPECT_EQ(simulation.add_observable({.text = "min tension(links)", .every_step = true}), 1u);
   ASSERT_EQ(simulation.observe().size(), 3u);
@@ -140,6 +140,10 @@ TEST(Observables, AnObservableThatIsThereIsFound) {
   EXPECT_EQ(simulation.observe()[3].unit, "h");
   EXPECT_EQ(error_of([&] { simulation.add_observable({.text = "t/2 + 1", .unit = "d"}); }),
             "two observables are named \"t/2 + 1\"");
+  for (const bool every_step : {false, true})
+    EXPECT_EQ(simulation.add_observable({.text = "(t - 0.05)^2", .every_step = every_step}), 4u);
+  ASSERT_TRUE(simulation.advance_to(0.1).ok());
+  EXPECT_LE(simulation.observe()[4].least[0].value, 1e-4);  // at a step; 2.5e-3 at both ends
 }
 
 TEST(Observables, WordsBeforeNoQuantityTellTheQuantities) {
