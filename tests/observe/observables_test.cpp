@@ -7,6 +7,7 @@
 #include <tanor/motion.hpp>
 
 #include "errors.hpp"
+#include "measures.hpp"
 #include "observe/cable.hpp"
 #include "scenes.hpp"
 
@@ -217,6 +218,32 @@ TEST_P(ObservablesAtSteps, TensionsAreThoseOfTheState) {
     EXPECT_GT(largest, 40.0) << name_of(method);  // 6 g = 58.86 N at the bottom without the spring
     EXPECT_LT(worst, 1e-10) << name_of(method);
     EXPECT_NEAR(simulation.observe(false)[0].largest[0].value, largest, 1e-10) << name_of(method);
+  }
+}
+
+/// Tensions of rods whose islands stand alone in lanes are solved for without accelerations. They are those of another
+/// solver at the state of each step, as those of chains in pieces and of nets are. Springs make forces that change.
+TEST(Observables, TensionsOfManyRodsAtStepsAreThoseOfAnotherSolver) {
+  System shaken = scenes::make_clusters(30);
+  for (std::size_t i = 12; i < shaken.masses.size(); i += 3) shaken.masses[i] *= 0.01;
+  shaken.supports = {{"hooks", {0, 33}, {ScalarFunction::formula("0.05*sin(30*t)^2"), {}, {}}}};
+  for (System system :
+       {scenes::make_clusters(30), shaken, scenes::make_chain_along(300, {0.1, 0.02, 0.0}), scenes::make_net(9, 9)}) {
+    system.forces.push_back(Springs{.name = "spring", .pairs = {{0, 2}, {1, 4}}, .stiffness = 3.0});
+    Simulation simulation(system, {.method = Method::Rattle, .step = 1e-3, .start = StartMode::Project});
+    simulation.add_observable({.text = "each tension(rods)", .every_step = true});
+    Dynamics reference(system, {.linear_solver = LinearSolver::Cholmod});
+    std::vector<double> lambda(reference.num_equations());
+    const Outcome outcome = simulation.advance_to(0.02, [&](const MotionReport&) {
+      const std::vector<double> found = simulation.observe(false)[0].values;
+      const Solution at = simulation.solution();
+      const StateView state{.time = at.time, .positions = at.positions, .velocities = at.velocities};
+      EXPECT_TRUE(reference.solve(state, {.multipliers = lambda}).outcome.ok());
+      for (double& each : lambda) each = -each;
+      EXPECT_LE(relative_difference(found, lambda), 1e-11) << at.time << ", " << lambda.size() << " rods";
+      return true;
+    });
+    ASSERT_TRUE(outcome.ok()) << outcome.what;
   }
 }
 

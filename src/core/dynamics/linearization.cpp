@@ -178,6 +178,17 @@ std::optional<Outcome> Linearization::solve_in_one_pass(const Kinematics& at, co
   return Outcome{};
 }
 
+bool Linearization::find_multipliers(const Kinematics& at, const double* w0, double largest_w0, double* lambda) {
+  if (present_ != &composite_ || !composite_.finds_multipliers_alone()) return false;
+  work_.set_time(at.t);
+  const FreeMotion motion{.r = at.x, .v = at.v, .w0 = w0};
+  const Elimination passed =
+      composite_.solve(model_.parallel, motion, FactorUse::Keep, nullptr, nullptr, lambda, nullptr);
+  const double scale = larger(largest_w0, passed.largest_right_side);
+  return std::isfinite(scale) &&
+         is_fine(passed, passed.residual / (scale > 0.0 ? scale : 1.0), good_enough(false), work_.scales);
+}
+
 /// Computes K, the factor of S, b, lambda and w, or the last three with the present K and factor.
 std::optional<Elimination> Linearization::eliminate(const FreeMotion& motion, FactorUse use, double* w,
                                                     MultiplierSolution* found) {

@@ -86,6 +86,9 @@ class Linearization {
     if (outcome.ok() && !found->is_complete) solve_once(found->b.data(), found->lambda.data(), found->dw.data());
     return outcome;
   }
+  /// Computes lambda [d] alone, with K and the factor of S that stand, from w0 = M^-1 f [3n] and its largest number.
+  /// Returns false where that is no cheaper than all, or leaves a residual that must be refined.
+  bool find_multipliers(const Kinematics& at, const double* w0, double largest_w0, double* lambda);
   /// Computes lambda = -S^-1 b [d] and dw = M^-1 K lambda [3n] with the factor alone. Where contacts share a load this
   /// is only the start of a refinement.
   void solve_once(const double* b, double* lambda, double* dw);

@@ -23,7 +23,7 @@ class Composition final : public Scheme {
   bool is_adaptive() const override { return false; }
   bool knows_acceleration() const override { return rattle_.knows_acceleration(); }
   bool sees_through(const State&) override { return false; }
-  const GivenMotion* known_forces(double t, double* a) const override { return rattle_.known_forces(t, a); }
+  KnownFree known_free(double t) const override { return rattle_.known_free(t); }
   StepResult step(const State& from, double h, State* to) override;
   void forget() override { rattle_.forget(); }
   void exchange_memory(Memory& memory) override { rattle_.exchange_memory(memory); }

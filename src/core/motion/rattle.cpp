@@ -103,25 +103,11 @@ Rattle::Rattle(Mechanics& mechanics, int passes)
   }
 }
 
-void Rattle::FreeAtEnd::bring(std::size_t first, std::size_t count) const {
-  const std::size_t begin = 3 * std::min(first, num_moving), end = 3 * std::min(first + count, num_moving);
-  std::copy(free + begin, free + end, to + begin);
-}
-
-/// Forces that are the same for all points cost less than a copy of them.
-const GivenMotion* Rattle::known_forces(double t, double* a) const {
-  if (!knows_free_ || free_time_ != t || depends_on_velocity_ || is_uniform_) return nullptr;
-  free_at_end_.free = free_.data();
-  free_at_end_.to = a;
-  free_at_end_.num_moving = projector_.num_moving();
-  return &free_at_end_;
-}
-
 /// Writes M^-1 f into `free_`, unless all points have the same, or it is constant and stands there already.
 Outcome Rattle::find_free(const Kinematics& at, const Request& request) {
   if (is_uniform_ || (has_constant_ && is_constant_)) return {};
   Outcome outcome =
-      mechanics_.together([&] { return projector_.free_accelerations(at, request, free_.data(), &free_at_end_.size); });
+      mechanics_.together([&] { return projector_.free_accelerations(at, request, free_.data(), &largest_free_); });
   has_constant_ = outcome.ok() && is_constant_;
   return outcome;
 }

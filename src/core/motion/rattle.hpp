@@ -25,26 +25,19 @@ class Rattle final : public Scheme {
   bool is_adaptive() const override { return false; }
   bool knows_acceleration() const override { return knows_acceleration_; }
   bool sees_through(const State&) override { return false; }
-  const GivenMotion* known_forces(double t, double* a) const override;
+  KnownFree known_free(double t) const override {
+    // Forces that are the same for all points are no dearer to evaluate.
+    const bool are_known = knows_free_ && free_time_ == t && !depends_on_velocity_ && !is_uniform_;
+    return {are_known ? free_.data() : nullptr, largest_free_};
+  }
   StepResult step(const State& from, double h, State* to) override;
   void forget() override { knows_free_ = false; }
   void exchange_memory(Memory& memory) override {
-    memory.exchange(knows_free_, free_time_, free_, free_at_end_.size);
+    memory.exchange(knows_free_, free_time_, free_, largest_free_);
     if (memory.reads()) has_constant_ = false;
   }
 
  private:
-  /// Copies `free_` for a solve where the last step ended.
-  struct FreeAtEnd final : GivenMotion {
-    void bring(std::size_t first, std::size_t count) const override;
-    double largest() const override { return size; }
-
-    const double* free = nullptr;
-    double* to = nullptr;
-    double size = 0.0;  // of the largest
-    std::size_t num_moving = 0;
-  };
-
   Outcome find_free(const Kinematics& at, const Request& request);
 
   Mechanics& mechanics_;
@@ -55,8 +48,7 @@ class Rattle final : public Scheme {
   std::vector<double> middle_;              // v1/2 if forces depend on v; otherwise v1/2 stands where v1 will
   std::array<double, tile + 3> uniform_{};  // M^-1 f if it is the same for all points, x y z x y z …
   bool is_uniform_ = false;
-  mutable FreeAtEnd free_at_end_;
-  double free_time_ = 0.0;
+  double free_time_ = 0.0, largest_free_ = 0.0;
   bool knows_free_ = false;
   bool has_constant_ = false;  // true if `free_` is the same everywhere and always
 };

@@ -76,9 +76,13 @@ class Scheme {
   /// Returns true if a step leaves State::a at the new state. Otherwise it is computed on demand.
   virtual bool knows_acceleration() const = 0;
 
-  /// Returns M^-1 f at the end of the last step, to be brought into `a` [size()]. Returns null if that step did not end
-  /// at t, or left none.
-  virtual const GivenMotion* known_forces(double /*t*/, double* /*a*/) const { return nullptr; }
+  /// M^-1 f [size()] with the accelerations of supports, and the largest |M^-1 f|, m/s^2.
+  struct KnownFree {
+    const double* each;
+    double largest;
+  };
+  /// Returns those at the end of the last step. `each` is null if that step did not end at t, or left none.
+  virtual KnownFree known_free(double /*t*/) const { return {}; }
 
   /// Tells how rounding of accelerations enters the velocities of an adaptive scheme.
   virtual RoundingGain rounding_gain() const { return {}; }

@@ -18,6 +18,9 @@ class CompositeSolver final : public SchurSolver {
                     double* lambda, double* w) override {
     return join<Elimination>(&SchurSolver::solve, parallel, motion, use, blocks, scratch, lambda, w);
   }
+  bool finds_multipliers_alone() const override {
+    return std::ranges::all_of(solvers_, [](const auto& each) { return each->finds_multipliers_alone(); });
+  }
   Elimination factorize(const Parallel& parallel, const double* blocks) override {
     return join<Elimination>(&SchurSolver::factorize, parallel, blocks);
   }

@@ -188,9 +188,9 @@ void LaneGroups::Group::solve(const lanes::Motion& motion, const Vec3* uniform, 
     if (use == FactorUse::Renew) eliminate();
     if (is_tree()) std::memset(in_.points.s, 0, group_.num_places * sizeof(Pack3<>));
   }
-  lanes::finish(in_, is_in_one_pass, motion.w0, uniform != nullptr ? *uniform : Vec3{}, work_.w.data(), own_.right_side,
-                &work_.found);
-  write_points(work_.w.data(), w);
+  lanes::finish(in_, is_in_one_pass, motion.w0, uniform != nullptr ? *uniform : Vec3{},
+                w != nullptr ? work_.w.data() : nullptr, own_.right_side, &work_.found);
+  if (w != nullptr) write_points(work_.w.data(), w);
   if (next() != nullptr) {
     const Pack<>* const factor = all_.factor_.data() + all_.plan_.groups[number_ + 1].first_factor;
     call_for(factor, static_cast<std::size_t>(factor - in_.rods.factor));  // the next one is mostly as large

@@ -88,7 +88,7 @@ template <class Lanes>
   for (std::size_t i = 0; i < shape.num_places; ++i) {
     const auto dw = part.of(inverse_mass[i]) * part.of(F[i]);
     part.write(dw, &F[i]);
-    part.write((w0 != nullptr ? part.of(w0[i]) : everywhere) + dw, &w[i]);
+    if (w != nullptr) part.write((w0 != nullptr ? part.of(w0[i]) : everywhere) + dw, &w[i]);
   }
 }
 

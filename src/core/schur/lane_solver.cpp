@@ -82,6 +82,10 @@ Projection LaneSolver::reached() {
 
 // ---- the calls ----
 
+bool LaneSolver::finds_multipliers_alone() const {
+  return std::ranges::all_of(groups_.plan().groups, &LaneGroup::stands_alone);
+}
+
 Elimination LaneSolver::solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks,
                               double*, double* lambda, double* w) {
   groups_.take_lengths();
@@ -96,7 +100,7 @@ Elimination LaneSolver::solve(const Parallel& parallel, const FreeMotion& motion
       }
       if (grove.stands_alone()) {
         group.solve(own, motion.uniform, use, w);
-        group.call_for_points(w);
+        group.call_for_points(w != nullptr ? w : motion.w0);
         group.write_rows(group.arrays().rods.z, lambda);
       } else if (use == FactorUse::Renew) {
         group.evaluate_and_eliminate(own);

@@ -24,6 +24,7 @@ class LaneSolver final : public IslandSolver {
   static std::unique_ptr<LaneSolver> make(const SchurProblem& problem, LinearSolver kind, int threads, bool eagerly,
                                           std::vector<Index>* islands);
 
+  bool finds_multipliers_alone() const override;
   Elimination solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks, double* b,
                     double* lambda, double* w) override;
   Elimination factorize(const Parallel& parallel, const double* blocks) override;

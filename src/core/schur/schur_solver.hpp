@@ -126,6 +126,8 @@ class SchurSolver : public SchurFactor {
   /// are kept may be made anew where that is as cheap.
   virtual Elimination solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks,
                             double* scratch, double* lambda, double* w) = 0;
+  /// Returns true if `solve` with a factor that is kept serves without w, and without blocks and scratch.
+  virtual bool finds_multipliers_alone() const { return false; }
 
   /// Factorizes S of given blocks of K.
   virtual Elimination factorize(const Parallel& parallel, const double* blocks) = 0;

@@ -312,11 +312,26 @@ struct SimulatedMotion {
   /// from stay.
   void find_multipliers_at_end(Solution* at) {
     const Look look(this, Look::Memory::Untouched);
+    at->outcome = {};
+    const auto [free, largest] = integration.scheme().known_free(state.t);
+    if (free != nullptr &&
+        forms.normal->linearization().find_multipliers(state.at(), free, largest, scratch.rows.data()))
+      return model.numbering.scatter_rows(scratch.rows, at->multipliers, model.parallel);
     std::vector<double>& lambda = forms.normal->dynamics().multipliers();
     lambda.swap(scratch.rows);
     scratch.a.resize(form.size());
+    /// Accelerations that stand in their array.
+    struct Known final : GivenMotion {
+      void bring(std::size_t, std::size_t) const override {}
+      double largest() const override { return size; }
+      double size = 0.0;
+    } known;
+    known.size = largest;
     Request request = integration.request(Gradients::Keep);
-    request.given = integration.scheme().known_forces(state.t, scratch.a.data());
+    if (free != nullptr) {
+      std::copy_n(free, scratch.a.size(), scratch.a.data());
+      request.given = &known;
+    }
     at->outcome = form.accelerations(state.at(), request, {scratch.a.data()});
     model.numbering.scatter_rows(lambda, at->multipliers, model.parallel);
     lambda.swap(scratch.rows);

@@ -64,7 +64,8 @@ struct Multipliers {
     count = members.count * rows_per_member;
   }
   void operator()(const ObservedInstant& at, double* values) const {
-    for (std::size_t k = 0; k < count; ++k) values[k] = factor * at.multipliers[first + k] + 0.0;  // no -0
+    const double *const own = at.multipliers.data() + first, by = factor;
+    for (std::size_t k = 0; k < count; ++k) values[k] = by * own[k] + 0.0;  // no -0
   }
 
   double factor;
