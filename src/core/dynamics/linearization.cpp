@@ -46,6 +46,11 @@ bool is_fine(const Elimination& passed, double relative_residual, double enough,
   return relative_residual <= enough && is_little;
 }
 
+/// Returns true if the composite may make the next factor.
+bool may_serve(const CompositeSolver& composite, const Dependences& dependences) {
+  return !composite.is_empty() && !dependences.is_found();
+}
+
 /// Computes dw = M^-1 K lambda.
 void write_reactions(const Model& model, const std::vector<double>& blocks, const double* lambda, double* dw) {
   model.gather.write_scaled(model.parallel, blocks.data(), lambda, model.inverse_mass.data(), model.num_moving(), dw);
@@ -86,7 +91,7 @@ Outcome Linearization::update(double t, const double* r, const PointSource* sour
   }
   work_.constraints.choose_frames();
   bring(model_.parallel, source, model_.num_constrained(), model_.num_points());
-  if (may_be_of_composite()) {
+  if (may_serve(composite_, dependences())) {
     const Stopwatch watch(&work_.times.factor);
     ++work_.counters.factorizations;
     const Elimination made = composite_.linearise(model_.parallel, r, source, blocks_.data());
@@ -156,7 +161,7 @@ double Linearization::estimate_reciprocal_condition() {
 std::optional<Outcome> Linearization::solve_in_one_pass(const Kinematics& at, const Request& request, double* w,
                                                         MultiplierSolution* found) {
   const bool keeps = request.gradients == Gradients::Keep;
-  if (!(keeps ? present_ == &composite_ : may_be_of_composite())) return std::nullopt;
+  if (!(keeps ? present_ == &composite_ : may_serve(composite_, dependences()))) return std::nullopt;
   FreeMotion motion{.r = at.x, .v = at.v, .w0 = w, .source = request.given};
   const double free = evaluate_free_lightly(work_, at, request, &motion, w);
   const auto passed = eliminate(motion, keeps ? FactorUse::Keep : FactorUse::Renew, w, found);

@@ -163,8 +163,6 @@ class Linearization {
   };
   /// Returns true if there is no factor yet, or K changes.
   bool is_needed() const { return state_ == State::None || !has_constant_gradients_; }
-  /// Returns true if the composite may make the next factor.
-  bool may_be_of_composite() const { return !composite_.is_empty() && !dependences().is_found(); }
   std::optional<Outcome> solve_in_one_pass(const Kinematics& at, const Request& request, double* w,
                                            MultiplierSolution* found);
   std::optional<Elimination> eliminate(const FreeMotion& motion, FactorUse use, double* w, MultiplierSolution* found);
