@@ -67,6 +67,7 @@ ROOMS = {
                      "dynamics/instant.hpp dynamics/power.hpp", "motion", ""),
     # modules
     "friction": Sees("base system evaluate schur dynamics", "dynamics", "Eigen/"),
+    "contact":  Sees("base factor/sparse_lu.hpp", "error", ""),
     "statics":  Sees("base system evaluate assembly factor plan schur dynamics", "modes", "Eigen/ Spectra/"),
     "certificate": Sees("base system evaluate assembly factor schur dynamics", "certificate", "Eigen/"),
     "observe":  Sees("base system evaluate", "observables", ""),
