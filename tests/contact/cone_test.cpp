@@ -91,6 +91,8 @@ TEST(OneContact, ABallSlidesOrSticks) {
   EXPECT_LT(norm(solve_one_contact(W, {-4.0, 3.0, -4.0}, 0.3, {}) - Vec3{2.0, -0.36, 0.48}), 1e-14);
   EXPECT_LT(norm(solve_one_contact(W, {-4.0, 3.0, -4.0}, 0.5, {}) - Vec3{2.0, -3.0 / 7.0, 4.0 / 7.0}), 1e-14);
   EXPECT_LT(norm(solve_one_contact(W, {-4.0, 3.0, -4.0}, 0.0, {}) - Vec3{2.0, 0.0, 0.0}), 1e-14);
+  const Block3 without_tangents{{2.0, 0, 0, 0, 0, 0, 0, 0, 0}};
+  EXPECT_LT(norm(solve_one_contact(without_tangents, {-4.0, 0.0, 0.0}, 0.0, {}) - Vec3{2.0, 0.0, 0.0}), 1e-14);
   EXPECT_EQ(norm(solve_one_contact(W, {4.0, 3.0, -4.0}, 0.3, {1.0, 0.2, 0.0})), 0.0);
 }
 
