@@ -476,6 +476,8 @@ TEST(ReferenceFileTest, WrongContentsAreNamedByTheirPlace) {
   }
   EXPECT_EQ(trouble("x.json", instant("1", "[0, 0, 0]")),
             "tanor: x.json: /trajectory/0/r: found 3 numbers, wanted 2 for each point\n");
+  EXPECT_EQ(trouble("x.json", instant("1", "[0]")),
+            "tanor: x.json: /trajectory/0/r: found 1 number, wanted 2 for each point\n");
   EXPECT_TRUE(contains(trouble("x.json", instant("1", "[]")), "x.json: has 0 points at t = 1;"));
   EXPECT_TRUE(
       contains(trouble("x.json", R"({"trajectory": 3})"), "x.json: /trajectory: found number 3, wanted a list"));

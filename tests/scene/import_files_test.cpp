@@ -243,7 +243,7 @@ TEST(ImportObj, NamesTheLineOfAnError) {
   EXPECT_EQ(file_error("a.obj", "v 0 0 0\nl 1 1\n"),
             "a.obj, line 2: found \"1\", wanted vertices in sequence that differ");
   EXPECT_EQ(file_error("a.obj", "v 0 0 0\nv 1 0 0\nl 1 3\nv nothing\n"),
-            "a.obj, line 4: found a vertex of 1 numbers, wanted x, y and z");
+            "a.obj, line 4: found a vertex of 1 number, wanted x, y and z");
   EXPECT_EQ(file_error("a.obj", "v 0 0 0\nv 1 0 0\n\nl 1 3\n"),
             "a.obj, line 4: found vertex 3, wanted one from 1 to 2");
   EXPECT_EQ(file_error("a.obj", "f 1 2\n"), "a.obj, line 1: found 2 vertices, wanted 3 or more");
@@ -300,10 +300,11 @@ TEST(ImportGro, ReadsVelocitiesDigitsAndTiltedBoxes) {
 TEST(ImportGro, NamesTheLineOfAnError) {
   const std::string atom = "    1SOL     OW    1   0.000   0.000   0.000\n", box = "   1.0 1.0 1.0\n";
   EXPECT_EQ(file_error("a.gro", "t\nmany\n"), "a.gro, line 2: found \"many\", wanted the number of atoms");
-  EXPECT_EQ(file_error("a.gro", "t\n2\n" + atom), "a.gro, line 3: found 1 atoms, wanted 2 as line 2 says");
+  EXPECT_EQ(file_error("a.gro", "t\n2\n" + atom), "a.gro, line 3: found 1 atom, wanted 2 as line 2 says");
   EXPECT_EQ(file_error("a.gro", "t\n1\n" + atom), "a.gro, line 3: missing the line of the box behind the atoms");
   EXPECT_EQ(file_error("a.gro", "t\n1\n" + atom + "1 2\n"),
             "a.gro, line 4: found 2 numbers, wanted 3 or 9 for the box");
+  EXPECT_EQ(file_error("a.gro", "t\n1\n" + atom + "1\n"), "a.gro, line 4: found 1 number, wanted 3 or 9 for the box");
   EXPECT_EQ(file_error("a.gro", "t\n1\n    1SOL     OW    1   0.000   x.000   0.000\n" + box),
             "a.gro, line 3: found \"x.000\", wanted a finite number");
   EXPECT_EQ(file_error("a.gro", "t\n1\n    1SOL     MW    1   0.000   0.000   0.000\n" + box),

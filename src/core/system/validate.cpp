@@ -379,6 +379,7 @@ class Validation {
 
   void check_names() const {
     std::unordered_map<std::string, std::string> owners;  // name -> JSON pointer
+    check_name(system_.name, "/name");
     for (std::size_t i = 0; i < system_.supports.size(); ++i)
       check_name(system_.supports[i].name, element("/supports", i) + "/name");
     const auto add = [&](const std::string& name, const std::string& where) {

@@ -5,6 +5,7 @@
 
 #include <tanor/error.hpp>
 
+#include "base/text.hpp"
 #include "scene/document.hpp"
 #include "scene/imported.hpp"
 #include "scene/text_file.hpp"
@@ -25,7 +26,9 @@ class GroReader {
     lines_.next();  // a title
     const std::int64_t count = read_count();
     for (std::int64_t k = 0; k < count; ++k) {
-      if (!lines_.next()) lines_.complain(fmt::format("found {} atoms, wanted {} as line 2 says", k, count));
+      if (!lines_.next())
+        lines_.complain(fmt::format("found {}, wanted {} as line 2 says",
+                                    detail::text_of_count(static_cast<std::size_t>(k), "atom"), count));
       read_atom();
     }
     if (!lines_.next()) lines_.complain("missing the line of the box behind the atoms");
@@ -83,7 +86,8 @@ class GroReader {
   void read_box() {
     const auto words = split_words(lines_.line());
     if (words.size() != 3 && words.size() != 9)
-      lines_.complain(fmt::format("found {} numbers, wanted 3 or 9 for the box", words.size()));
+      lines_.complain(
+          fmt::format("found {}, wanted 3 or 9 for the box", detail::text_of_count(words.size(), "number")));
     const auto is_nan = [](std::string_view word) { return spells_number(word) && !parse_number(word); };
     if (std::ranges::all_of(words, is_nan)) {
       data_.unread.emplace_back("the box, which is not finite,");

@@ -5,6 +5,7 @@
 
 #include <tanor/error.hpp>
 
+#include "base/text.hpp"
 #include "scene/imported.hpp"
 #include "scene/name_list.hpp"
 #include "scene/text_file.hpp"
@@ -55,7 +56,8 @@ class ObjReader {
 
   void read_vertex(const std::vector<std::string_view>& words) {
     if (words.size() < 4)
-      lines_.complain(fmt::format("found a vertex of {} numbers, wanted x, y and z", words.size() - 1));
+      lines_.complain(
+          fmt::format("found a vertex of {}, wanted x, y and z", detail::text_of_count(words.size() - 1, "number")));
     has_more_numbers_ |= words.size() > 4;
     if (data_.positions.size() == most_vertices) lines_.complain("found more vertices than can be numbered");
     Vector3& position = data_.positions.emplace_back();

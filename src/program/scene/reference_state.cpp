@@ -73,7 +73,8 @@ std::vector<Instant> read_case(const std::string& name, const std::string& text)
       axis = 0;
     }
     if (axis != 0) {
-      places.complain(fmt::format("found {} numbers, wanted {} for each point", places.list("").size(), dimension));
+      places.complain(fmt::format("found {}, wanted {} for each point", text_of_count(places.list("").size(), "number"),
+                                  dimension));
     }
   }
   return instants;

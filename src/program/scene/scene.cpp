@@ -174,8 +174,7 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& file, co
   scene.file = file;
   scene.files = {file};
   scene.name = root["name"].string(file.stem().string());
-  if (scene.name.empty() || scene.name.find_first_of("\r\n\x1b") != std::string::npos)
-    root["name"].fail("a name on one line");
+  if (scene.name.empty()) root["name"].fail("a name");
   std::size_t num_named = 0;
   Context context{.directory = file.parent_path(),
                   .files = &scene.files,
