@@ -209,6 +209,7 @@ struct Passage {
   double energy_lost = 0.0;                  ///< J, held by what was taken out: energy before less energy after
   std::string rest{};                        ///< what is left without any constraint; empty if nothing is
   EventAction action = EventAction::Report;  ///< what was done
+  std::string taken{};                       ///< place of what went in the system, "constraints/0/3"; empty if nothing
 };
 
 /// Throws InputError if a condition, or what it takes out, cannot be read for a system.

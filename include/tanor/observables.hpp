@@ -35,6 +35,7 @@ struct Extreme {
 struct Observed {
   std::string name{}, text{};
   std::string unit{};                ///< empty for a plain number, or if it is not known
+  Dimension dimension{};             ///< of a quantity; that of a formula is not known
   std::vector<std::string> members;  ///< names, such as "links[3]"; empty for one thing alone
   std::vector<std::string> parts;    ///< "x", "y", "z" and the like; empty for a number
   std::vector<double> values;

@@ -147,7 +147,7 @@ inline constexpr ReportFields<&Observed::name, keyed<"observable", &Observed::te
 template <>
 inline constexpr ReportFields<keyed<"event", &Passage::name>, keyed<"number", &Passage::event>,
                               keyed<"t", &Passage::time>, &Passage::rises, keyed<"do", &Passage::action>,
-                              &Passage::member, &Passage::energy_lost, &Passage::rest>
+                              &Passage::member, &Passage::taken, &Passage::energy_lost, &Passage::rest>
     fields_of<Passage>{};
 template <>
 inline constexpr ReportFields<&EnergyReport::start, keyed<"end", &EnergyReport::now>, &EnergyReport::kinetic,

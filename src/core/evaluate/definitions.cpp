@@ -137,8 +137,9 @@ double along_gradient(const UserConstraints& group, const TupleValues& values, s
 
 }  // namespace
 
-Definitions::Definitions(const System& system, double t0) : system_(system), starts_(system.constraints.size()) {
-  const PlacesIn at{system.positions.data()};
+Definitions::Definitions(const System& system, double t0, const double* positions)
+    : system_(system), starts_(system.constraints.size()) {
+  const PlacesIn at{positions == nullptr ? system.positions.data() : positions};
   for (std::size_t g = 0; g < starts_.size(); ++g) {
     std::visit(
         [&]<class Group>(const Group& group) {

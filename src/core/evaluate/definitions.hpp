@@ -30,8 +30,9 @@ struct RecordedDefinition {
 /// All arrays are in the user's order of points and rows. The two unit vectors of a line are those of line_frame.hpp.
 class Definitions {
  public:
-  /// `system` must outlive this. `t0` is the instant of "initial" values that are measured from something that moves.
-  Definitions(const System& system, double t0);
+  /// `system` must outlive this. `t0` is the instant of "initial" values that are measured from something that moves,
+  /// at `positions`, which are those of the system if they are not given.
+  Definitions(const System& system, double t0, const double* positions = nullptr);
 
   std::size_t num_rows() const { return num_rows_; }
 

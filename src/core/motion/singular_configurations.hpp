@@ -35,6 +35,9 @@ class SingularConfigurations {
   /// Takes note of an accepted step. The mechanics is at its end, and is there again afterwards.
   void note(Scheme& scheme, const State& from, const State& to, const StepResult& step);
 
+  /// Takes note of the rank at t, where the mechanics has solved.
+  void note_rank(double t);
+
   // ---- whether the next step extrapolates ----
 
   /// Returns true if the state is extrapolated and has not come back to the constraints yet.
@@ -92,7 +95,6 @@ class SingularConfigurations {
   void note_passage(double t, double reciprocal_condition);
   void withdraw_passage();
   void forget_approaches();
-  void note_rank(double t);
   bool keeps_last_passage() const;
 
   IntegrationOptions options_;

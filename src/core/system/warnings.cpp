@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <map>
 #include <set>
 #include <utility>
 
@@ -11,6 +12,14 @@ using namespace detail;
 
 std::vector<std::string> find_warnings(const System& system) {
   std::vector<std::string> result;
+  std::map<std::string, std::size_t> entries;
+  for (std::size_t k = 0; k < system.supports.size(); ++k) {
+    const std::string& own = system.supports[k].name;
+    const auto [first, is_new] = entries.emplace(own.empty() ? "support" + text(k) : own, k);
+    if (!is_new)
+      result.push_back("supports/" + text(k) + ": '" + first->first + "' is the name of supports/" +
+                       text(first->second) + " too, so that their loads are not observed by themselves");
+  }
   if (std::ranges::none_of(system.forces, [](const Force& force) { return std::holds_alternative<Bonds>(force); }))
     return result;
   std::set<std::pair<Index, Index>> rigid;

@@ -134,7 +134,7 @@ Outcome Simulation::Implementation::check_rest() const {
 Outcome Simulation::Implementation::take_out(std::unique_ptr<Implementation>* at, const Thing& thing,
                                              std::size_t number) {
   Implementation& before = **at;
-  if (Things(before.system(), before.taken).is_absent(thing)) return before.outcome;  // two events name it
+  if (before.things().is_absent(thing)) return before.outcome;  // two events name it
   const Energy energy_before = before.form.energy(before.state.t, before.state.x.data(), before.state.v.data());
   const std::vector<std::byte> progress = before.save_progress();
   std::vector<double> r = before.now.positions, v = before.now.velocities;
@@ -148,6 +148,7 @@ Outcome Simulation::Implementation::take_out(std::unique_ptr<Implementation>* at
   r.insert(r.end(), system.positions.begin() + static_cast<std::ptrdiff_t>(size), system.positions.end());
   v.resize(r.size());
   after->restore_progress(progress, r, v);
+  after->integration.note_rank();
   after->continue_from(before);
 
   // The change of energy counts as work, so that the drift remains that of the method.
@@ -165,6 +166,7 @@ Outcome Simulation::Implementation::take_out(std::unique_ptr<Implementation>* at
   const std::vector<char> was_free = before.find_free_points();
   for (std::size_t i = 0; i < was_free.size(); ++i) is_free[i] = is_free[i] != 0 && was_free[i] == 0 ? 1 : 0;
   Passage& passage = after->passages[number];
+  passage.taken = place_in_system(thing);
   // The energy with which a support begins to move comes from outside.
   if (thing.list == Thing::List::Forces) passage.energy_lost = lost;
   if (passage.rest = name_points(is_free); !passage.rest.empty()) passage.rest += " without constraints";
@@ -185,7 +187,7 @@ Outcome Simulation::Implementation::advance_through_events(std::unique_ptr<Imple
       std::string names;
       Outcome found;  // of the last one, when all are gone
       for (const auto& [thing, passage] : acts.taken) {
-        names += (names.empty() ? "" : ", ") + Things((*at)->system()).name(thing);
+        names += (names.empty() ? "" : ", ") + (*at)->things().name(thing);
         found = take_out(at, thing, passage);
       }
       if (found.ok()) continue;

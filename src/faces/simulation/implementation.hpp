@@ -18,7 +18,7 @@ struct Simulation::Implementation final : SimulatedMotion {
   std::size_t add_observable(const Observable& what);
   std::span<const Observed> observe(bool counts);
   void observe_step() override;
-  void verify_observables(const Reactions& anew, std::span<const double> friction, Certificate* certificate) override;
+  void verify_observables(const Reactions& anew, Certificate* certificate) override;
   ObservedInstant describe(const Solution& at, double t, const Energy& energy) const;
   ObservedInstant look_at(Needs needs);
   /// Returns an answer with NaN for forces that prestress leaves open.
@@ -56,6 +56,11 @@ struct Simulation::Implementation final : SimulatedMotion {
   using SimulatedMotion::restore;
   /// Restores a state, out of whose system events may have taken other things than out of this one.
   static void restore(std::unique_ptr<Implementation>* at, std::span<const std::byte> saved);
+  /// Finds by their names what the system has, and knows what was taken out.
+  const Things& things() const {
+    if (!names) names.emplace(system(), taken);
+    return *names;
+  }
   /// Returns the equations of constraints that were taken out.
   std::vector<std::size_t> rows_taken_out() const;
   /// Makes the multipliers of what was taken out NaN, as its observables are.
@@ -75,6 +80,7 @@ struct Simulation::Implementation final : SimulatedMotion {
   std::vector<Passage> passages;
   std::size_t seen_passages = 0;  // of those of `integration`, in `passages`
   std::vector<Thing> taken;       // out of `given`
+  mutable std::optional<Things> names;
 };
 
 }  // namespace tanor

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "base/with_unit.hpp"
@@ -45,20 +46,14 @@ std::optional<Thing> find_what_goes(const Things& things, const Event& event, co
   if (thing->list != Thing::List::Supports && !thing->member && things.num_members(*thing) == 1) thing->member = 0;
   const std::string name = "'" + things.name(*thing) + "'";
   const System& system = things.system();
-  const bool is_joint = thing->list == Thing::List::Forces
-                            ? std::holds_alternative<Springs>(system.forces[thing->index]) ||
-                                  std::holds_alternative<Bonds>(system.forces[thing->index])
-                            : thing->list == Thing::List::Constraints &&
-                                  (std::holds_alternative<Rods>(system.constraints[thing->index]) ||
-                                   std::holds_alternative<Pulleys>(system.constraints[thing->index]));
-  if (breaks && !is_joint) {
-    const std::string kind = thing->list == Thing::List::Supports ? "support"
-                             : thing->list == Thing::List::Forces
-                                 ? std::string(kind_name(system.forces[thing->index]))
-                                 : std::string(kind_name(system.constraints[thing->index]));
-    throw InputError("/do", name + " is a " + kind + " and does not break; rods, pulleys, springs and bonds do" +
+  const std::string_view kind = thing->list == Thing::List::Supports ? "support"
+                                : thing->list == Thing::List::Forces ? kind_name(system.forces[thing->index])
+                                                                     : kind_name(system.constraints[thing->index]);
+  const std::array joints{KindOf<Rods>::name, KindOf<Pulleys>::name, KindOf<Springs>::name, KindOf<Bonds>::name};
+  if (breaks && std::ranges::count(joints, kind) == 0)
+    throw InputError("/do", name + " is a " + std::string(kind) +
+                                " and does not break; rods, pulleys, springs and bonds do" +
                                 (thing->list == Thing::List::Forces ? "" : ", and release lets go of it"));
-  }
   if (!breaks && thing->list == Thing::List::Forces)
     throw InputError("/do", name + " is a force; release is for supports and guides");
   if (thing->list != Thing::List::Supports && !thing->member)
@@ -177,12 +172,7 @@ ObservedInstant Simulation::Implementation::look_inside(double t, const double* 
     at.outcome =
         form.accelerations(here, integration.request(Gradients::Evaluate), {at_a.data(), nullptr, nullptr, &found});
     form.write_points(here, at_a.data(), found, points.r.data(), points.v.data(), points.w.data());
-    if (needs.friction) {
-      std::vector<double> tau(points.r.size());
-      forms.main->write_friction(found, tau.data());
-      seen.friction.resize(tau.size());
-      model.numbering.scatter_points(tau, seen.friction);
-    }
+    if (needs.friction) seen.friction = friction_of(found);
     if (at.outcome.ok()) at.outcome = write_solution(here, found, Parts::All, &at);
     if (!at.outcome.ok()) forget_forces(&at);
   } else {
@@ -196,16 +186,14 @@ ObservedInstant Simulation::Implementation::look_inside(double t, const double* 
 
 /// Compares the numbers that were told with those of texts that are read anew, from the reactions that the certificate
 /// has found anew and from energies of the system alone.
-void Simulation::Implementation::verify_observables(const Reactions& anew, std::span<const double> friction,
-                                                    Certificate* certificate) {
+void Simulation::Implementation::verify_observables(const Reactions& anew, Certificate* certificate) {
   if (observables == nullptr || certificate->checks.empty()) return;  // nothing moves
   const Needs needs = observables->needs(Which::All);
   if (observables->time() != state.t) observables->take(look_at(needs), Which::All, false);
   if (seen.at.positions.empty()) seen.at = make_solution(model.system, now.coordinates.size());
   if (!write_solution(anew, &seen.at).ok()) return;
   seen.at.time = state.t;
-  seen.friction.resize(friction.size());
-  model.numbering.scatter_points(friction, seen.friction);
+  seen.friction = friction_of(anew);
   Observables second(system(), taken), nudged(system(), taken);
   second.add(*observables);
   nudged.add(*observables);
@@ -277,7 +265,7 @@ std::size_t Simulation::Implementation::add_event(const Event& event) {
     if (!part.is_whole()) throw InputError("/event", "conditions need the whole system on one rank");
     if (forms.is_tangent() && takes(event))
       throw InputError("/event", "what coordinates place cannot be taken out; take solver.form normal");
-    conditions.push_back(read_condition(Things(system(), taken), event));
+    conditions.push_back(read_condition(things(), event));
     events.push_back(event);
     const Condition* const condition = conditions.back().get();
     const Needs needs = condition->needs();
@@ -301,8 +289,7 @@ std::size_t Simulation::Implementation::add_event(const Event& event) {
 /// Returns true if what the event names is taken out.
 bool Simulation::Implementation::has_taken_its_thing(std::size_t event) const {
   if (events[event].of.empty() || !takes(events[event])) return false;
-  const Things things(system(), taken);
-  return things.is_absent(*find_what_goes(things, events[event], *conditions[event]));
+  return things().is_absent(*find_what_goes(things(), events[event], *conditions[event]));
 }
 
 std::span<const Passage> Simulation::Implementation::list_passages() {
@@ -352,20 +339,18 @@ Simulation::Implementation::Acts Simulation::Implementation::act() {
       if (truth.last_passage == state.t) continue;
       const bool was_true = std::exchange(truth.is_true, value > 0.0);
       if (was_true || !truth.is_true) continue;
-      passages.push_back({number, state.t, true, event.name, {}, 0.0, {}, event.action});
-      integration.watch().note_passed(number, true);
+      passages.push_back({.event = number, .time = state.t, .rises = true, .name = event.name, .action = event.action});
     }
     truth.is_true = true;
     truth.last_passage = state.t;
     Passage& passage =
         *std::find_if(passages.rbegin(), passages.rend(), [&](const Passage& each) { return each.event == number; });
-    const Things things(system(), taken);
     const std::optional<Thing> thing = condition.thing();
-    passage.member = thing ? things.name(*thing) : condition.member();
+    passage.member = thing ? things().name(*thing) : condition.member();
     acts.stops = acts.stops || event.action == EventAction::Stop;
     if (!takes(event)) continue;
-    const Thing goes = *find_what_goes(things, event, condition);
-    passage.member = things.name(goes);
+    const Thing goes = *find_what_goes(things(), event, condition);
+    passage.member = things().name(goes);
     if (std::ranges::count(acts.taken, goes, &std::pair<Thing, std::size_t>::first) > 0)
       passage.action = EventAction::Report;  // another event takes it out
     acts.taken.emplace_back(goes, static_cast<std::size_t>(&passage - passages.data()));

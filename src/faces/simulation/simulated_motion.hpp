@@ -57,8 +57,7 @@ struct SimulatedMotion {
 
   // Simulation::Implementation overrides these for what users ask of the motion.
   virtual void observe_step() {}
-  virtual void verify_observables(const Reactions& /*anew*/, std::span<const double> /*friction*/,
-                                  Certificate* /*certificate*/) {}
+  virtual void verify_observables(const Reactions& /*anew*/, Certificate* /*certificate*/) {}
   virtual void collect_passages() {}
   virtual void write_requests(Snapshot* /*snapshot*/) {}
   virtual void read_requests(const Snapshot& /*snapshot*/) {}
@@ -359,21 +358,23 @@ struct SimulatedMotion {
     }
   }
 
-  std::vector<double> friction_forces() {
+  /// Returns the friction with some reactions, in the user's order.
+  std::vector<double> friction_of(const Reactions& found) {
     std::vector<double> tau(points.r.size()), at(points.r.size());
-    if (!is_advancing) {
-      forms.main->write_friction(state.reactions, tau.data());
-    } else if (has_friction()) {
-      const Look look(this);
-      std::vector<double> at_a(form.size());
-      Reactions found = form.no_reactions();
-      const Outcome solved = form.accelerations(state.at(), integration.request(Gradients::Evaluate),
-                                                {at_a.data(), nullptr, nullptr, &found});
-      if (solved.ok()) forms.main->write_friction(found, tau.data());
-    }
+    forms.main->write_friction(found, tau.data());
     model.numbering.scatter_points(tau, at);
     at.resize(3 * system().num_points());
     return at;
+  }
+
+  std::vector<double> friction_forces() {
+    if (!is_advancing || !has_friction()) return friction_of(state.reactions);
+    const Look look(this);
+    std::vector<double> at_a(form.size());
+    Reactions found = form.no_reactions();
+    const Outcome solved = form.accelerations(state.at(), integration.request(Gradients::Evaluate),
+                                              {at_a.data(), nullptr, nullptr, &found});
+    return solved.ok() ? friction_of(found) : std::vector<double>(3 * system().num_points());
   }
 
   Solution solution() {
@@ -404,7 +405,7 @@ struct SimulatedMotion {
     forms.main->write_friction(reactions, at_tau.data());
     Certificate certificate =
         detail::certify(forms, {state.t, points.r, points.v, points.w, at_eta, scratch.rows, at_tau, solved.friction});
-    verify_observables(reactions, at_tau, &certificate);
+    verify_observables(reactions, &certificate);
     return certificate;
   }
 

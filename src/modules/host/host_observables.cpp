@@ -83,9 +83,7 @@ void HostObservables::read(const ConstPointArray& positions) {
 
 std::size_t HostObservables::add(const Observable& what) {
   if (now_->num_edits != parts_.num_edits()) read({});
-  const std::size_t number = now_->observables->add(what);
-  std::ranges::fill(now_->observables->found()[number].values, std::numeric_limits<double>::quiet_NaN());
-  return number;
+  return now_->observables->add(what);
 }
 
 void HostObservables::remove(std::size_t number) {

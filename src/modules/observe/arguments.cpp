@@ -48,11 +48,12 @@ const char* word_for(Thing::List list) {
   return list == Thing::List::Constraints ? "constraints" : list == Thing::List::Supports ? "supports" : "forces";
 }
 
-std::string place_in_system(const Thing& thing) {
-  return std::string(word_for(thing.list)) + "/" + text(thing.index);
-}
-
 }  // namespace
+
+std::string place_in_system(const Thing& thing) {
+  const std::string place = std::string(word_for(thing.list)) + "/" + text(thing.index);
+  return thing.member ? place + "/" + text(*thing.member) : place;
+}
 
 void Arguments::require(std::size_t least, std::size_t most, std::string_view wanted) const {
   if (list.size() < least || list.size() > most)
@@ -145,13 +146,22 @@ void Things::require_forces(const Arguments& arguments) const {
                                        " needs each of the forces, and a host gives their sum on each point alone"};
 }
 
+std::vector<bool> Things::find_absent(const Thing& of) const {
+  std::vector<bool> absent(absent_.empty() ? 0 : num_members(of));
+  for (const Thing& each : absent_) {
+    if (each.list != of.list || each.index != of.index) continue;
+    if (each.member)
+      absent[*each.member] = true;
+    else
+      absent.assign(absent.size(), true);
+  }
+  return absent;
+}
+
 bool Things::is_absent(const Thing& thing) const {
   if (absent_.empty()) return false;
-  const auto has = [&](const Thing& each) { return std::ranges::count(absent_, each) > 0; };
-  if (has(thing) || has({thing.list, thing.index})) return true;
-  for (std::size_t k = 0; !thing.member && k < num_members(thing); ++k)
-    if (!has({thing.list, thing.index, k})) return false;
-  return !thing.member;
+  const std::vector<bool> absent = find_absent(thing);
+  return thing.member ? absent[*thing.member] : std::ranges::count(absent, false) == 0;
 }
 
 System Things::what_is_left() const {
@@ -164,9 +174,13 @@ System Things::what_is_left() const {
       std::visit(
           [&]<class Group>(Group& group) {
             if constexpr (requires { KindOf<Group>::members; }) {
-              // One after the other, so that the last one leaves numbers of the kind's law.
-              for (std::size_t k = detail::num_members(group); k-- > 0;)
-                if (is_absent({list, index, k})) group = with_members_if(group, [k](std::size_t m) { return m != k; });
+              const std::vector<bool> absent = find_absent({list, index});
+              std::vector<std::size_t> kept;
+              for (std::size_t k = 0; k < absent.size(); ++k)
+                if (!absent[k]) kept.push_back(k);
+              if (kept.size() == absent.size()) return;
+              if (kept.empty()) group = with_members(group, {0});  // a single one leaves numbers of the kind's law
+              group = with_members(group, kept);
             }
           },
           (*entries)[index]);
@@ -176,7 +190,8 @@ System Things::what_is_left() const {
   erase(Thing::List::Forces, &left.forces);
   for (std::size_t s = 0; s < left.supports.size(); ++s) {
     std::size_t k = 0;
-    std::erase_if(left.supports[s].points, [&](Index) { return is_absent({Thing::List::Supports, s, k++}); });
+    const std::vector<bool> absent = find_absent({Thing::List::Supports, s});
+    std::erase_if(left.supports[s].points, [&](Index) { return absent[k++]; });
   }
   return left;
 }
@@ -194,36 +209,53 @@ std::size_t Things::num_members(const Thing& thing) const {
       system_.forces[thing.index]);
 }
 
+const Things::Names& Things::names() const {
+  if (names_ != nullptr) return *names_;
+  const auto found = std::make_shared<Names>();
+  for (const Thing::List list : {Thing::List::Constraints, Thing::List::Supports, Thing::List::Forces})
+    for (std::size_t k = 0; k < list_size(list); ++k) found->things[list_name(list, k)].push_back({list, k});
+  for (std::size_t k = 0; k < system_.supports.size(); ++k)
+    for (std::size_t m = 0; m < system_.supports[k].points.size(); ++m)
+      found->supports.emplace(system_.supports[k].points[m], Thing{Thing::List::Supports, k, m});
+  std::size_t row = 0;
+  for (const Constraint& constraint : system_.constraints) {
+    found->first_rows.push_back(row);
+    const GroupShape shape = shape_of(constraint);
+    row += shape.members * shape.rows_per_member;
+  }
+  return *(names_ = found);
+}
+
+std::vector<Thing> Things::find_all(const std::string& name, std::initializer_list<Thing::List> lists) const {
+  std::vector<Thing> found;
+  if (const auto all = names().things.find(name); all != names().things.end())
+    for (const Thing::List list : lists)
+      std::ranges::copy_if(all->second, std::back_inserter(found),
+                           [&](const Thing& each) { return each.list == list; });
+  return found;
+}
+
 Thing Things::find(const Argument& argument, std::initializer_list<Thing::List> lists) const {
-  const auto find_name = [&](std::string_view name) {
-    std::optional<Thing> found;
-    for (const Thing::List list : lists) {
-      for (std::size_t k = 0; k < list_size(list); ++k) {
-        if (list_name(list, k) != name) continue;
-        if (found)
-          argument.fail("'" + std::string(name) + "' is the name of " + place_in_system(*found) + " and of " +
-                        place_in_system({list, k}) + "; give one of them another");
-        found = Thing{list, k};
-      }
-    }
-    return found;
+  const auto find_name = [&](const std::string& name) -> std::optional<Thing> {
+    const std::vector<Thing> found = find_all(name, lists);
+    if (found.size() > 1)
+      argument.fail("'" + name + "' is the name of " + place_in_system(found[0]) + " and of " +
+                    place_in_system(found[1]) + "; give one of them another");
+    return found.empty() ? std::nullopt : std::optional(found[0]);
   };
   if (const auto found = find_name(argument.text)) return *found;
-  std::string_view name = argument.text;
-  if (const std::size_t bracket = name.rfind('['); bracket != std::string_view::npos && name.back() == ']') {
-    const std::string_view inside = name.substr(bracket + 1, name.size() - bracket - 2);
+  std::string name = argument.text;
+  if (const std::size_t bracket = name.rfind('['); bracket != std::string::npos && name.back() == ']') {
+    const std::string inside = name.substr(bracket + 1, name.size() - bracket - 2);
     const auto member = read_number<std::size_t>(inside);
-    name = name.substr(0, bracket);
+    name.resize(bracket);
     if (std::optional<Thing> found = find_name(name)) {
-      if (!member)
-        argument.fail("'" + std::string(inside) + "' is no number of a member; those of " + std::string(name) +
-                      " are counted from 0");
+      if (!member) argument.fail("'" + inside + "' is no number of a member; those of " + name + " are counted from 0");
       found->member = place_of(*member, *found, argument);
       return *found;
     }
   }
-  if (host_ != nullptr && std::ranges::count(host_->removed, name) > 0)
-    argument.fail("'" + std::string(name) + "' was removed");
+  if (host_ != nullptr && std::ranges::count(host_->removed, name) > 0) argument.fail("'" + name + "' was removed");
   std::vector<std::string> known;
   std::string words;
   for (const Thing::List list : lists) {
@@ -234,7 +266,7 @@ Thing Things::find(const Argument& argument, std::initializer_list<Thing::List> 
   constexpr std::size_t most_named = 8;
   for (std::size_t k = 0; k < std::min(known.size(), most_named); ++k) have += (k > 0 ? ", " : "") + known[k];
   argument.fail(
-      "no " + words + " are named '" + std::string(name) + "'" + suggest(name, known) +
+      "no " + words + " are named '" + name + "'" + suggest(name, known) +
       (known.empty() ? "; there are none" : "; there are " + have + (known.size() > most_named ? ", …" : "")));
 }
 
@@ -284,14 +316,10 @@ Vec3 Things::axis(const Argument& argument) const {
 }
 
 std::string Things::name_point(Index point) const {
-  for (std::size_t k = 0; k < system_.supports.size(); ++k) {
-    const std::vector<Index>& points = system_.supports[k].points;
-    const auto found = std::ranges::find(points, point);
-    if (found == points.end()) continue;
-    const std::string name = list_name(Thing::List::Supports, k);
-    return points.size() == 1 ? name : name + "[" + text(found - points.begin()) + "]";
-  }
-  return "point " + text(point);
+  const auto found = names().supports.find(point);
+  if (found == names().supports.end()) return "point " + text(point);
+  const Thing &member = found->second, whole{member.list, member.index};
+  return name(num_members(whole) == 1 ? whole : member);
 }
 
 }  // namespace tanor::detail

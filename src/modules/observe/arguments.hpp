@@ -2,10 +2,12 @@
 
 #include <cstddef>
 #include <initializer_list>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <vector>
 
 #include <tanor/system.hpp>
@@ -69,6 +71,9 @@ struct Thing {
   friend bool operator==(const Thing&, const Thing&) = default;
 };
 
+/// Returns the place of a thing in its system, "constraints/2" or, of a member, "supports/0/1".
+std::string place_in_system(const Thing& thing);
+
 /// The names in the system of a host, which edits have changed, and whose forces are sums on points.
 struct HostNames {
   struct Group {
@@ -90,6 +95,8 @@ class Things {
 
   const System& system() const { return system_; }
 
+  /// Returns what has a name in some of the lists.
+  std::vector<Thing> find_all(const std::string& name, std::initializer_list<Thing::List> lists) const;
   /// Finds a thing in some of the lists. Throws TextFault that names similar ones.
   Thing find(const Argument& argument, std::initializer_list<Thing::List> lists) const;
   /// Reads points: a number, a list [0, 4, 7], the name of an entry of supports, or all.
@@ -104,8 +111,12 @@ class Things {
   /// Returns the name of a point: of its entry of supports, or "point 7".
   std::string name_point(Index point) const;
   std::size_t num_members(const Thing& thing) const;
+  /// Returns the first equation of a group of constraints.
+  std::size_t first_row(std::size_t group) const { return names().first_rows[group]; }
   /// Returns true if a member was taken out, by itself or with its entry, or all members of an entry.
   bool is_absent(const Thing& thing) const;
+  /// Returns which members of a thing were taken out, [member]; empty if none of the system was.
+  std::vector<bool> find_absent(const Thing& of) const;
   /// Returns the system as it acts after what was taken out, without friction and coordinates.
   System what_is_left() const;
   /// Returns the numbers that the members of a thing have in names; empty if these are 0, 1, 2, …
@@ -118,9 +129,18 @@ class Things {
   std::string list_name(Thing::List list, std::size_t index) const;
   std::size_t list_size(Thing::List list) const;
 
+  /// What the system has, by names and by points; copies share it.
+  struct Names {
+    std::unordered_map<std::string, std::vector<Thing>> things;
+    std::unordered_map<Index, Thing> supports;  // members
+    std::vector<std::size_t> first_rows;        // [group] of constraints
+  };
+  const Names& names() const;
+
   const System& system_;
   std::span<const Thing> absent_;
   const HostNames* host_;
+  mutable std::shared_ptr<const Names> names_{};  // null until something is looked up
 };
 
 }  // namespace tanor::detail

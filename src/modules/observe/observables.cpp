@@ -59,19 +59,18 @@ std::size_t Observables::add(const Observable& what) {
       throw InputError("/unit", "wanted letters on one line, without quotes");
     observed.unit = what.unit;
   }
-  const auto same =
-      static_cast<std::size_t>(std::ranges::find(found_, observed.name, &Observed::name) - found_.begin());
-  if (same < found_.size()) {  // a default, say, which is asked for again
-    Observable& given = given_[same];
+  if (const auto same = numbers_.find(observed.name); same != numbers_.end()) {  // a default, say, asked for again
+    Observable& given = given_[same->second];
     if (given.text != what.text || given.parameters != what.parameters ||
         (!what.unit.empty() && !given.unit.empty() && given.unit != what.unit))
       throw InputError("", "two observables are named \"" + observed.name + "\"");
     given.every_step |= what.every_step;
-    if (!what.unit.empty()) given.unit = found_[same].unit = what.unit;
-    return same;
+    if (!what.unit.empty()) given.unit = found_[same->second].unit = what.unit;
+    return same->second;
   }
   if (observed.name == "t") throw InputError("", "\"t\" is the name of the time in results; give another name");
   check_name(what.name, "/name");
+  numbers_.emplace(observed.name, found_.size());
   texts_.push_back(std::move(parsed));
   given_.push_back(what);
   found_.push_back(std::move(observed));
@@ -92,6 +91,9 @@ void Observables::add(const Observables& others) {
 
 void Observables::remove(std::size_t number) {
   const auto place = static_cast<std::ptrdiff_t>(number);
+  numbers_.erase(found_[number].name);
+  for (auto& [name, behind] : numbers_)
+    if (behind > number) --behind;
   texts_.erase(texts_.begin() + place);
   given_.erase(given_.begin() + place);
   found_.erase(found_.begin() + place);
@@ -176,11 +178,7 @@ std::vector<Observable> default_observables(const System& system) {
   const auto add = [&](std::string_view quantity, const Thing& thing, std::initializer_list<List> lists) {
     const std::string name = things.name(thing), text = std::string(quantity) + "(" + quoted_name(name) + ")";
     const std::size_t members = things.num_members(thing);
-    try {
-      (void)things.find({name, 0}, lists);
-    } catch (const TextFault&) {
-      return;  // others have the name too
-    }
+    if (things.find_all(name, lists).size() > 1) return;  // `find_warnings` tells so
     if (members == 1 || (members > 0 && thing.list == List::Supports)) return result.push_back({.text = text});
     for (const char* const word : {"max ", "min "})
       if (members > 1) result.push_back({.text = word + text});

@@ -3,6 +3,8 @@
 #include <limits>
 #include <memory>
 #include <span>
+#include <string>
+#include <unordered_map>
 #include <vector>
 
 #include <tanor/observables.hpp>
@@ -42,6 +44,7 @@ class Observables {
   std::vector<ObservedText> texts_;
   std::vector<Observable> given_;
   std::vector<Observed> found_;
+  std::unordered_map<std::string, std::size_t> numbers_;  // by names
   double time_ = std::numeric_limits<double>::quiet_NaN();
 };
 

@@ -50,9 +50,9 @@ std::size_t ObservedText::Term::evaluate(const ObservedInstant& at) const {
   values.resize(members * parts);
   quantity.evaluate(at, values.data());
   const std::size_t own_members = num_members(), own_parts = num_parts();
-  const bool sums = own_members == 1 && members != 1 && !is_reduced();
+  const bool sums = own_members == 1 && members != 1 && !is_reduced(), is_known = sums && !quantity.is_gone();
   for (const std::size_t k : quantity.absent)
-    std::fill_n(values.data() + k * parts, parts, sums ? 0.0 : std::numeric_limits<double>::quiet_NaN());
+    std::fill_n(values.data() + k * parts, parts, is_known ? 0.0 : std::numeric_limits<double>::quiet_NaN());
   const auto number_of = [&](std::size_t k) {
     const double* const first = values.data() + k * parts;
     if (part && *part < parts) return first[*part];
@@ -202,16 +202,18 @@ ObservedText::ObservedText(const Things& things, std::string_view text, const Co
 }
 
 Observed ObservedText::describe(const Units& units) const {
+  constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
   Observed observed;
   if (!lone()) {
-    observed.values.resize(1);
+    observed.values = {unknown};
   } else {
     const Term& term = terms_[0];
-    observed.unit = units.letters(term.quantity.dimension);
+    observed.dimension = term.quantity.dimension;
+    observed.unit = units.letters(observed.dimension);
     if (term.num_parts() > 1) observed.parts = term.quantity.parts;
     if (term.num_members() > 1)
       for (std::size_t k = 0; k < term.num_members(); ++k) observed.members.push_back(term.quantity.name_member(k));
-    observed.values.resize(term.columns());
+    observed.values.assign(term.columns(), unknown);
   }
   observed.least.resize(std::max<std::size_t>(1, observed.parts.size()));
   observed.largest = observed.least;

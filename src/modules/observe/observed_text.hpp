@@ -40,8 +40,7 @@ class ObservedText {
   }
   /// Returns true if something of which the text speaks was taken out as a whole.
   bool is_gone() const {
-    return std::ranges::any_of(
-        terms_, [](const Term& term) { return term.quantity.absent.size() == term.quantity.num_members; });
+    return std::ranges::any_of(terms_, [](const Term& term) { return term.quantity.is_gone(); });
   }
   /// Returns true for a term alone with max or min.
   bool takes_member() const { return lone() && terms_[0].is_reduced(); }

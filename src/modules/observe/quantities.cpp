@@ -24,8 +24,9 @@ struct Members {
         first(thing.member.value_or(0)),
         count(thing.member ? 1 : things.num_members(thing)),
         numbers(things.numbers(thing)) {
-    for (std::size_t k = 0; k < count; ++k)
-      if (things.is_absent({whole.list, whole.index, first + k})) absent.push_back(k);
+    const std::vector<bool> gone = things.find_absent(whole);
+    for (std::size_t k = 0; k < count && !gone.empty(); ++k)
+      if (gone[first + k]) absent.push_back(k);
   }
 
   Thing whole;
@@ -54,27 +55,23 @@ Quantity of_members(const Members& members, Dimension dimension, Needs needs, Ev
 /// Reads the multipliers of constraints, times a factor: -1 gives the tension of rods and of ropes on pulleys. They are
 /// 0 for members that were taken out.
 struct Multipliers {
-  Multipliers(const System& system, const Members& members, double by) : factor(by) {
-    for (std::size_t group = 0; group < members.whole.index; ++group) {
-      const GroupShape shape = shape_of(system.constraints[group]);
-      first += shape.members * shape.rows_per_member;
-    }
-    rows_per_member = shape_of(system.constraints[members.whole.index]).rows_per_member;
-    first += members.first * rows_per_member;
-    count = members.count * rows_per_member;
-  }
+  Multipliers(const Things& things, const Members& members, double by)
+      : factor(by),
+        rows_per_member(shape_of(things.system().constraints[members.whole.index]).rows_per_member),
+        first(things.first_row(members.whole.index) + members.first * rows_per_member),
+        count(members.count * rows_per_member) {}
   void operator()(const ObservedInstant& at, double* values) const {
     const double *const own = at.multipliers.data() + first, by = factor;
     for (std::size_t k = 0; k < count; ++k) values[k] = by * own[k] + 0.0;  // no -0
   }
 
   double factor;
-  std::size_t first = 0, rows_per_member = 1, count = 0;
+  std::size_t rows_per_member, first, count;
 };
 
 Quantity multipliers_of(const Things& things, const Thing& thing, Dimension dimension, double factor) {
   const Members members(things, thing);
-  const Multipliers read(things.system(), members, factor);
+  const Multipliers read(things, members, factor);
   return of_members(members, dimension, {.multipliers = true}, read,
                     read.rows_per_member == 2 ? std::vector<std::string>{"0", "1"} : std::vector<std::string>{});
 }
@@ -159,10 +156,8 @@ using ArrayMember = std::span<const double> ObservedInstant::*;
 /// Returns vectors of some points: positions, velocities, loads, …
 Quantity vectors_of(const Things& things, std::vector<Index> points, Dimension dimension, ArrayMember array,
                     Needs needs) {
-  std::vector<std::string> names;
-  for (const Index point : points) names.push_back(things.name_point(point));
   Quantity result{dimension, needs, {}, xyz(), points.size()};
-  result.name_member = [names = std::move(names)](std::size_t k) { return names[k]; };
+  result.name_member = [things, points](std::size_t k) { return things.name_point(points[k]); };
   result.evaluate = [points = std::move(points), array](const ObservedInstant& at, double* values) {
     for (std::size_t k = 0; k < points.size(); ++k)
       store(values, k, (at.*array).empty() ? Vec3{} : load((at.*array).data(), points[k]));
@@ -187,6 +182,7 @@ Quantity make_load(const Things& things, const Arguments& arguments) {
   Quantity result = vectors_of(things, points_of_support(things, thing), Dimension::Forces,
                                &ObservedInstant::support_forces, {.forces = true});
   result.is_sum = true;
+  result.absent = Members(things, thing).absent;
   result.thing = [thing](std::size_t k) { return Thing{List::Supports, thing.index, thing.member.value_or(0) + k}; };
   return result;
 }
@@ -203,16 +199,12 @@ Quantity make_friction(const Things& things, const Arguments& arguments) {
 /// The forces with which members of constraints act on their points, from their definitions.
 class ConstraintForces {
  public:
-  ConstraintForces(const Things& things, const Members& members)
-      : read_(things.system(), members, 1.0), system_(things.system()) {
+  ConstraintForces(const Things& things, const Members& members) : read_(things, members, 1.0) {
     system_.constraints = {things.system().constraints[members.whole.index]};
-    system_.forces.clear();
-    system_.friction.clear();
-    system_.coordinates.clear();
     const GroupShape shape = shape_of(system_.constraints[0]);
     rows_.resize(shape.members * shape.rows_per_member);
     first_row_ = members.first * shape.rows_per_member;
-    definitions_.emplace(system_, 0.0);
+    definitions_.emplace(system_, 0.0, things.system().positions.data());
   }
   ConstraintForces(const ConstraintForces&) = delete;
   ConstraintForces& operator=(const ConstraintForces&) = delete;
@@ -229,7 +221,7 @@ class ConstraintForces {
 
  private:
   Multipliers read_;
-  System system_;
+  System system_;  // of this group alone
   std::optional<Definitions> definitions_;
   std::size_t first_row_ = 0;
   std::vector<double> rows_;  // 0 for other members

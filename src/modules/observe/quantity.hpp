@@ -29,6 +29,8 @@ struct Quantity {
   std::vector<std::size_t> absent{};  ///< members that were taken out, which have no numbers
 
   std::size_t num_parts() const { return std::max<std::size_t>(1, parts.size()); }
+  /// Returns true if all members were taken out.
+  bool is_gone() const { return absent.size() == num_members; }
 };
 
 /// Returns the quantity of one number, find(instant).

@@ -19,9 +19,10 @@ constexpr std::array<std::array<std::size_t, 2>, 6> axes{{{0, 0}, {1, 1}, {2, 2}
 double degrees_of_freedom(const Things& things, std::size_t rank) {
   const System& system = things.system();
   std::size_t num_held = 0;
-  for (std::size_t s = 0; s < system.supports.size(); ++s)
-    for (std::size_t k = 0; k < system.supports[s].points.size(); ++k)
-      if (!things.is_absent({Thing::List::Supports, s, k})) ++num_held;
+  for (std::size_t s = 0; s < system.supports.size(); ++s) {
+    const std::vector<bool> gone = things.find_absent({Thing::List::Supports, s});
+    num_held += system.supports[s].points.size() - static_cast<std::size_t>(std::ranges::count(gone, true));
+  }
   const double count = 3.0 * static_cast<double>(system.num_points() - num_held) - static_cast<double>(rank);
   return system.cell && num_held == 0 ? count - 3.0 : count;
 }
@@ -38,8 +39,9 @@ class Virial {
     const std::vector<Constraint>& constraints = things.system().constraints;
     for (std::size_t g = 0, row = 0; g < constraints.size(); ++g) {
       const GroupShape shape = shape_of(constraints[g]);
+      const std::vector<bool> gone = things.find_absent({Thing::List::Constraints, g});
       for (std::size_t k = 0; k < shape.members; ++k) {
-        const bool takes_part = joins_points(constraints[g]) && !things.is_absent({Thing::List::Constraints, g, k});
+        const bool takes_part = joins_points(constraints[g]) && (gone.empty() || !gone[k]);
         for (std::size_t end = row + shape.rows_per_member; row < end; ++row)
           if (takes_part) rows_.push_back(row);
       }

@@ -1,0 +1,178 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <functional>
+#include <limits>
+
+#include <tanor/motion.hpp>
+#include <tanor/warnings.hpp>
+
+#include "observe/arguments.hpp"
+#include "observe/cable.hpp"
+
+namespace tanor {
+namespace {
+
+/// Three bobs of 1 kg hang from a hook and from two more ones, and a bead of 1 kg lies on a floor.
+System make_hooks(const std::string& floor = "floor") {
+  System system;
+  RodGroup rods = system.add_rods("rods");
+  for (const double x : {0.0, 1.0, 2.0}) {
+    const Point top = system.add_point({.position = {x, 0.0, 0.0}, .mass = 1.0});
+    rods.join(top, system.add_point({.position = {x, 0.0, -1.0}, .mass = 1.0}));
+  }
+  const Point bead = system.add_point({.position = {3.0, 0.0, 0.0}, .mass = 1.0});
+  system.supports.push_back({.name = "hook", .points = {0}});
+  system.supports.push_back({.name = "two", .points = {2, 4}});
+  system.constraints.push_back(Planes{.name = floor, .points = {bead.index}, .normal = Vector3{0, 0, 1}});
+  system.add_gravity({0.0, 0.0, -10.0});
+  return system;
+}
+
+/// The support and the floor have one name, and the passage tells which of them went, also after a snapshot.
+TEST(TakenOut, APassageTellsThePlaceOfWhatWent) {
+  for (const auto& [when, place] : {std::pair("any load(hook).norm > 5", "supports/0/0"),
+                                    {"force(hook).norm > 5", "constraints/1/0"},
+                                    {"t > -1", "supports/1"}}) {
+    const auto make = [&] {
+      Simulation simulation(make_hooks("hook"));
+      simulation.add_event(
+          {.when = when, .action = EventAction::Release, .of = when[0] == 't' ? "two" : std::string()});
+      simulation.add_event({.when = "t > 0.05"});
+      return simulation;
+    };
+    Simulation simulation = make(), resumed = make();
+    const Outcome outcome = simulation.advance_to(0.1);
+    ASSERT_TRUE(outcome.ok()) << outcome.what;
+    resumed.restore(simulation.save());
+    for (const Simulation* const each : {&simulation, &resumed}) {
+      ASSERT_EQ(each->passages().size(), 2u) << when;
+      EXPECT_EQ(each->passages()[0].taken, place);
+      EXPECT_EQ(each->passages()[1].taken, "") << "a report takes nothing";
+    }
+  }
+}
+
+/// Nothing is known of the forces of what is gone as a whole, and what is left of an entry has its own.
+TEST(TakenOut, ForcesOfSupportsThatAreGoneAreNotKnown) {
+  Simulation simulation(make_hooks());
+  for (const char* text : {"load(hook)", "moment(hook, y)", "load(two).z", "moment(two, y)", "each load(two)"})
+    simulation.add_observable({.text = text});
+  for (const auto& [when, of] : {std::pair("t > 0.1", "two[0]"), {"t > 0.2", "two[1]"}, {"t > 0.2", "hook"}})
+    simulation.add_event({.when = when, .action = EventAction::Release, .of = of});
+  const auto values = [&](std::size_t k) { return simulation.observe()[k].values; };
+  EXPECT_NEAR(values(2)[0], -20.0, 1e-12);
+  EXPECT_NEAR(values(3)[0], -30.0, 1e-12);
+  ASSERT_TRUE(simulation.advance_to(0.15).ok());
+  EXPECT_NEAR(values(2)[0], -10.0, 1e-12);
+  EXPECT_NEAR(values(3)[0], -20.0, 1e-12);
+  EXPECT_TRUE(std::isnan(values(4)[2]));
+  EXPECT_NEAR(values(4)[5], -10.0, 1e-12);
+  ASSERT_TRUE(simulation.advance_to(0.3).ok());
+  ASSERT_EQ(simulation.passages().size(), 3u);
+  for (std::size_t k = 0; k < 5; ++k)
+    for (const double value : values(k)) EXPECT_TRUE(std::isnan(value)) << simulation.observe()[k].name;
+  EXPECT_TRUE(simulation.certify().passed()) << simulation.certify().line();
+}
+
+/// A rod without a length that its points could have: there is no start, and no number of it.
+TEST(TakenOut, NoNumberIsKnownBeforeAStart) {
+  System system = make_cable(2);
+  system.constraints.push_back(Rods{.name = "long", .pairs = {{0, 2}}, .length = 7.0});
+  Simulation simulation(system, {.start = StartMode::Project});
+  ASSERT_FALSE(simulation.outcome().ok());
+  for (const char* text : {"load(hook)", "max tension(links)", "2*kinetic()"})
+    simulation.add_observable({.text = text});
+  for (const Observed& each : simulation.observe())
+    for (const double value : each.values) EXPECT_TRUE(std::isnan(value)) << each.name;
+}
+
+/// The rank falls where the rod breaks, not where the next step ends.
+TEST(TakenOut, TheRankChangesWhereARodBreaks) {
+  Simulation simulation(make_cable(3), {.method = Method::Rattle, .step = 0.01});
+  simulation.add_event({.when = "t > 0.033", .action = EventAction::Break, .of = "links[2]"});
+  ASSERT_TRUE(simulation.advance_to(0.1).ok());
+  const RankChanges& changes = simulation.report().rank_changes;
+  ASSERT_EQ(changes.count, 1u);
+  EXPECT_EQ(changes.first[0].time, simulation.passages()[0].time);
+  EXPECT_EQ(changes.first[0].rank, 2u);
+  EXPECT_EQ(changes.start, 3u);
+  EXPECT_EQ(changes.now, 2u);
+}
+
+TEST(TakenOut, SupportsOfOneNameAreToldSo) {
+  System system;
+  for (int k = 0; k < 4; ++k) system.add_point({.position = {1.0 * k, 0.0, 0.0}});
+  for (const char* name : {"hook", "support3", "hook", ""})
+    system.supports.push_back({.name = name, .points = {static_cast<Index>(system.supports.size())}});
+  EXPECT_TRUE(default_observables(system).empty());
+  const std::string left_out = " too, so that their loads are not observed by themselves";
+  EXPECT_EQ(find_warnings(system),
+            (std::vector<std::string>{"supports/2: 'hook' is the name of supports/0" + left_out,
+                                      "supports/3: 'support3' is the name of supports/1" + left_out}));
+  for (const std::string& warning : find_warnings(system))
+    EXPECT_EQ(std::ranges::count(Simulation(system).plan().left_out, warning), 1);
+}
+
+/// Returns how many times longer a processor works on 16,000 things than on 4,000: 4 times in proportion, 16 times if
+/// each one is compared with all.
+double measure_growth(const std::function<void(std::size_t)>& work) {
+  const auto time = [&](std::size_t count) {
+    std::clock_t least = std::numeric_limits<std::clock_t>::max();
+    for (int k = 0; k < 3; ++k) {
+      const std::clock_t begin = std::clock();
+      work(count);
+      least = std::min(least, std::clock() - begin);
+    }
+    return static_cast<double>(least);
+  };
+  return time(16000) / time(4000);
+}
+
+TEST(TakenOut, DefaultsOfManyGroupsCostInProportion) {
+  const auto work = [](std::size_t count) {
+    System system;
+    for (std::size_t k = 0; k < count; ++k) {
+      const auto point = static_cast<Index>(2 * k);
+      for (const double z : {0.0, -1.0}) system.add_point({.position = {1.0 * static_cast<double>(k), 0.0, z}});
+      const std::string number = std::to_string(k);
+      system.supports.push_back({.name = "hook" + number, .points = {point}});
+      system.constraints.push_back(Rods{.name = "rod" + number, .pairs = {{point, point + 1}}});
+    }
+    Solution at;
+    at.positions = system.positions;
+    at.multipliers.resize(count);
+    for (auto* array : {&at.velocities, &at.reactions, &at.support_forces}) array->resize(at.positions.size());
+    const std::vector<Observable> wanted = default_observables(system);
+    EXPECT_EQ(observe(system, wanted, at).size(), 2 * count);
+  };
+  EXPECT_LT(measure_growth(work), 9.0);
+}
+
+/// Half of the members of a group are gone, and the others keep their numbers.
+TEST(TakenOut, WhatIsLeftCostsInProportion) {
+  const auto work = [](std::size_t count) {
+    System system;
+    Springs springs{.name = "springs", .stiffness = 1.0};
+    std::vector<double> lengths;
+    std::vector<detail::Thing> gone;
+    for (std::size_t k = 0; k < 2 * count; ++k) {
+      springs.pairs.push_back({0, static_cast<Index>(k + 1)});
+      lengths.push_back(static_cast<double>(k));
+      if (k % 2 == 0) gone.push_back({detail::Thing::List::Forces, 0, k});
+    }
+    springs.rest_length = lengths;
+    system.forces.push_back(springs);
+    const System left = detail::Things(system, gone).what_is_left();
+    const auto& rest = std::get<Springs>(left.forces[0]);
+    ASSERT_EQ(rest.pairs.size(), count);
+    EXPECT_EQ(rest.pairs[1][1], 4);
+    EXPECT_EQ(rest.rest_length.constants[1], 3.0);
+  };
+  EXPECT_LT(measure_growth(work), 9.0);
+}
+
+}  // namespace
+}  // namespace tanor
