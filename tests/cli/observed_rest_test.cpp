@@ -86,6 +86,28 @@ TEST(ObservedRestTest, AFailedSearchKnowsNoForces) {
   EXPECT_TRUE(contains(page, R"("tensions":[[0.0,0.0]])")) << "a range without numbers";
 }
 
+/// Rest has no time: neither where extremes of members are told, nor in pictures.
+TEST(ObservedRestTest, NothingAtRestHasATime) {
+  const Folder folder;
+  json scene = sagging;
+  scene["observe"] = {"tension(rods)", "max tension(rods)"};
+
+  const Ended ended = find_at_rest(folder, scene);
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  EXPECT_TRUE(contains(ended.out, "3 numbers; least ")) << ended.out;
+  EXPECT_FALSE(contains(ended.out, "t = ")) << ended.out;
+  const std::string page = read_text(folder / "at_rest/report.html");
+  const std::size_t begin = page.find("id=\"data\">") + 10;
+  const json shown = json::parse(page.substr(begin, page.find("</script>", begin) - begin));
+  EXPECT_TRUE(shown.at("observables")[0].at("least")[0].at("t").is_null());
+  EXPECT_EQ(shown.at("observables")[0].at("least")[0].at("member"), "rods[1]");
+
+  const Ended drawn = run_program(folder, {"picture", "at_rest"});
+  if (contains(drawn.err, "without cairo")) GTEST_SKIP() << drawn.err;
+  EXPECT_TRUE(drawn.err.starts_with("tanor: at rest in at_rest/picture.png")) << drawn.err << drawn.out;
+  EXPECT_TRUE(json::parse(run_program(folder, {"picture", "at_rest", "--json"}).out).at("t").is_null());
+}
+
 TEST(ObservedRestTest, OfModesHasNoVelocity) {
   const Folder folder;
   write_text(folder / "s.json", R"json({

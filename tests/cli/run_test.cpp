@@ -319,6 +319,9 @@ TEST(EarlyEndTest, ARunWithoutAStartHasNullsForItsEnd) {
   for (const auto& [key, value] : summary["final"].items()) EXPECT_TRUE(value.is_null()) << key;
   EXPECT_TRUE(summary["rank"].is_null());
   EXPECT_TRUE(summary["energy"]["start"].is_null());
+  EXPECT_FALSE(summary["observables"].empty());
+  for (const nlohmann::json& each : summary["observables"])
+    for (const nlohmann::json& value : each["values"]) EXPECT_TRUE(value.is_null()) << each;
   EXPECT_EQ(list_times(folder / "o/trajectory.xyz").size(), 0u);
   EXPECT_FALSE(std::filesystem::exists(folder / "o/checkpoint"));
 }
@@ -349,19 +352,27 @@ TEST(RunTest, WhatBrokeIsToldWithItsTimeAndHasNoNumbers) {
     "forces": [{"kind": "gravity", "acceleration": [0,0,-9.81]}], "observe": ["max tension(rod)", "tension(rod)"],
     "events": [{"when": "t > 0.125", "do": "break", "of": "rod[0]"}], "motion": {"t_end": 0.5}
 })json");
-  const Ended ended = run_program(folder, {"run", "s.json", "--out", "o"});
+  const Ended ended = run_program(folder, {"run", "s.json", "--out", "o", "--report"});
   ASSERT_EQ(ended.code, 0) << ended.err;
   const std::string page = read_text(folder / "o/report.txt"), table = read_text(folder / "o/observables.csv");
+  EXPECT_TRUE(contains(page, "  rank changes  at t = 0.125 to 0\n")) << page;
+  EXPECT_LT(page.find("event at t = 0.125"), page.find("rank changes")) << "below what was asked for";
   EXPECT_NE(page.find("max tension(rod)  broken at t = 0.125"), std::string::npos) << page;
   EXPECT_EQ(page.find("nan"), std::string::npos) << page;
   EXPECT_TRUE(table.ends_with("\n0.5,,\n")) << table;
+  if (!std::filesystem::exists(folder / "o/report.html")) GTEST_SKIP() << "this program was built without node";
+  const std::string html = read_text(folder / "o/report.html");
+  const std::size_t begin = html.find("id=\"data\">") + 10;
+  const auto events = nlohmann::json::parse(html.substr(begin, html.find("</script>", begin) - begin)).at("events");
+  ASSERT_EQ(events.size(), 1u) << "a change of rank is none of the scene's events";
+  EXPECT_EQ(events[0].at("kind"), "event");
 }
 
 TEST(RunTest, AGuideThatLetGoIsToldAsReleasedWhateverElseItsEventsTold) {
   const Folder folder;
   write_text(folder / "s.json", R"json({"tanor_scene": 1, "name": "s", "points": {"positions": [[0,0,0]], "masses": 1},
     "constraints": [{"name": "floor", "kind": "plane", "points": [0], "normal": [0,0,1]}],
-    "forces": [{"kind": "gravity", "acceleration": [0,0,-9.81]}], "observe": ["multiplier(floor)"],
+    "forces": [{"kind": "gravity", "acceleration": [0,0,-9.81]}], "observe": ["multiplier(floor)", "moment(floor, y)"],
     "events": [{"when": "t > 0.125", "do": "release", "of": "floor"},
                {"when": "force(floor).z < 9", "do": "report"}], "motion": {"t_end": 0.5}
 })json");
@@ -369,6 +380,7 @@ TEST(RunTest, AGuideThatLetGoIsToldAsReleasedWhateverElseItsEventsTold) {
   ASSERT_EQ(ended.code, 0) << ended.err;
   const std::string page = read_text(folder / "o/report.txt");
   EXPECT_NE(page.find("multiplier(floor)  released at t = 0.125"), std::string::npos) << page;
+  EXPECT_NE(page.find("moment(floor, y)   released at t = 0.125"), std::string::npos) << page;
   EXPECT_EQ(page.find("broken"), std::string::npos) << page;
 }
 

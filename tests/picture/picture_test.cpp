@@ -354,6 +354,9 @@ TEST(PictureTest, TheBarHasTheColoursAndTheTimeIsWritten) {
   // There are words in the upper left corner.
   const Bounds words = bound(painted, [&](int x, int y) { return x < 100 && y < 20 && painted.at(x, y)[0] < 128; });
   EXPECT_GT(words.count, 20);
+  picture.frame.time = NAN;  // at rest
+  const Decoded rest = paint(picture);
+  EXPECT_EQ(bound(rest, [&](int x, int y) { return x < 100 && y < 20 && rest.at(x, y)[0] < 128; }).count, 0);
   // The motion keeps away from the bar.
   EXPECT_LT(bound_colour(painted, bead, 10).right, 320);
 }

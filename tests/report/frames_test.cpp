@@ -3,6 +3,7 @@
 #include <map>
 #include <numeric>
 #include <sstream>
+#include <tuple>
 
 #include <gtest/gtest.h>
 
@@ -10,6 +11,7 @@
 #include "report/shown_parts.hpp"
 #include "report/text_formats.hpp"
 #include "report/vtp_frame.hpp"
+#include "report/vtp_reader.hpp"
 
 namespace tanor::report {
 namespace {
@@ -197,6 +199,64 @@ TEST(VtpTest, HeaderSaysWhatVtkWantsToKnow) {
                            R"(Name="TimeValue" NumberOfTuples="1" format="ascii">0.30000000000000004</DataArray>)",
                            R"(<Piece NumberOfPoints="3" NumberOfVerts="0" NumberOfLines="2" NumberOfStrips="0")"}) {
     EXPECT_TRUE(contains(header, part)) << part << " is missing in\n" << header;
+  }
+}
+
+/// A support and a plane have one name, and one of them goes.
+TEST(VtpTest, WhatIsGoneIsToldByItsPlaceAndNotByItsName) {
+  System system = make_scene();
+  system.supports[0].name = "rods";
+  system.constraints[0] = Planes{.name = "rods", .points = {4}, .normal = Vector3{0, 0, 1}};
+  const ShownParts shown = choose_parts(system, {});
+  const std::vector<double> numbers = count_up(15, 0.1), tensions(3, 1.0);
+  const auto write = [&](const std::string& place) {
+    const std::vector<Passage> passages{{.time = 0.5, .member = "rods[0]", .taken = place}};
+    const Folder folder;
+    write_vtp(folder / "x.vtp", shown,
+              {.time = 1.0,
+               .positions = numbers,
+               .velocities = numbers,
+               .accelerations = numbers,
+               .tensions = tensions,
+               .guides = place_guides(system, 0.0, 1.0, passages),
+               .gone = find_gone(shown, passages)});
+    return read_vtp(folder / "x.vtp");
+  };
+  const double holds = NAN, goes = 0.5;
+  for (const auto& [place, support, guide, rod] : {std::tuple("supports/0", goes, holds, holds),
+                                                   {"supports/0/0", goes, holds, holds},
+                                                   {"constraints/0/0", holds, goes, holds},
+                                                   {"constraints/1/0", holds, holds, goes}}) {
+    const StoredFrame frame = write(place);
+    const auto expect = [&](double found, double wanted) {
+      EXPECT_TRUE(found == wanted || (std::isnan(found) && std::isnan(wanted))) << place << ": " << found;
+    };
+    ASSERT_EQ(frame.supports_gone.size(), 5u);
+    expect(frame.supports_gone[0], support);
+    expect(frame.supports_gone[1], holds);
+    ASSERT_EQ(frame.rods_gone.size(), 3u);
+    expect(frame.rods_gone[0], rod);
+    expect(frame.rods_gone[1], holds);
+    ASSERT_EQ(frame.guides.size(), 1u);
+    expect(frame.guides[0].gone, guide);
+    EXPECT_EQ(frame.is_support[0], std::isnan(support));
+  }
+}
+
+TEST(VtpTest, AStateOfRestHasNoTime) {
+  const ShownParts shown = choose_parts(make_scene(), {});
+  const std::vector<double> numbers = count_up(15, 0.1), tensions(3, 1.0);
+  for (const bool is_at_rest : {false, true}) {
+    const Folder folder;
+    write_vtp(folder / "x.vtp", shown,
+              {.time = 0.5,
+               .is_at_rest = is_at_rest,
+               .positions = numbers,
+               .velocities = numbers,
+               .accelerations = numbers,
+               .tensions = tensions});
+    const double time = read_vtp(folder / "x.vtp").time;
+    EXPECT_TRUE(is_at_rest ? std::isnan(time) : time == 0.5) << time;
   }
 }
 

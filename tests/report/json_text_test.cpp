@@ -102,17 +102,26 @@ TEST(JsonText, BytesThatAreNoUtf8AreReplaced) {
 }
 
 TEST(PageText, WhatIsRoundingBesideTheLargestNumberOfItsUnitIsZero) {
-  const auto observed = [](const char* name, const char* unit, double value) {
+  const auto observed = [](const char* name, const char* unit, double value, Dimension dimension = Dimension::None) {
     Observed one;
     one.name = name;
     one.unit = unit;
+    one.dimension = dimension;
     one.values = {value};
     one.least = one.largest = {{value, 0.0, ""}};
     return one;
   };
   const std::vector<Observed> all{observed("a", "N", 2e-15), observed("b", "N", -40.0), observed("c", "J", 2e-15),
                                   observed("d", "N", 2e-9)};
-  EXPECT_EQ(format_observables(all, {}, {}), "  a  0 N\n  b  -40 N\n  c  2e-15 J\n  d  2e-09 N\n");
+  EXPECT_EQ(format_observables(all, {}, nullptr), "  a  0 N\n  b  -40 N\n  c  2e-15 J\n  d  2e-09 N\n");
+  using enum Dimension;
+  const std::vector<Observed> without_letters{observed("a", "", 2e-15, Forces), observed("b", "", -40.0, Forces),
+                                              observed("c", "", 2e-15, Moment), observed("d", "", 2e-15),
+                                              observed("e", "", 3e-13, Length), observed("f", "", 5.0)};
+  EXPECT_EQ(format_observables(without_letters, {}, nullptr),
+            "  a  0\n  b  -40\n  c  2e-15\n  d  2e-15\n  e  3e-13\n  f  5\n");
+  EXPECT_EQ(format_observables({&without_letters[4], 1}, {.positions = {0, 0, 0, 3, 4, 0}}, nullptr), "  e  0\n")
+      << "beside the size of the scene";
 }
 
 }  // namespace

@@ -113,7 +113,7 @@ ExitCode execute_equilibrium(const Options& options) {
   if (options.json) print_json_file(directory / "summary.json");
   if (!found.outcome.ok()) return tell(options.scene, found.outcome.what);
   const std::string page = report::write_observables_at_rest(directory, scene.name, describe(found, scene.system.units),
-                                                             observed, scene.system.units, scene.equilibrium.at);
+                                                             observed, scene.system, scene.equilibrium.at);
   if (!options.json)
     print_page(page),
         print_lines(fmt::format("{}; results in {}", describe(found, scene.system.units), typed(directory)));

@@ -120,7 +120,7 @@ ExitCode execute_modes(const Options& options) {
   if (options.pictures) report::write_mode_pictures(directory, system, state, found);
   if (options.json) print_json_file(directory / "summary.json");
   const std::string page = report::write_observables_at_rest(directory, scene.name, describe(found, scene.system.units),
-                                                             observed, system.units, scene.modes.time);
+                                                             observed, system, scene.modes.time);
   if (!options.json)
     print_page(page),
         print_lines(fmt::format("{}; results in {}", describe(found, scene.system.units), typed(directory)));

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
@@ -87,7 +88,7 @@ ExitCode execute_picture(const Options& options) {
     const auto [time, before, after] = texts_apart(std::array{instant.frame.time, instant.before, instant.after});
     const std::string& unit = instant.frame.time_unit;
     print_message(fmt::format(
-        "t = {} in {}{}", with_unit(time, unit), typed(file),
+        "{} in {}{}", std::isnan(instant.frame.time) ? "at rest" : "t = " + with_unit(time, unit), typed(file),
         is_frame ? ""
                  : fmt::format(", between the frames at {} and {}", with_unit(before, unit), with_unit(after, unit))));
     if (drawn.left_out > 0)

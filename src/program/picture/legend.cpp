@@ -157,7 +157,8 @@ std::string finish_picture(const Picture& picture, const Layout& layout, const K
     cairo_select_font_face(c, family, CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
     cairo_set_font_size(c, font);
     set_colour(c, ink);
-    write(c, font, 1.6 * font, "t = " + with_unit(words(picture.frame.time), picture.frame.time_unit));
+    if (!std::isnan(picture.frame.time))
+      write(c, font, 1.6 * font, "t = " + with_unit(words(picture.frame.time), picture.frame.time_unit));
     if (key.tensions.end() > 0.0) draw_bar(c, layout, key);
     if (key.arrow > 0.0) draw_arrows(c, height - 1.2 * font, layout, key);
   }

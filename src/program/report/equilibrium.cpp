@@ -386,6 +386,7 @@ void write_frame_at_rest(const fs::path& directory, const System& system, const 
     forces = find_guide_forces(shown, rest.positions, tensions, rest.reactions, rest.support_forces);
   VtpTrajectory(directory, &shown, false)
       .write({.time = rest.time,
+              .is_at_rest = true,
               .positions = rest.positions,
               .velocities = still,
               .accelerations = still,

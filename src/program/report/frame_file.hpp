@@ -23,6 +23,7 @@ struct Frame {
   std::size_t number = 0;                                     ///< 0, 1, … in the trajectory
   std::size_t steps = 0;                                      ///< of the method until then
   double time = 0.0;                                          ///< s
+  bool is_at_rest = false;                                    ///< no part of a motion
   std::span<const double> positions{};                        ///< 3m, m
   std::span<const double> velocities{};                       ///< 3m, m/s
   std::span<const double> accelerations{};                    ///< 3m, m/s^2

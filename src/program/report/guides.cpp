@@ -107,7 +107,7 @@ void merge_rings(Placed* placed) {
 
 /// Adds one guide for all points, or one for each if their numbers differ at the start.
 template <class Group>
-void add_guides(const System& system, const Group& group, const std::string& group_name, double t_start, double t,
+void add_guides(const System& system, const Group& group, const std::string& entry, double t_start, double t,
                 Placed* placed) {
   if constexpr (is_drawn<Group>) {
     const std::size_t first = placed->guides.size();
@@ -115,7 +115,7 @@ void add_guides(const System& system, const Group& group, const std::string& gro
     bool is_placed = false;
     for (std::size_t k = 0; k < group.points.size() && (!placed->is_full() || placed->left_out != nullptr); ++k) {
       std::vector<double> numbers = place(system, group, t_start, t_start, k);
-      const double gone = placed->gone.of(group_name, k);
+      const double gone = placed->gone.of(entry, k);
       if (are_close(numbers, before)) {
         if (is_placed) placed->extend(gone);
         continue;
@@ -169,7 +169,7 @@ Guide place_surface(const UserConstraints& group, double t) {
 template <class Visit>
 void visit_groups(const System& system, const Visit& visit) {
   for (std::size_t k = 0; k < system.constraints.size(); ++k)
-    std::visit([&](const auto& group) { visit(group, constraint_name(system, k)); }, system.constraints[k]);
+    std::visit([&](const auto& group) { visit(group, place_of_constraint(k)); }, system.constraints[k]);
   for (const auto& each : system.coordinates) std::visit([&](const auto& group) { visit(group, ""); }, each);
 }
 
@@ -187,15 +187,15 @@ std::vector<Guide> place_guides(const System& system, double t_start, double t, 
                                 std::size_t* left_out) {
   if (left_out != nullptr) *left_out = 0;
   Placed placed{left_out, GoneTimes(passages), {}, {}};
-  visit_groups(system, [&]<class Group>(const Group& group, const std::string& name) {
+  visit_groups(system, [&]<class Group>(const Group& group, const std::string& entry) {
     if constexpr (std::is_same_v<Group, UserConstraints>) {
       if (!has_surface(group) || !placed.takes_another()) return;
       placed.guides.push_back(place_surface(group, t));
-      placed.guides.back().gone = placed.gone.of(name, 0);
-      for (std::size_t k = 1; k < (group.*KindOf<Group>::members).size(); ++k) placed.extend(placed.gone.of(name, k));
+      placed.guides.back().gone = placed.gone.of(entry, 0);
+      for (std::size_t k = 1; k < (group.*KindOf<Group>::members).size(); ++k) placed.extend(placed.gone.of(entry, k));
       placed.points.emplace_back();
     } else {
-      add_guides(system, group, name, t_start, t, &placed);
+      add_guides(system, group, entry, t_start, t, &placed);
     }
   });
   merge_rings(&placed);
@@ -206,7 +206,7 @@ std::vector<Guide> list_ties(const ShownParts& shown, std::span<const Passage> p
   const GoneTimes gone(passages);
   std::vector<Guide> guides;
   for (const ShownParts::Tie& tie : shown.ties) {
-    Guide guide{"tie", tie.name, {static_cast<double>(tie.sheaves.size())}, gone.of(tie.name)};
+    Guide guide{"tie", tie.name, {static_cast<double>(tie.sheaves.size())}, gone.of(tie.place)};
     for (const Vector3& sheave : tie.sheaves) guide.numbers.insert(guide.numbers.end(), sheave.begin(), sheave.end());
     guide.numbers.insert(guide.numbers.end(), tie.points.begin(), tie.points.end());
     guides.push_back(std::move(guide));

@@ -132,7 +132,7 @@ Json list_pivots(const ShownParts& shown, const GoneParts& gone, const std::vect
   if (frames.empty()) return list;
   const std::vector<double> all(frames[0].positions.begin(), frames[0].positions.end());
   const double size = measure_diagonal(all);
-  for (const auto& [k, names] : shown.support_names) {
+  for (const auto& [k, member] : shown.support_names) {
     std::vector<Vector3> places;
     for (const RecordedFrame& frame : frames) {
       const float* const r = &frame.positions[3 * k];
@@ -150,9 +150,9 @@ Json describe_motion(const System& system, const Recording& recording, const std
   const GoneParts gone = find_gone(shown, passages);
   const Vector3 gravity = find_gravity(system);
   Json supports = Json::array(), support_names = Json::array();
-  for (const auto& [point, names] : shown.support_names) {
+  for (const auto& [point, member] : shown.support_names) {
     supports.push_back(point);
-    support_names.push_back(names[0]);
+    support_names.push_back(member.name);
   }
   bool are_all = shown.num_points == system.num_points();
   for (std::size_t k = 0; k < shown.num_points; ++k) are_all = are_all && shown.points[k] == static_cast<Index>(k);
@@ -206,20 +206,17 @@ double shorten(double number) {
 Json describe_history(const Recording& recording) {
   const std::vector<RecordedStep> steps = recording.steps();
   Json history;
-  const auto add = [&](const char* key, double RecordedStep::*number) {
-    history[key] = list_of(steps, [&](const RecordedStep& step) { return shorten(step.*number); });
+  const auto add = [&](std::string_view key, double RecordedStep::*number) {
+    history[std::string(key)] = list_of(steps, [&](const RecordedStep& step) { return shorten(step.*number); });
   };
-  add("t", &RecordedStep::time);
-  add("step", &RecordedStep::step);
-  add("energy", &RecordedStep::energy);
-  add("kinetic", &RecordedStep::kinetic);
-  add("potential", &RecordedStep::potential);
-  add("drift", &RecordedStep::drift);
-  add("position_violation", &RecordedStep::position_violation);
-  add("velocity_violation", &RecordedStep::velocity_violation);
-  add("acceleration_violation", &RecordedStep::acceleration_violation);
-  add("reciprocal_condition", &RecordedStep::reciprocal_condition);
-  add("friction_iterations", &RecordedStep::friction_iterations);
+  using S = RecordedStep;
+  add("t", &S::time);
+  const auto add_all = [&]<auto... members>() {
+    (add(detail::name_of_member<members>(), members), ...);
+  };
+  add_all.
+  operator()<&S::step, &S::energy, &S::kinetic, &S::potential, &S::drift, &S::position_violation,
+             &S::velocity_violation, &S::acceleration_violation, &S::reciprocal_condition, &S::friction_iterations>();
   return history;
 }
 
@@ -233,14 +230,19 @@ Json describe_units(const Units& units) {
 }
 
 /// Returns the observables that have few numbers, with these over time.
-Json describe_observed(const Recording& recording) {
+Json describe_observed(const Recording& recording, const System& system, const Simulation* motion) {
   const std::vector<RecordedFrame> frames = recording.frames();
   Json list = Json::array();
   std::size_t first = 0;
+  const Rounding rounding(recording.observables(), system, motion);
   for (const Observed& each : recording.observables()) {
     if (!is_recorded(each)) continue;
-    const double noise = measure_noise(each, recording.observables());
-    Json object = json_of(without_noise(each, noise)), times = Json::array(), rows = Json::array();
+    const double noise = rounding.of(each);
+    Observed shown = without_noise(each, noise);
+    for (auto* const list : {&shown.least, &shown.largest})
+      for (Extreme& extreme : *list)
+        if (motion == nullptr) extreme.time = NAN;
+    Json object = json_of(shown), times = Json::array(), rows = Json::array();
     for (const RecordedFrame& frame : frames) {
       if (frame.observed.size() < first + each.values.size()) continue;
       Json row = Json::array();
@@ -265,8 +267,6 @@ Json describe_events(const Simulation& simulation, const Recording& recording) {
     events.push_back({{"t", t}, {"kind", kind}, {"what", what}});
   };
   for (const RecordedChange& change : recording.switches()) add(change.time, "contact", change.what);
-  for (const RankChange& change : report.rank_changes.first)
-    add(change.time, "rank", fmt::format("rank {}", change.rank));
   for (const SingularPassage& passage : report.singular_passages.first)
     add(passage.time, "singular", "singular configuration");
   constexpr std::size_t most_named = 100;
@@ -282,7 +282,6 @@ Json describe_events(const Simulation& simulation, const Recording& recording) {
 Json count_events(const Simulation& simulation, const Recording& recording) {
   const MotionReport& report = simulation.report();
   return {{"contact", recording.num_switches()},
-          {"rank", report.rank_changes.count},
           {"singular", report.singular_passages.count},
           {"event", simulation.passages().size()}};
 }
@@ -291,7 +290,6 @@ Json count_events(const Simulation& simulation, const Recording& recording) {
 Json describe_run(const RunFacts& facts, const Simulation& simulation, const std::string& text) {
   const MotionReport& report = simulation.report();
   const PlanSummary& plan = simulation.plan();
-  const PhaseTimes& times = report.times;
   const Units& units = simulation.system().units;
   Json warnings = Json::array();
   if (!facts.has_started) warnings.push_back("No consistent start was found: " + simulation.outcome().what);
@@ -306,66 +304,39 @@ Json describe_run(const RunFacts& facts, const Simulation& simulation, const std
   }
   if (const std::string several = describe_several(report.friction, units); !several.empty())
     warnings.push_back(several);
-  return {{"scene", facts.scene},
-          {"version", TANOR_VERSION},
-          {"method", name_of(report.method)},
-          {"threads", facts.threads},
-          {"points", plan.points},
-          {"rods", count_rods(simulation.system())},
-          {"equations", plan.equations},
-          {"islands", plan.islands},
-          {"steps", report.steps},
-          {"rejected", report.rejected},
-          {"has_started", facts.has_started},
-          {"t_start", facts.t_start},
-          {"t_resumed", facts.t_resumed ? Json(*facts.t_resumed) : Json()},
-          {"t_end", facts.t_end},
-          {"t_reached", simulation.time()},
-          {"certificate", describe_certificate(facts.certificate)},
-          {"certificate_line", facts.certificate ? facts.certificate->line() : std::string()},
-          {"certified_to", facts.certificate ? Json(facts.certificate->certified_to()) : Json()},
-          {"certificate_passed", facts.certificate ? Json(facts.certificate->passed()) : Json()},
-          {"wants_certificate", facts.wants_certificate},
-          {"warnings", warnings},
-          {"left_out", list_left_out(facts.left_out, plan.left_out)},
-          {"drift", if_started(facts, report.energy.drift_relative())},
-          {"position_violation", if_started(facts, report.violation.position)},
-          {"velocity_violation", if_started(facts, report.violation.velocity)},
-          {"wall",
-           {{"total", facts.wall.total},
-            {"set-up", facts.wall.setup},
-            {"evaluate", times.evaluate},
-            {"assemble", times.assemble},
-            {"factor", times.factor},
-            {"solve", times.solve},
-            {"friction", times.friction},
-            {"output", facts.wall.output}}},
-          {"is_running", is_running},
-          {"text", text}};
+  using P = PlanSummary;
+  using M = MotionReport;
+  Json run = json_of_members<&P::points, &P::equations, &P::islands>(plan);
+  run.update(json_of_members<&M::steps, &M::rejected>(report));
+  run.update({{"scene", facts.scene},
+              {"version", TANOR_VERSION},
+              {"method", name_of(report.method)},
+              {"threads", facts.threads},
+              {"rods", count_rods(simulation.system())},
+              {"has_started", facts.has_started},
+              {"t_start", facts.t_start},
+              {"t_resumed", facts.t_resumed ? Json(*facts.t_resumed) : Json()},
+              {"t_end", facts.t_end},
+              {"t_reached", simulation.time()},
+              {"certificate", describe_certificate(facts.certificate)},
+              {"wants_certificate", facts.wants_certificate},
+              {"warnings", warnings},
+              {"left_out", list_left_out(facts.left_out, plan.left_out)},
+              {"drift", if_started(facts, report.energy.drift_relative())},
+              {"position_violation", if_started(facts, report.violation.position)},
+              {"velocity_violation", if_started(facts, report.violation.velocity)},
+              {"wall", describe_times(facts, report.times, true)},
+              {"is_running", is_running},
+              {"text", text}});
+  return run;
 }
 
 /// Returns what stands in the place of the facts of a run.
 Json describe_rest(const System& system, const Rest& rest) {
-  return {{"scene", rest.scene},
-          {"version", TANOR_VERSION},
-          {"method", rest.said},
-          {"points", system.num_points()},
-          {"rods", count_rods(system)},
-          {"equations", num_equations(system)},
-          {"has_started", true},
-          {"is_at_rest", true},
-          {"t_start", rest.state.time},
-          {"t_resumed", Json()},
-          {"t_end", rest.state.time},
-          {"t_reached", rest.state.time},
-          {"certificate", {{"checks", Json::array()}}},
-          {"certificate_line", ""},
-          {"wants_certificate", false},
-          {"warnings", rest.warnings},
-          {"left_out", rest.left_out},
-          {"wall", {{"total", 0.0}}},
-          {"is_running", false},
-          {"text", ""}};
+  return {{"scene", rest.scene},           {"version", TANOR_VERSION},   {"method", rest.said},
+          {"points", system.num_points()}, {"rods", count_rods(system)}, {"equations", num_equations(system)},
+          {"has_started", true},           {"is_at_rest", true},         {"certificate", describe_certificate({})},
+          {"warnings", rest.warnings},     {"left_out", rest.left_out},  {"wall", {{"total", 0.0}}}};
 }
 
 void write_page(const std::filesystem::path& directory, const Json& data, const PackedBytes& bytes) {
@@ -391,7 +362,7 @@ void write(const std::filesystem::path& directory, const RunFacts& facts, const 
       {"colours", describe_colours(facts.tensions.value_or(TensionScale()))},
       {"history", describe_history(recording)},
       {"units", describe_units(simulation.system().units)},
-      {"observables", describe_observed(recording)},
+      {"observables", describe_observed(recording, simulation.system(), &simulation)},
       {"events", describe_events(simulation, recording)},
       {"events_seen", count_events(simulation, recording)},
       {"error_time", read_error_time(directory, facts.scene_checksum)}};
@@ -420,7 +391,7 @@ void write_rest_page(const std::filesystem::path& directory, const System& syste
             {"colours", describe_colours(choose_tension_scale(recording.tensions()))},
             {"history", Json::object()},
             {"units", describe_units(system.units)},
-            {"observables", describe_observed(recording)},
+            {"observables", describe_observed(recording, system, nullptr)},
             {"events", Json::array()},
             {"events_seen", Json::object()},
             {"error_time", Json::array()}};

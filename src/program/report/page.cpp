@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 
 #include <tanor/enum_names.hpp>
 
@@ -11,6 +12,7 @@
 #include "report/field_json.hpp"
 #include "report/output_file.hpp"
 #include "report/shared_parts.hpp"
+#include "report/shown_parts.hpp"
 #include "report/text_formats.hpp"
 #include "report/words.hpp"
 
@@ -81,7 +83,7 @@ std::string format_page(const RunFacts& facts, Simulation& simulation) {
   const Units& units = simulation.system().units;
   std::string page = facts.scene + "\n";
   if (facts.has_started) {
-    page += format_observables(simulation.observe(false), simulation.passages(), units);
+    page += format_observables(simulation.observe(false), simulation.system(), &simulation);
     page += format_passages(simulation.passages(), units) + "\n";
   }
   page += line("source", facts.source);
@@ -156,34 +158,34 @@ std::string number_with_unit(double number, const std::string& unit) {
   return with_unit(text(number, digits), unit);
 }
 
-/// Returns "12.3 N at t = 0.5 s in links[3]".
-std::string describe_extreme(const Extreme& extreme, const std::string& unit, const Units& units) {
-  return fmt::format("{} at t = {}{}", number_with_unit(extreme.value, unit),
-                     number_with_unit(extreme.time, units.time), extreme.member.empty() ? "" : " in " + extreme.member);
+/// Returns "12.3 N at t = 0.5 s in links[3]"; without a motion there is no time.
+std::string describe_extreme(const Extreme& extreme, const std::string& unit, const Simulation* motion) {
+  std::string text = number_with_unit(extreme.value, unit);
+  if (motion != nullptr) text += " at t = " + number_with_unit(extreme.time, motion->system().units.time);
+  return extreme.member.empty() ? text : text + " in " + extreme.member;
 }
 
 /// Returns why an observable has no number: the last thing of which it speaks went, or nothing tells the number.
-std::string explain_nan(const Observed& observed, std::span<const Passage> passages, const Units& units) {
+std::string explain_nan(const Observed& observed, const Simulation* motion) {
   const auto speaks_of = [&](const std::string& name) {
-    return observed.text.find("(" + name + ")") != std::string::npos ||
-           observed.text.find("'" + name + "'") != std::string::npos;
+    return std::ranges::any_of(std::array{"(" + name + ")", "(" + name + ",", "'" + name + "'"},
+                               [&](const std::string& each) { return observed.text.find(each) != std::string::npos; });
   };
   std::string why = "not known";
-  for (const Passage& each : passages) {
-    const bool is_release = each.action == EventAction::Release;
-    if (each.member.empty() || (!is_release && each.action != EventAction::Break)) continue;
+  for (const Passage& each : motion == nullptr ? std::span<const Passage>() : motion->passages()) {
+    if (each.taken.empty()) continue;
     if (speaks_of(each.member) || speaks_of(each.member.substr(0, each.member.rfind('['))))
-      why = (is_release ? "released at t = " : "broken at t = ") + number_with_unit(each.time, units.time);
+      why = (each.action == EventAction::Release ? "released at t = " : "broken at t = ") +
+            number_with_unit(each.time, motion->system().units.time);
   }
   return why;
 }
 
-std::string describe_part(const Observed& observed, std::size_t part, std::span<const Passage> passages,
-                          const Units& units, double noise) {
+std::string describe_part(const Observed& observed, std::size_t part, const Simulation* motion, double noise) {
   const Extreme &least = observed.least[part], &largest = observed.largest[part];
   std::string line;
   if (observed.members.empty() && std::isnan(observed.values[part])) {
-    line = explain_nan(observed, passages, units);
+    line = explain_nan(observed, motion);
   } else if (observed.members.empty()) {
     line = number_with_unit(observed.values[part], observed.unit);
     if (!observed.member.empty()) line += " in " + observed.member;
@@ -194,25 +196,38 @@ std::string describe_part(const Observed& observed, std::size_t part, std::span<
   if (std::isnan(least.value) || largest.value - least.value <= noise ||
       least_text == number_with_unit(largest.value, observed.unit))
     return observed.members.empty() || std::isnan(least.value) ? line : line + ", all " + least_text;
-  return line + "; least " + describe_extreme(least, observed.unit, units) + ", largest " +
-         describe_extreme(largest, observed.unit, units);
+  return line + "; least " + describe_extreme(least, observed.unit, motion) + ", largest " +
+         describe_extreme(largest, observed.unit, motion);
+}
+
+constexpr double little_beside_itself = 1e-10, little_beside_others = 1e-13;
+
+double size_of(const Observed& one) {
+  double size = 0.0;
+  for (const auto* const list : {&one.least, &one.largest})
+    for (const Extreme& each : *list) size = std::max(size, std::abs(each.value));
+  return size;
+}
+
+/// Returns what an observable measures; empty if that is not known.
+std::string kind_of(const std::string& unit, Dimension dimension) {
+  return !unit.empty() || dimension == Dimension::None ? unit : std::to_string(static_cast<int>(dimension));
 }
 
 }  // namespace
 
-double measure_noise(const Observed& observed, std::span<const Observed> all) {
-  constexpr double rounding = 1e-10, rounding_of_scene = 1e-13;
-  const auto size_of = [](const Observed& one) {
-    double size = 0.0;
-    for (const auto* const list : {&one.least, &one.largest})
-      for (const Extreme& each : *list) size = std::max(size, std::abs(each.value));
-    return size;
-  };
-  double noise = rounding * size_of(observed);
-  for (const Observed& other : all)
-    if (!observed.unit.empty() && other.unit == observed.unit)
-      noise = std::max(noise, rounding_of_scene * size_of(other));
-  return noise;
+Rounding::Rounding(std::span<const Observed> all, const System& system, const Simulation* motion) {
+  const auto take = [this](const std::string& kind, double size) { sizes_[kind] = std::max(sizes_[kind], size); };
+  for (const Observed& each : all) take(kind_of(each.unit, each.dimension), little_beside_others * size_of(each));
+  take(kind_of(system.units.length, Dimension::Length), little_beside_others * measure_diagonal(system.positions));
+  if (motion != nullptr)
+    take(kind_of(system.units.energy, Dimension::Energy), little_beside_itself * motion->report().energy.scale);
+  sizes_[""] = 0.0;  // what is not known to measure the same
+}
+
+double Rounding::of(const Observed& observed) const {
+  const auto others = sizes_.find(kind_of(observed.unit, observed.dimension));
+  return std::max(little_beside_itself * size_of(observed), others == sizes_.end() ? 0.0 : others->second);
 }
 
 Observed without_noise(Observed observed, double noise) {
@@ -224,17 +239,17 @@ Observed without_noise(Observed observed, double noise) {
   return observed;
 }
 
-std::string format_observables(std::span<const Observed> observables, std::span<const Passage> passages,
-                               const Units& units) {
+std::string format_observables(std::span<const Observed> observables, const System& system, const Simulation* motion) {
+  const Rounding rounding(observables, system, motion);
   std::vector<std::pair<std::string, std::string>> lines;
   for (const Observed& given : observables) {
-    const double noise = measure_noise(given, observables);
+    const double noise = rounding.of(given);
     const Observed each = without_noise(given, noise);
     const std::string zero = number_with_unit(0.0, each.unit);
     std::string zeros;  // parts that are 0 all the time, which share a line
     for (std::size_t part = 0; part < each.least.size(); ++part) {
       const std::string name = each.parts.empty() ? "" : "." + each.parts[part];
-      if (std::string text = describe_part(each, part, passages, units, noise); text != zero || name.empty())
+      if (std::string text = describe_part(each, part, motion, noise); text != zero || name.empty())
         lines.emplace_back(each.name + name, std::move(text));
       else
         zeros += (zeros.empty() ? "" : ", ") + name;
@@ -250,10 +265,10 @@ std::string format_observables(std::span<const Observed> observables, std::span<
 
 std::string write_observables_at_rest(const std::filesystem::path& directory, const std::string& scene,
                                       const std::string& said, std::span<const Observed> observables,
-                                      const Units& units, double time) {
-  const std::string page = scene + "\n" + format_observables(observables, {}, units);
+                                      const System& system, double time) {
+  const std::string page = scene + "\n" + format_observables(observables, system, nullptr);
   replace_file(directory / page_name, [&](OutputFile* file) { file->write(page + "\n" + line("at rest", said)); });
-  open_observables({.path = directory / observables_name, .observables = observables, .units = units})
+  open_observables({.path = directory / observables_name, .observables = observables, .units = system.units})
       ->write({.time = time, .observables = observables});
   return page;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <span>
 #include <string>
 
@@ -19,19 +20,28 @@ std::string format_page(const RunFacts& facts, Simulation& simulation);
 /// Counts the rods, of which most scenes are made.
 std::size_t count_rods(const System& system);
 
-/// Returns the size below which numbers of an observable are rounding beside its largest one, or beside those of all
-/// observables with its unit, and what people see of it.
-double measure_noise(const Observed& observed, std::span<const Observed> all);
+/// Sizes below which numbers of observables are rounding: beside their largest one, those of all observables that
+/// measure the same, and the lengths and energies of the scene.
+class Rounding {
+ public:
+  /// `motion` is null at rest.
+  Rounding(std::span<const Observed> all, const System& system, const Simulation* motion);
+  double of(const Observed& observed) const;
+
+ private:
+  std::map<std::string, double> sizes_;  // by letters, or by dimension where there are none
+};
+/// Returns what people see of an observable.
 Observed without_noise(Observed observed, double noise);
-/// Returns the lines of the page about observables: the last number of each, the extremes, when and where.
-std::string format_observables(std::span<const Observed> observables, std::span<const Passage> passages,
-                               const Units& units);
+/// Returns the lines of the page about observables: the last number of each, the extremes, when and where. `motion` is
+/// null at rest, which has no time.
+std::string format_observables(std::span<const Observed> observables, const System& system, const Simulation* motion);
 
 /// Writes report.txt, which begins with the observables, and observables.csv with one row, of a state of rest. Returns
 /// the page.
 std::string write_observables_at_rest(const std::filesystem::path& directory, const std::string& scene,
                                       const std::string& said, std::span<const Observed> observables,
-                                      const Units& units, double time);
+                                      const System& system, double time);
 
 /// Returns lines about the first events that were met, with what they took out.
 std::string format_passages(std::span<const Passage> passages, const Units& units);

@@ -27,6 +27,13 @@ Json describe_certificate(const std::optional<Certificate>& certificate) {
   return known_if(certificate.has_value(), json, "passed", "certified_to", "verdict");
 }
 
+Json describe_times(const RunFacts& facts, const PhaseTimes& times, bool has_friction) {
+  Json json{{"total", facts.wall.total}, {"setup", facts.wall.setup}};
+  json.update(json_of(times));
+  json["output"] = facts.wall.output;
+  return known_if(has_friction, std::move(json), "friction");
+}
+
 Json describe_rank(const std::optional<RankReport>& rank) {
   Json redundant;
   if (rank) {

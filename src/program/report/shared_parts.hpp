@@ -16,6 +16,8 @@ namespace tanor::report {
 
 /// Returns a number of a state, or null if no start was found.
 Json if_started(const RunFacts& facts, double number);
+/// Returns the seconds of each phase of a run.
+Json describe_times(const RunFacts& facts, const PhaseTimes& times, bool has_friction);
 
 /// Returns false if there are coordinates alone, which have reactions but no multipliers.
 bool has_multipliers(const PlanSummary& plan);

@@ -17,13 +17,15 @@ namespace {
 
 /// Adds the members of a constraint that a line from point to point shows, those whose points are all shown.
 template <class Group>
-void add_ties(const Group& group, const std::string& name, std::size_t row, const std::vector<std::int32_t>& slots,
-              ShownParts* shown) {
+void add_ties(const Group& group, const std::string& name, const std::string& place, std::size_t row,
+              const std::vector<std::int32_t>& slots, ShownParts* shown) {
   constexpr std::size_t most = 2000;  // each stands in every frame of a trajectory, as text
   if constexpr (std::is_same_v<Group, Pulleys> || std::is_same_v<Group, UserConstraints>) {
     const auto& members = group.*KindOf<Group>::members;
     for (std::size_t k = 0; k < members.size(); ++k) {
-      ShownParts::Tie tie{std::string(KindOf<Group>::name), name + "[" + std::to_string(k) + "]", {}, {}, row + k};
+      const std::string number = std::to_string(k);
+      ShownParts::Tie tie{
+          std::string(KindOf<Group>::name), name + "[" + number + "]", place + "/" + number, {}, {}, row + k};
       for (const Index point : members[k]) tie.points.push_back(slots[point]);
       if constexpr (std::is_same_v<Group, Pulleys>) tie.sheaves = {group.a, group.b};
       if (tie.points.size() < 2 || std::ranges::any_of(tie.points, [](std::int32_t slot) { return slot < 0; }))
@@ -69,7 +71,7 @@ ShownParts choose_parts(const System& system, std::span<const Index> chosen) {
       const std::int32_t slot = slots[points[member]];
       if (slot < 0) continue;
       shown.is_support[slot] = true;
-      shown.support_names[slot] = {name, name + "[" + std::to_string(member) + "]"};
+      shown.support_names[slot] = {name, "supports/" + std::to_string(k), member};
     }
   }
 
@@ -93,7 +95,8 @@ ShownParts choose_parts(const System& system, std::span<const Index> chosen) {
       if (group.members.size() == rods->pairs.size()) group.members.clear();
       if (is_shown) shown.rod_groups.push_back(std::move(group));
     }
-    std::visit([&](const auto& group) { add_ties(group, name, row, slots, &shown); }, constraint);
+    std::visit([&](const auto& group) { add_ties(group, name, place_of_constraint(g), row, slots, &shown); },
+               constraint);
     const auto [members, rows_per_member] = detail::shape_of(constraint);
     row += members * rows_per_member;
   }
@@ -105,12 +108,11 @@ ShownParts choose_parts(const System& system, std::span<const Index> chosen) {
 
 GoneTimes::GoneTimes(std::span<const Passage> passages) {
   for (const Passage& each : passages)
-    if (each.action == EventAction::Break || each.action == EventAction::Release)
-      times_.emplace(each.member, each.time);
+    if (!each.taken.empty()) times_.emplace(each.taken, each.time);
 }
 
-double GoneTimes::of(const std::string& name) const {
-  const auto found = times_.find(name);
+double GoneTimes::of(const std::string& place) const {
+  const auto found = times_.find(place);
   return found == times_.end() ? std::numeric_limits<double>::quiet_NaN() : found->second;
 }
 
@@ -118,10 +120,12 @@ GoneParts find_gone(const ShownParts& shown, std::span<const Passage> passages) 
   const GoneTimes times(passages);
   if (times.is_empty()) return {};
   GoneParts gone;
-  for (const std::string& name : shown.rod_names()) gone.rods.push_back(times.of(name));
+  shown.for_each_rod([&](const ShownParts::RodGroup& group, std::size_t k) {
+    gone.rods.push_back(times.of(place_of_constraint(group.number), k));
+  });
   gone.supports.assign(shown.num_points, times.of(""));
-  for (const auto& [slot, names] : shown.support_names)
-    gone.supports[slot] = std::fmin(times.of(names[0]), times.of(names[1]));
+  for (const auto& [slot, member] : shown.support_names)
+    gone.supports[slot] = std::fmin(times.of(member.entry), times.of(member.entry, member.number));
   return gone;
 }
 

@@ -18,8 +18,12 @@ struct ShownParts {
   std::size_t num_points = 0;    ///< number of shown points, m
   std::vector<Index> points;     ///< m, points of the system, in the order of the files
   std::vector<bool> is_support;  ///< m
-  /// "hook" and "hook[0]" by the position of each support: the entry, and the point in it.
-  std::map<std::size_t, std::array<std::string, 2>> support_names;
+  /// An entry of supports, and the number of a point in it.
+  struct Member {
+    std::string name, entry;  ///< "hook", "supports/0"
+    std::size_t number;
+  };
+  std::map<std::size_t, Member> support_names;    ///< by the position of each support
   std::vector<std::array<std::int32_t, 2>> rods;  ///< both ends, as positions in `points` followed by `images`
   std::vector<std::size_t> rod_rows;              ///< row of each rod among the multipliers
 
@@ -43,7 +47,7 @@ struct ShownParts {
 
   /// A rope over sheaves, or a formula of several points, which is drawn from point to point.
   struct Tie {
-    std::string kind, name;            ///< of its constraint, such as "rope[0]"
+    std::string kind, name, place;     ///< of its constraint, such as "rope[0]" and "constraints/2/0"
     std::vector<std::int32_t> points;  ///< positions in `points`
     std::vector<Vector3> sheaves;      ///< m, which it passes after its first point
     std::size_t row;                   ///< among the multipliers
@@ -81,14 +85,19 @@ struct ShownParts {
   }
 };
 
-/// Since when what passages of events took out holds no longer, s, by its name.
+/// Returns the place of a group of constraints in its system, as passages have it.
+inline std::string place_of_constraint(std::size_t group) {
+  return "constraints/" + std::to_string(group);
+}
+
+/// Since when what passages of events took out holds no longer, s, by its place in the system.
 class GoneTimes {
  public:
   explicit GoneTimes(std::span<const Passage> passages);
   /// Returns NaN for what holds.
-  double of(const std::string& name) const;
-  double of(const std::string& group, std::size_t member) const {
-    return is_empty() ? of("") : of(group + "[" + std::to_string(member) + "]");
+  double of(const std::string& place) const;
+  double of(const std::string& entry, std::size_t member) const {
+    return is_empty() ? of("") : of(entry + "/" + std::to_string(member));
   }
   bool is_empty() const { return times_.empty(); }
 

@@ -31,13 +31,6 @@ void add_work(const MotionReport& report, JsonObjectFile* json) {
   json->add_members(json_of_members<&Counters::factorizations, &Counters::solves>(report.counters));
 }
 
-Json describe_times(const RunFacts& facts, const PhaseTimes& times, bool has_friction) {
-  Json json{{"total", facts.wall.total}, {"setup", facts.wall.setup}};
-  json.update(json_of(times));
-  json["output"] = facts.wall.output;
-  return known_if(has_friction, std::move(json), "friction");
-}
-
 void add_final(const std::filesystem::path& directory, const RunFacts& facts, const RunEnd& end, JsonObjectFile* json) {
   const ArrayWriter arrays(json, directory / arrays_prefix, end.plan.points);
   const bool is_known = facts.has_started && end.arrays;

@@ -114,7 +114,7 @@ std::vector<std::uint8_t> collect_supports(const ShownParts& shown, const GonePa
 void add_field(const Frame& frame, const ShownParts& shown, Document* document) {
   const Units& units = shown.units;
   document->open("FieldData");
-  document->add_text("TimeValue", {&frame.time, 1});
+  if (!frame.is_at_rest) document->add_text("TimeValue", {&frame.time, 1});
   document->add_text("gravity", frame.gravity);
   document->add_text("unit of time", units.time);
   document->add_text("unit of length", units.length);

@@ -68,6 +68,7 @@ class Tags {
 class VtpFile {
  public:
   explicit VtpFile(const std::filesystem::path& path) : path_(path.string()), bytes_(scene::read_text(path)) {
+    head_.time = NAN;  // a state of rest has none
     constexpr std::string_view mark = "<AppendedData encoding=\"raw\">\n_";
     const std::size_t end = bytes_.find(mark);
     if (end == std::string::npos || !bytes_.ends_with("</VTKFile>\n")) fail();

@@ -17,7 +17,7 @@ inline constexpr double largest_place = 1e150;
 /// One instant of a motion as it is read from a folder of results: rows of m points, in which the ends of periodic rods
 /// follow the points that a run shows, and of R rods.
 struct StoredFrame {
-  double time = 0.0;                                 ///< s
+  double time = 0.0;                                 ///< s; NaN at rest
   std::vector<double> positions;                     ///< 3m, m
   std::vector<double> velocities;                    ///< 3m, m/s
   std::vector<bool> is_support;                      ///< m, of those that hold at this time

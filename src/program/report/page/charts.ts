@@ -25,7 +25,7 @@ const linear: uPlot.Scale = {
 };
 
 /** The same colours as in page.css for the time line of the view. */
-const colourOfEvent: Record<string, string> = { contact: "--warn", rank: "--accent", singular: "--tangent", event: "--ink" };
+const colourOfEvent: Record<string, string> = { contact: "--warn", singular: "--tangent", event: "--ink" };
 /** The curves also differ in their dashes. */
 const strokes = ["#2a7fc9", "#d9730d", "#0f9d78", "#b0398b", "#8a8f2a", "#7a5bd0", "#5c6773"];
 const dashes = [[], [7, 3], [2, 3], [9, 3, 2, 3]];
@@ -169,7 +169,7 @@ export function addHistories(charts: Charts, { history, observables = [] }: Page
   const most = 28; // curves that can be told from one another
   for (const each of observables) {
     const { name, unit, parts, least, largest, t, rows } = each, labels = labelsOf(each);
-    const extreme = ({ value, t: at, member }: (typeof least)[0]) => `${words(value, unit)} at ${words(at, units.time)}${member ? ` in ${member}` : ""}`;
+    const extreme = ({ value, t: at, member }: (typeof least)[0]) => `${words(value, unit)}${at === null ? "" : ` at ${words(at, units.time)}`}${member ? ` in ${member}` : ""}`;
     const range = (from: (typeof least)[0], to: typeof from) => (words(from.value, unit) === words(to.value, unit) ? words(to.value, unit) : `least ${extreme(from)}, largest ${extreme(to)}`);
     const rounding = 1e-8, exceeds = (x: Figure, end: Figure) => x !== null && end !== null && x > end + rounding * Math.abs(end), minus = (x: Figure) => x && -x;
     const isBeyond = (x: Figure, k: number) => exceeds(x, largest[k].value) || exceeds(minus(x), minus(least[k].value));

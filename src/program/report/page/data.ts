@@ -24,10 +24,7 @@ export interface Run {
   t_resumed: number | null;
   t_end: number;
   t_reached: number;
-  certificate: { checks: { words: string; identity: string; error: Figure }[] };
-  certificate_line: string;
-  certified_to: Figure;
-  certificate_passed: boolean | null; // null if there is none
+  certificate: { passed: boolean | null; certified_to: Figure; verdict: string | null; checks: { words: string; identity: string; error: Figure }[] }; // null if there is none
   wants_certificate: boolean;
   warnings: string[];
   left_out: string[];

@@ -6,10 +6,11 @@ const count = (number: number, what: string) => `${number} ${what}${number === 1
 /** Returns what was proven of the last instant, in a word or two. */
 function describeCertificate(run: Run): string {
   if (run.is_running) return "at the end";
-  if (run.certificate_passed === null) return run.wants_certificate ? "not made" : "not asked for";
-  if (!run.certificate_passed) return "failed";
-  if (run.certified_to === null || run.certificate.checks.length === 0) return "nothing moves";
-  return run.certified_to > 0 ? `${Math.min(16, -Math.log10(run.certified_to)).toFixed(1)} digits` : "exact";
+  const { passed, certified_to, checks } = run.certificate;
+  if (passed === null) return run.wants_certificate ? "not made" : "not asked for";
+  if (!passed) return "failed";
+  if (certified_to === null || checks.length === 0) return "nothing moves";
+  return certified_to > 0 ? `${Math.min(16, -Math.log10(certified_to)).toFixed(1)} digits` : "exact";
 }
 
 /** Returns what one wants to know of a computation before anything else of it. */
@@ -62,7 +63,7 @@ function fillPhases(run: Run): void {
   }));
 }
 
-const namesOfEvents: Record<string, string> = { contact: "contact switches", rank: "changes of rank", singular: "singular configurations", event: "events" };
+const namesOfEvents: Record<string, string> = { contact: "contact switches", singular: "singular configurations", event: "events" };
 
 /** Returns "500 of 760 contact switches are listed, the first ones." */
 function tellLeftOut({ events, events_seen }: PageData): string {
@@ -76,7 +77,7 @@ export function fillDetails(data: PageData, seek: (time: number) => void): void 
   const { run, events } = data;
   fillPhases(run);
   find("certificate").parentElement!.hidden = !!run.is_at_rest;
-  find("certificate").textContent = run.certificate_line
+  find("certificate").textContent = run.certificate.verdict
     || (run.is_running ? "It is made at the end." : run.wants_certificate ? `None was made: ${run.has_started ? "the motion did not arrive" : "there is no start"}.` : "No certificate was asked for.");
   find("checks").replaceChildren(...run.certificate.checks.map((check) => {
     const row = make("tr");
