@@ -1,3 +1,6 @@
+#include <array>
+#include <cmath>
+
 #include "cli/program.hpp"
 
 namespace tanor::cli {
@@ -382,6 +385,26 @@ TEST(RunTest, AGuideThatLetGoIsToldAsReleasedWhateverElseItsEventsTold) {
   EXPECT_NE(page.find("multiplier(floor)  released at t = 0.125"), std::string::npos) << page;
   EXPECT_NE(page.find("moment(floor, y)   released at t = 0.125"), std::string::npos) << page;
   EXPECT_EQ(page.find("broken"), std::string::npos) << page;
+}
+
+/// A chain hangs along its weight up to rounding, which moves it a little.
+TEST(RunTest, EnergyOfRoundingIsZeroForPeople) {
+  const Folder folder;
+  const std::array weight{0.3, 0.1, -9.81};
+  const double size = std::hypot(weight[0], weight[1], weight[2]);
+  nlohmann::json scene = nlohmann::json::parse(R"json({"tanor_scene": 1, "name": "s", "supports": [{"points": [0]}],
+    "constraints": [{"name": "rods", "kind": "rod", "pairs": [[0,1], [1,2]]}], "observe": ["kinetic()"],
+    "motion": {"t_end": 0.5, "method": "dop853"}})json");
+  scene["forces"] = {{{"kind", "gravity"}, {"acceleration", weight}}};
+  for (const double at : {0.0, 0.3, 0.7})
+    scene["points"]["positions"].push_back({at * weight[0] / size, at * weight[1] / size, at * weight[2] / size});
+  scene["points"]["masses"] = 2.3;
+  write_text(folder / "s.json", scene.dump());
+
+  ASSERT_EQ(run_program(folder, {"run", "s.json", "--out", "o"}).code, 0);
+
+  EXPECT_GT(read_json(folder / "o/summary.json")["observables"][0]["values"][0], 0.0) << "the scene tests nothing";
+  EXPECT_TRUE(contains(read_text(folder / "o/report.txt"), "  kinetic()  0\n"));
 }
 
 }  // namespace

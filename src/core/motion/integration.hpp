@@ -49,8 +49,6 @@ class Integration {
   /// `return_to_constraints` in place of `linearise`. K is unreliable there, so that the system is linearised at the
   /// previous state.
   bool is_extrapolating() const { return singular_.is_extrapolating(); }
-  /// Takes note of the rank of a system that changed at the present state.
-  void note_rank() { singular_.note_rank(state.t); }
   Outcome return_to_constraints();
 
   /// The events that the user looks for on the way.

@@ -141,7 +141,7 @@ void Integration::resume(const Snapshot& snapshot) {
   }
   if (!trial_.is_before) trial_.state = state;
   trial_.watch.begin(state.t);
-  singular_.resume();
+  singular_.resume(state.t);
   keep_memory();
 }
 

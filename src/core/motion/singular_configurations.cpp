@@ -16,8 +16,9 @@ void SingularConfigurations::begin(double t) {
   note_end(t);
 }
 
-void SingularConfigurations::resume() {
+void SingularConfigurations::resume(double t) {
   if (!std::isnan(memory_.remembered)) monitor_->remember_gradients();
+  if (!is_extrapolating()) note_rank(t);
 }
 
 void SingularConfigurations::exchange_memory(Memory& memory) {

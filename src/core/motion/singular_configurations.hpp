@@ -26,17 +26,15 @@ class SingularConfigurations {
 
   /// Begins a motion at t, where the mechanics has solved.
   void begin(double t);
-  /// Resumes a motion from a snapshot. The mechanics has solved where it was on the constraints last.
-  void resume();
+  /// Resumes a motion from a snapshot at t, maybe of a system that has changed there. The mechanics has solved where it
+  /// was on the constraints last.
+  void resume(double t);
   /// Exchanges what the next steps depend on; nothing without a rank monitor.
   void exchange_memory(Memory& memory);
   /// Forgets the previous steps, which tell nothing any more after the equations have changed.
   void forget() { memory_ = {}; }
   /// Takes note of an accepted step. The mechanics is at its end, and is there again afterwards.
   void note(Scheme& scheme, const State& from, const State& to, const StepResult& step);
-
-  /// Takes note of the rank at t, where the mechanics has solved.
-  void note_rank(double t);
 
   // ---- whether the next step extrapolates ----
 
@@ -95,6 +93,7 @@ class SingularConfigurations {
   void note_passage(double t, double reciprocal_condition);
   void withdraw_passage();
   void forget_approaches();
+  void note_rank(double t);
   bool keeps_last_passage() const;
 
   IntegrationOptions options_;

@@ -148,7 +148,6 @@ Outcome Simulation::Implementation::take_out(std::unique_ptr<Implementation>* at
   r.insert(r.end(), system.positions.begin() + static_cast<std::ptrdiff_t>(size), system.positions.end());
   v.resize(r.size());
   after->restore_progress(progress, r, v);
-  after->integration.note_rank();
   after->continue_from(before);
 
   // The change of energy counts as work, so that the drift remains that of the method.

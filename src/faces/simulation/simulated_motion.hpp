@@ -230,9 +230,6 @@ struct SimulatedMotion {
     return detail::find_prestress_rigid_points(model.system, forms.normal->linearization().dependences().list_rows());
   }
 
-  /// Returns true if some rank has such points.
-  bool are_some_rigid(const std::vector<Index>& here) { return form.any(!here.empty()); }
-
   RankReport find_rank() {
     write_points();
     return forms.rank(points.r.data(), false);

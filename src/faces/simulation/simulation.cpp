@@ -16,7 +16,7 @@ Simulation::Simulation(Spread, System system, const Part& part, const MotionOpti
   std::vector<Index> all;
   std::optional<System> given;
   for (std::vector<Index> rigid = implementation_->find_prestress_rigid_points();
-       implementation_->are_some_rigid(rigid); rigid = implementation_->find_prestress_rigid_points()) {
+       implementation_->form.any(!rigid.empty()); rigid = implementation_->find_prestress_rigid_points()) {
     all.insert(all.end(), rigid.begin(), rigid.end());
     System held = implementation_->model.system;
     if (!given) given = held;

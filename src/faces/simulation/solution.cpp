@@ -1,5 +1,7 @@
 #include "simulation/solution.hpp"
 
+#include <tanor/enum_names.hpp>
+
 #include "base/text.hpp"
 #include "system/members.hpp"
 
@@ -39,6 +41,19 @@ Vector3 Solution::vector_of(const std::vector<double>& array, Point point) {
   if (point.index < 0 || first + 3 > array.size())
     throw InputError("", "there is no point " + text(point.index) + " among " + text(array.size() / 3));
   return {array[first], array[first + 1], array[first + 2]};
+}
+
+std::string PlanSummary::linear_solver() const {
+  return names_of(linear_solvers);
+}
+
+std::string PlanSummary::ordering() const {
+  return orderings.empty() ? "none" : names_of(orderings);
+}
+
+std::string PlanSummary::factorization() const {
+  if (linear_solvers != std::vector{LinearSolver::General}) return linear_solver();
+  return factorizations.empty() ? "none" : names_of(factorizations);
 }
 
 }  // namespace tanor

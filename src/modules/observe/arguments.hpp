@@ -129,7 +129,7 @@ class Things {
   std::string list_name(Thing::List list, std::size_t index) const;
   std::size_t list_size(Thing::List list) const;
 
-  /// What the system has, by names and by points; copies share it.
+  /// Holds what the system has by names and by points. Copies of Things share it.
   struct Names {
     std::unordered_map<std::string, std::vector<Thing>> things;
     std::unordered_map<Index, Thing> supports;  // members

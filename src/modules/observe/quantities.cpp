@@ -309,11 +309,6 @@ struct PotentialOfForce {
   std::vector<double> r;
 };
 
-Quantity make_kinetic(const Things&, const Arguments& arguments) {
-  arguments.require(0, 0, "");
-  return one_number(Dimension::Energy, {.energy = true}, [](const ObservedInstant& at) { return at.kinetic; });
-}
-
 Quantity make_potential(const Things& things, const Arguments& arguments) {
   arguments.require(0, 1, "force");
   things.require_forces(arguments);
@@ -325,11 +320,13 @@ Quantity make_potential(const Things& things, const Arguments& arguments) {
                     [one](const ObservedInstant& at) { return one->evaluate(at); });
 }
 
+/// Returns the kinetic energy, and with it the potential one or not.
+template <bool has_potential>
 Quantity make_energy(const Things& things, const Arguments& arguments) {
   arguments.require(0, 0, "");
-  things.require_forces(arguments);
+  if (has_potential) things.require_forces(arguments);
   return one_number(Dimension::Energy, {.energy = true},
-                    [](const ObservedInstant& at) { return at.kinetic + at.potential; });
+                    [](const ObservedInstant& at) { return has_potential ? at.kinetic + at.potential : at.kinetic; });
 }
 
 }  // namespace
@@ -353,8 +350,8 @@ std::span<const QuantityKind> quantity_kinds() {
        make_of_points<Dimension::Acceleration, &ObservedInstant::accelerations, true>},
       {"distance", "point, point", "distance of two points", make_distance},
       {"angle", "point, corner, point", "angle at a corner, 0 to pi", make_angle},
-      {"energy", "", "kinetic and potential energy", make_energy},
-      {"kinetic", "", "kinetic energy", make_kinetic},
+      {"energy", "", "kinetic and potential energy", make_energy<true>},
+      {"kinetic", "", "kinetic energy", make_energy<false>},
       {"potential", "force", "potential energy, of one force or of all", make_potential},
       {"temperature", "", "temperature of all moving points", make_temperature},
       {"pressure", "", "pressure of a periodic sample", make_pressure},

@@ -13,7 +13,6 @@
 
 #include <tanor/enum_names.hpp>
 #include <tanor/statics_names.hpp>
-#include <tanor/version.hpp>
 
 #include "report/field_json.hpp"
 #include "report/guides.hpp"
@@ -48,17 +47,6 @@ Json describe(const EquilibriumResult& found) {
   return json;
 }
 
-/// Calls visit(name, number of the entry, first row, number of members) for each group of constraints.
-template <class Visit>
-void for_each_group(const System& system, const Visit& visit) {
-  std::size_t row = 0;
-  for (std::size_t g = 0; g < system.constraints.size(); ++g) {
-    const auto [members, rows] = detail::shape_of(system.constraints[g]);
-    visit(constraint_name(system, g), g, row, members);
-    row += members * rows;
-  }
-}
-
 /// Returns for each one-sided group the members that carry force.
 Json describe_one_sided(const scene::Scene& scene, const EquilibriumResult& found) {
   Json json = Json::object();
@@ -78,11 +66,7 @@ void write_summary(const fs::path& directory, const scene::Scene& scene, const E
                    std::span<const Observed> observed, const std::optional<Modes>& modes) {
   replace_file(directory / "summary.json", [&](OutputFile* file) {
     JsonObjectFile json(file);
-    json.add("scene", scene.name);
-    json.add("source", scene.source);
-    json.add("tanor_version", TANOR_VERSION);
-    json.add("units", json_of(scene.system.units));
-    json.add("observables", describe_observables(observed));
+    json.add_members(describe_head(scene.name, scene.source, scene.system.units, observed));
     json.add("points", scene.system.num_points());
     json.add("equations", found.multipliers.size());
     json.add("groups", list_groups(scene.system));

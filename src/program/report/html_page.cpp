@@ -167,27 +167,28 @@ Json describe_motion(const System& system, const Recording& recording, const std
   };
   bytes->add("rods", flat(shown.rods));
   bytes->add("held", recording.held());
-  Json motion{{"points", shown.num_points},
-              {"numbers", are_all ? std::vector<Index>() : shown.points},
-              {"rods", shown.rods.size()},
-              {"rod_groups", list_of(shown.rod_groups, rod_group)},
-              {"times", list_of(frames, [](const RecordedFrame& frame) { return frame.time; })},
-              {"frames_seen", recording.frames_seen()},
-              {"supports", supports},
-              {"support_names", support_names},
-              {"pivots", list_pivots(shown, gone, frames)},
-              {"gone",
-               {{"rods", list_gone(gone.rods)},
-                {"ties", list_gone(list_ties(shown, passages), &Guide::gone)},
-                {"supports", list_gone(gone.supports)},
-                {"guides", list_gone(recording.guides_at_start(system, passages), &Guide::gone)}}},
-              {"images", list_of(shown.images, image)},
-              {"guides", describe_guides(recording.guides(), frames)},
-              {"ties", list_of(shown.ties, tie)},
-              {"cell", describe_cell(cell)},
-              {"without_picture", list_of(recording.guides_without_picture(system), name_guide)},
-              {"up", {-gravity[0], -gravity[1], -gravity[2]}},
-              {"has_friction", !system.friction.empty()}};
+  Json motion{
+      {"points", shown.num_points},
+      {"numbers", are_all ? std::vector<Index>() : shown.points},
+      {"rods", shown.rods.size()},
+      {"rod_groups", list_of(shown.rod_groups, rod_group)},
+      {"times", list_of(frames, [](const RecordedFrame& frame) { return frame.time; })},
+      {"frames_seen", recording.frames_seen()},
+      {"supports", supports},
+      {"support_names", support_names},
+      {"pivots", list_pivots(shown, gone, frames)},
+      {"gone",
+       {{"rods", list_gone(gone.rods)},
+        {"ties", list_gone(list_ties(shown, passages), &Guide::gone)},
+        {"supports", list_gone(gone.supports)},
+        {"guides", list_gone(place_guides(system, recording.t_start(), recording.t_start(), passages), &Guide::gone)}}},
+      {"images", list_of(shown.images, image)},
+      {"guides", describe_guides(recording.guides(), frames)},
+      {"ties", list_of(shown.ties, tie)},
+      {"cell", describe_cell(cell)},
+      {"without_picture", list_of(recording.guides_without_picture(system), name_guide)},
+      {"up", {-gravity[0], -gravity[1], -gravity[2]}},
+      {"has_friction", !system.friction.empty()}};
   using F = RecordedFrame;
   motion["ranges"] = {{"positions", pack("positions", frames, &F::positions, true, bytes)},
                       {"tensions", pack("tensions", frames, &F::tensions, false, bytes)},
@@ -234,10 +235,10 @@ Json describe_observed(const Recording& recording, const System& system, const S
   const std::vector<RecordedFrame> frames = recording.frames();
   Json list = Json::array();
   std::size_t first = 0;
-  const Rounding rounding(recording.observables(), system, motion);
+  const auto rounding = measure_rounding(recording.observables(), system, motion);
   for (const Observed& each : recording.observables()) {
     if (!is_recorded(each)) continue;
-    const double noise = rounding.of(each);
+    const double noise = rounding(each);
     Observed shown = without_noise(each, noise);
     for (auto* const list : {&shown.least, &shown.largest})
       for (Extreme& extreme : *list)

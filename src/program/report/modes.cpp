@@ -8,8 +8,6 @@
 #include <numbers>
 #include <vector>
 
-#include <tanor/version.hpp>
-
 #include "report/field_json.hpp"
 #include "report/guides.hpp"
 #include "report/npy.hpp"
@@ -116,11 +114,7 @@ void write_modes(const fs::path& directory, const scene::Scene& scene, const Mod
   make_folder(directory);
   replace_file(directory / "summary.json", [&](OutputFile* file) {
     JsonObjectFile json(file);
-    json.add("scene", scene.name);
-    json.add("source", scene.source);
-    json.add("tanor_version", TANOR_VERSION);
-    json.add("units", json_of(scene.system.units));
-    json.add("observables", describe_observables(observed));
+    json.add_members(describe_head(scene.name, scene.source, scene.system.units, observed));
     json.add("points", scene.system.num_points());
     json.add("supports", supports);
     json.add("equations", modes.multipliers.size());

@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 
 #include <tanor/enum_names.hpp>
+#include <tanor/version.hpp>
 
 #include "base/text.hpp"
 #include "report/field_json.hpp"
@@ -200,8 +202,6 @@ std::string describe_part(const Observed& observed, std::size_t part, const Simu
          describe_extreme(largest, observed.unit, motion);
 }
 
-constexpr double little_beside_itself = 1e-10, little_beside_others = 1e-13;
-
 double size_of(const Observed& one) {
   double size = 0.0;
   for (const auto* const list : {&one.least, &one.largest})
@@ -210,24 +210,26 @@ double size_of(const Observed& one) {
 }
 
 /// Returns what an observable measures; empty if that is not known.
-std::string kind_of(const std::string& unit, Dimension dimension) {
+std::string name_kind(const std::string& unit, Dimension dimension) {
   return !unit.empty() || dimension == Dimension::None ? unit : std::to_string(static_cast<int>(dimension));
 }
 
 }  // namespace
 
-Rounding::Rounding(std::span<const Observed> all, const System& system, const Simulation* motion) {
-  const auto take = [this](const std::string& kind, double size) { sizes_[kind] = std::max(sizes_[kind], size); };
-  for (const Observed& each : all) take(kind_of(each.unit, each.dimension), little_beside_others * size_of(each));
-  take(kind_of(system.units.length, Dimension::Length), little_beside_others * measure_diagonal(system.positions));
+std::function<double(const Observed&)> measure_rounding(std::span<const Observed> all, const System& system,
+                                                        const Simulation* motion) {
+  constexpr double beside_itself = 1e-10, beside_others = 1e-13;
+  std::map<std::string, double> sizes;
+  const auto take = [&](const std::string& kind, double size) { sizes[kind] = std::max(sizes[kind], size); };
+  for (const Observed& each : all) take(name_kind(each.unit, each.dimension), beside_others * size_of(each));
+  take(name_kind(system.units.length, Dimension::Length), beside_others * measure_diagonal(system.positions));
   if (motion != nullptr)
-    take(kind_of(system.units.energy, Dimension::Energy), little_beside_itself * motion->report().energy.scale);
-  sizes_[""] = 0.0;  // what is not known to measure the same
-}
-
-double Rounding::of(const Observed& observed) const {
-  const auto others = sizes_.find(kind_of(observed.unit, observed.dimension));
-  return std::max(little_beside_itself * size_of(observed), others == sizes_.end() ? 0.0 : others->second);
+    take(name_kind(system.units.energy, Dimension::Energy), beside_itself * motion->report().energy.scale);
+  sizes[""] = 0.0;  // what is not known to measure the same
+  return [sizes](const Observed& observed) {
+    const auto others = sizes.find(name_kind(observed.unit, observed.dimension));
+    return std::max(beside_itself * size_of(observed), others == sizes.end() ? 0.0 : others->second);
+  };
 }
 
 Observed without_noise(Observed observed, double noise) {
@@ -240,10 +242,10 @@ Observed without_noise(Observed observed, double noise) {
 }
 
 std::string format_observables(std::span<const Observed> observables, const System& system, const Simulation* motion) {
-  const Rounding rounding(observables, system, motion);
+  const auto rounding = measure_rounding(observables, system, motion);
   std::vector<std::pair<std::string, std::string>> lines;
   for (const Observed& given : observables) {
-    const double noise = rounding.of(given);
+    const double noise = rounding(given);
     const Observed each = without_noise(given, noise);
     const std::string zero = number_with_unit(0.0, each.unit);
     std::string zeros;  // parts that are 0 all the time, which share a line
@@ -303,6 +305,15 @@ Json describe_observables(std::span<const Observed> observables) {
     }
     return object;
   });
+}
+
+Json describe_head(const std::string& scene, const std::string& source, const Units& units,
+                   std::span<const Observed> observables) {
+  return {{"scene", scene},
+          {"source", source},
+          {"tanor_version", TANOR_VERSION},
+          {"units", json_of(units)},
+          {"observables", describe_observables(observables)}};
 }
 
 }  // namespace tanor::report

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <map>
+#include <functional>
 #include <span>
 #include <string>
 
@@ -20,17 +20,10 @@ std::string format_page(const RunFacts& facts, Simulation& simulation);
 /// Counts the rods, of which most scenes are made.
 std::size_t count_rods(const System& system);
 
-/// Sizes below which numbers of observables are rounding: beside their largest one, those of all observables that
-/// measure the same, and the lengths and energies of the scene.
-class Rounding {
- public:
-  /// `motion` is null at rest.
-  Rounding(std::span<const Observed> all, const System& system, const Simulation* motion);
-  double of(const Observed& observed) const;
-
- private:
-  std::map<std::string, double> sizes_;  // by letters, or by dimension where there are none
-};
+/// Returns a function that tells below which size numbers of an observable are rounding: beside its largest one, those
+/// of all observables that measure the same, and the lengths and energies of the scene. `motion` is null at rest.
+std::function<double(const Observed&)> measure_rounding(std::span<const Observed> all, const System& system,
+                                                        const Simulation* motion);
 /// Returns what people see of an observable.
 Observed without_noise(Observed observed, double noise);
 /// Returns the lines of the page about observables: the last number of each, the extremes, when and where. `motion` is
@@ -51,5 +44,8 @@ std::string describe_passage(const Passage& passage, const Units& units);
 /// Returns `observables` of summary.json: all fields of each. Members and values are left out if they are many; the
 /// tables over time have them.
 Json describe_observables(std::span<const Observed> observables);
+/// Returns what each summary begins with.
+Json describe_head(const std::string& scene, const std::string& source, const Units& units,
+                   std::span<const Observed> observables);
 
 }  // namespace tanor::report

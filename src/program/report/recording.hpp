@@ -114,9 +114,7 @@ class Recording {
   const ShownParts& shown() const { return shown_; }
   const std::vector<std::int32_t>& held() const { return held_; }  ///< positions among the shown points
   const std::vector<Guide>& guides() const { return guides_; }     ///< at the first frame
-  std::vector<Guide> guides_at_start(const System& system, std::span<const Passage> passages) const {
-    return place_guides(system, t_start_, t_start_, passages);
-  }
+  double t_start() const { return t_start_; }
   std::vector<Guide> guides_without_picture(const System& system) const {
     return list_guides_without_picture(system, shown_, t_start_);
   }

@@ -10,7 +10,6 @@
 #include "base/text.hpp"
 #include "report/field_json.hpp"
 #include "report/words.hpp"
-#include "system/members.hpp"
 
 namespace tanor::report {
 
@@ -59,16 +58,13 @@ std::string describe_redundancy(const RankReport& rank) {
 
 Json list_groups(const System& system) {
   Json groups = Json::array();
-  std::size_t first = 0;
-  for (std::size_t g = 0; g < system.constraints.size(); ++g) {
-    const auto [members, rows] = detail::shape_of(system.constraints[g]);
-    groups.push_back({{"name", constraint_name(system, g)},
+  for_each_group(system, [&](const std::string& name, std::size_t g, std::size_t first, std::size_t members) {
+    groups.push_back({{"name", name},
                       {"kind", kind_name(system.constraints[g])},
                       {"first", first},
                       {"members", members},
-                      {"rows", rows}});
-    first += members * rows;
-  }
+                      {"rows", detail::shape_of(system.constraints[g]).rows_per_member}});
+  });
   return groups;
 }
 

@@ -10,6 +10,7 @@
 
 #include "report/json_text.hpp"
 #include "report/summary.hpp"
+#include "system/members.hpp"
 
 /// Common parts of summary.json and the answer of `solve`.
 namespace tanor::report {
@@ -56,5 +57,16 @@ std::string describe_friction(const FrictionReport& report);
 std::string describe_friction(const FrictionSummary& summary);
 /// Says that the motion was not the only possible one; empty if no other is known.
 std::string describe_several(const FrictionSummary& summary, const Units& units);
+
+/// Calls visit(name, number of the entry, first row, number of members) for each group of constraints.
+template <class Visit>
+void for_each_group(const System& system, const Visit& visit) {
+  std::size_t row = 0;
+  for (std::size_t g = 0; g < system.constraints.size(); ++g) {
+    const auto [members, rows] = detail::shape_of(system.constraints[g]);
+    visit(constraint_name(system, g), g, row, members);
+    row += members * rows;
+  }
+}
 
 }  // namespace tanor::report

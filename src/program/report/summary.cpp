@@ -3,7 +3,6 @@
 #include <string>
 
 #include <tanor/enum_names.hpp>
-#include <tanor/version.hpp>
 
 #include "report/field_json.hpp"
 #include "report/json_text.hpp"
@@ -68,11 +67,7 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
   const bool has_friction = end.contacts > 0;
   replace_file(directory / summary_name, [&](OutputFile* file) {
     JsonObjectFile json(file);
-    json.add("scene", facts.scene);
-    json.add("source", facts.source);
-    json.add("tanor_version", TANOR_VERSION);
-    json.add("units", json_of(end.units));
-    json.add("observables", describe_observables(end.observables));
+    json.add_members(describe_head(facts.scene, facts.source, end.units, end.observables));
     json.add("passages", json_of(std::vector(end.passages.begin(), end.passages.end())));
     json.add("method", name_of(report.method));
     if (!report.method_reason.empty()) json.add("method_reason", report.method_reason);
