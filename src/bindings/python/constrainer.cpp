@@ -10,6 +10,7 @@
 #include "python/arrays.hpp"
 #include "python/bindings.hpp"
 #include "python/host_handle.hpp"
+#include "python/values.hpp"
 
 namespace tanor::python {
 namespace {
@@ -140,6 +141,7 @@ std::unique_ptr<HostHandle> make_handle(py::object masses, const py::object& con
   if (py::module_::import("numpy").attr("ndim")(masses).equal(py::int_(0)))
     masses = py::module_::import("numpy").attr("full")(py::len(positions), masses);
   (void)points_to_read(positions, {"positions", py::len(masses)});
+  (void)Given{constraints, "/constraints"}.entries("a list of constraints");
   if (cell.is_none() && !images.is_none()) throw py::value_error("images: they need a cell");
   auto handle = std::make_unique<HostHandle>(HostHandle::Description{copy_array(masses, "float64"),
                                                                      py::list(constraints), copy_array(positions), cell,

@@ -178,8 +178,18 @@ void read_field(const Given& given, const FieldOf<Group, Value>& field, Group* g
   }
 }
 
+std::string class_of(const Given& given) {
+  return py::str(py::type::of(given.value).attr("__name__")).cast<std::string>();
+}
+
 template <class Struct>
 Struct read_struct(const Given& given) {
+  const std::string wanted(name_of_struct<Struct>());
+  if (class_of(given) != wanted) {
+    if constexpr (requires { Description<Struct>::place; })
+      given.fail(wanted + ", or its fields by name, " + std::get<0>(Description<Struct>::fields).name + "=...");
+    given.fail("a " + wanted);
+  }
   Struct result;
   for_each_described<Struct>([&](const auto& field) { read_field(given, field, &result); });
   return result;
@@ -209,7 +219,7 @@ struct AnyOf;
 template <class... Groups>
 struct AnyOf<std::variant<Groups...>> {
   static std::variant<Groups...> read(const Given& given) {
-    const std::string name = py::str(py::type::of(given.value).attr("__name__")).cast<std::string>();
+    const std::string name = class_of(given);
     std::variant<Groups...> result;
     const bool is_known = ((name == name_of_struct<Groups>() && (result = read_struct<Groups>(given), true)) || ...);
     if (is_known) return result;
@@ -318,13 +328,10 @@ System read_system(const py::object& object) {
   read(given["name"], &system.name);
   read(given["positions"], &positions);
   const py::module_ numpy = py::module_::import("numpy");
-  const auto has_dimensions = [&](const Given& each, int count) {
-    return numpy.attr("ndim")(each.value).equal(py::int_(count));
-  };
-  if (has_dimensions(given["masses"], 0)) {
-    double mass = 0.0;
-    read(given["masses"], &mass);
-    system.masses.assign(positions.size(), mass);
+  const auto dimensions = [&](const Given& each) { return numpy.attr("ndim")(each.value).cast<int>(); };
+  if (dimensions(given["masses"]) == 0) {
+    read(given["masses"], &system.masses.emplace_back());
+    system.masses.resize(positions.size(), system.masses[0]);
   } else {
     read(given["masses"], &system.masses);
   }
@@ -335,15 +342,17 @@ System read_system(const py::object& object) {
     system.cell = Cell{.xx = edges[0], .yy = edges[1], .zz = edges[2]};
   }
   Given all = given["velocities"];
-  if (has_dimensions(all, 1) && py::len(all.value) == 3)
+  if (dimensions(all) == 1 && py::len(all.value) == 3)
     all.value = numpy.attr("broadcast_to")(all.value, py::make_tuple(positions.size(), 3));
   if (!all.value.is_none()) read(all, &velocities);
+  const std::string n = std::to_string(positions.size());
+  if (system.masses.size() != positions.size()) given["masses"].fail(n + " numbers, or one for all points");
+  if (!velocities.empty() && velocities.size() != positions.size())
+    given["velocities"].fail("numbers [" + n + ", 3], or [3] for all points");
   for (const Vector3& r : positions) system.positions.insert(system.positions.end(), r.begin(), r.end());
   for (const Vector3& v : velocities) system.velocities.insert(system.velocities.end(), v.begin(), v.end());
-  for (const Given& each : given["supports"].entries("a list of supports")) {
-    if (!py::hasattr(each.value, "displacement")) each.fail("a Support");
+  for (const Given& each : given["supports"].entries("a list of supports"))
     system.supports.push_back(read_struct<Support>(each));
-  }
   system.constraints = read_constraints(object.attr("constraints"));
   system.forces = read_entries<Force>(given["forces"], "a list of forces");
   system.friction = read_entries<Friction>(given["friction"], "a list of laws of friction");

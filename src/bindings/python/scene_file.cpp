@@ -1,5 +1,6 @@
 #include "python/scene_file.hpp"
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <utility>
@@ -15,20 +16,20 @@
 namespace tanor::python {
 namespace {
 
-template <class Value>
-std::optional<Value> optional_of(const py::object& object) {
-  return object.is_none() ? std::nullopt : std::optional(object.cast<Value>());
-}
-
 /// Returns the values of (method, step, max_step, rtol, atol, t_end, threads).
 scene::Overrides overrides_of(const py::tuple& values) {
-  return {.method = optional_of<std::string>(values[0]),
-          .step = optional_of<double>(values[1]),
-          .max_step = optional_of<double>(values[2]),
-          .rtol = optional_of<double>(values[3]),
-          .atol = optional_of<double>(values[4]),
-          .t_end = optional_of<double>(values[5]),
-          .threads = optional_of<int>(values[6])};
+  scene::Overrides o;
+  const auto take = [&](std::size_t k, const char* name, auto* value) {
+    if (!values[k].is_none()) read({values[k], name}, &value->emplace());
+  };
+  take(0, "method", &o.method);
+  take(1, "step", &o.step);
+  take(2, "max_step", &o.max_step);
+  take(3, "rtol", &o.rtol);
+  take(4, "atol", &o.atol);
+  take(5, "t_end", &o.t_end);
+  take(6, "threads", &o.threads);
+  return o;
 }
 
 std::unique_ptr<SceneFile> load(const py::object& file, const py::object& method, const py::object& step,
@@ -86,8 +87,20 @@ Raises InputError with the file, the place in it and the rule.
 SceneFile::SceneFile(std::string the_text, std::string the_file, scene::Overrides the_overrides)
     : text(std::move(the_text)), file(std::move(the_file)), overrides(std::move(the_overrides)) {}
 
+void SceneFile::read_with(const scene::Overrides& changed) {
+  try {
+    scene_ = without_lock([&] { return scene::parse_scene(text, file, changed); });
+  } catch (const InputError& error) {
+    std::string where = error.where();
+    if (!where.starts_with("--")) throw;
+    std::ranges::replace(where, '-', '_');  // --t-end is an option of the program
+    throw InputError(where.substr(2), error.what());
+  }
+  overrides = changed;
+}
+
 const scene::Scene& SceneFile::read() {
-  if (!scene_) scene_ = without_lock([&] { return scene::parse_scene(text, file, overrides); });
+  if (!scene_) read_with(overrides);
   return *scene_;
 }
 
@@ -100,15 +113,19 @@ void bind_scene(py::module_& module) {
            arg("max_step") = none, arg("rtol") = none, arg("atol") = none, arg("t_end") = none, arg("threads") = none)
       .def_readonly("file", &SceneFile::file, "(str) its path")
       .def_property_readonly(
-          "name", [](SceneFile& self) { return self.read().name; }, "(str) of the system")
-      .def_property_readonly(
           "t_start", [](SceneFile& self) { return self.read().t_start; }, "(float) s")
-      .def_property_readonly(
+      .def_property(
           "t_end",
           [](SceneFile& self) { return self.read().has_end() ? std::optional(self.read().t_end) : std::nullopt; },
+          [](SceneFile& self, const py::object& t_end) {
+            scene::Overrides changed = self.overrides;
+            read({t_end, "t_end"}, &changed.t_end);
+            self.read_with(changed);
+          },
           "(float | None) s; None: not given")
       .def_property_readonly(
-          "output_every", [](SceneFile& self) { return self.read().output_every; }, "(float) s; 0: start and end only")
+          "output_every", [](SceneFile& self) { return self.read().output_every; },
+          "(float) s; 0: start and end only. `run` takes another one, run(Simulation(scene), t_end, every=0.1)")
       .def_property_readonly(
           "num_points", [](const py::object& self) { return read_system(self).num_points(); },
           "(int) supports included")
@@ -123,7 +140,7 @@ void bind_scene(py::module_& module) {
   bind_part(&scene, "motion", "(MotionOptions) how steps are taken", give_options<MotionOptions>);
   bind_part(&scene, "solver", "(SolverOptions) how solutions are found", give_options<SolverOptions>);
   for (const char* name : {"positions", "masses", "velocities", "supports", "constraints", "forces", "friction",
-                           "coordinates", "cell", "units"})
+                           "coordinates", "cell", "units", "name"})
     scene.def_property(
         name, [name](const py::object& self) -> py::object { return self.attr("system").attr(name); },
         [name](const py::object& self, const py::object& value) { self.attr("system").attr(name) = value; },

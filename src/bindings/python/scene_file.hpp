@@ -8,17 +8,20 @@
 
 namespace tanor::python {
 
-/// A scene file as Python holds it: its text and what overrides it, and "system", "motion" and "solver" as far as Python
-/// has looked at them. These may have been changed since, and count before the text, which is read anew after a pickle.
+/// A scene file as Python holds it: its text and what overrides it, and "system", "motion" and "solver" as far as
+/// Python has looked at them. These may have been changed since, and count before the text, which is read anew after a
+/// pickle.
 class SceneFile {
  public:
   SceneFile(std::string text, std::string file, scene::Overrides overrides);
 
   /// Returns the scene. Throws InputError.
   const scene::Scene& read();
+  /// Reads it again with other overrides. What throws an InputError changes nothing.
+  void read_with(const scene::Overrides& changed);
 
   const std::string text, file;
-  const scene::Overrides overrides;
+  scene::Overrides overrides;
   py::dict seen;
 
  private:

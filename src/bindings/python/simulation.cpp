@@ -75,10 +75,10 @@ class Run : public Handle<Simulation> {
   }
   static std::unique_ptr<Run> from_state(const py::tuple& state) {
     auto result = std::make_unique<Run>(state[0], state[1], state[2], state[3].cast<double>());
-    result->restore(state[4].cast<std::string>());
+    result->restore(state[4]);
     return result;
   }
-  void restore(const std::string& saved) {
+  void restore(const py::bytes& saved) {
     run([&](Simulation& s) { s.restore(bytes_of(saved)); });
   }
 

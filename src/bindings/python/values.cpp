@@ -49,11 +49,12 @@ void take_indices(const Given& given, py::ssize_t dimensions, py::ssize_t column
   }
 }
 
-/// Returns a packed array of doubles, empty if the value is no array of numbers.
+/// Returns a packed array of doubles, of three dimensions if the value is no array of numbers.
 py::array_t<double> numbers_of(const py::object& value) {
   const auto raw = py::array::ensure(value);
   PyErr_Clear();
-  if (!raw || (raw.size() > 0 && std::string("fiub").find(raw.dtype().kind()) == std::string::npos)) return {};
+  if (!raw || (raw.size() > 0 && std::string("fiub").find(raw.dtype().kind()) == std::string::npos))
+    return py::array_t<double>({0, 0, 0});
   return py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(raw);
 }
 
@@ -79,7 +80,7 @@ void for_each_list(const Given& given, const char* wanted, const Visit& visit) {
 }  // namespace
 
 void Given::fail(const std::string& wanted) const {
-  std::string found = py::repr(value).cast<std::string>();
+  auto found = py::module_::import("tanor.description").attr("short")(value).cast<std::string>();
   if (found.size() > 80) found = found.substr(0, 77) + "...";
   throw InputError(place, "found " + found + ", wanted " + wanted);
 }
@@ -209,7 +210,7 @@ void read(const Given& given, std::vector<double>* numbers) {
 void read(const Given& given, std::vector<Vector3>* vectors) {
   const auto array = numbers_of(given.value);
   vectors->clear();
-  if (array.size() == 0 && array.ndim() >= 1 && array.shape(0) == 0) return;
+  if (array.size() == 0 && array.ndim() < 3 && array.ndim() > 0 && array.shape(0) == 0) return;
   if (array.ndim() != 2 || array.shape(1) != 3) given.fail("numbers [n, 3]");
   for (py::ssize_t k = 0; k < array.shape(0); ++k)
     std::copy_n(array.data() + 3 * k, 3, vectors->emplace_back().begin());

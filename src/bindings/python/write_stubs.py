@@ -40,7 +40,7 @@ ARGUMENTS = {"masses": "ArrayLike", "constraints": "Sequence[Any]", "cell": "Arr
              "system": "System | Scene", "file": "str | PathLike[str]", "method": "str | None",
              "progress": "Callable[[MotionReport], bool | None] | None", "direction": "str", "mode": "str",
              "ids": "ArrayLike", "lengths": "ArrayLike", "rates": "ArrayLike | None", "points": "ArrayLike",
-             "from_": "ArrayLike", "flags": "ArrayLike", "function": "Callable[[float, numpy.ndarray, numpy.ndarray], float]", "saved": "bytes"}
+             "from_": "ArrayLike", "flags": "ArrayLike", "function": "Callable[[float, numpy.ndarray, numpy.ndarray], float]"}
 OPTIONS = {"find_equilibrium": "EquilibriumOptions", "modes": "ModesOptions", "find_buckling": "BucklingOptions"}
 RESULTS = {"find_equilibrium": "EquilibriumResult", "modes": "Modes", "solution": "Solution"}
 EXCEPTIONS = {"InputError": "    where: str\n", "Failed": "    outcome: Outcome\n    trajectory: Trajectory\n"}
@@ -60,29 +60,17 @@ def argument(text: str) -> str:
         kind = "numpy.ndarray" + optional if name in ARRAYS else ARGUMENTS.get(name, "Any")
         if name in NUMBERS:
             kind = "int | None" if name == "threads" else "float | None"
-    if name == "saved":
-        kind = ARGUMENTS[name]
     kind = kind.replace("List[", "list[").replace("tanor::python::", "")
     kind = re.sub(r"Optional\[(\w+)\]", r"\1 | None", kind)
     return f"{name}: {kind}" + (f" = {default}" if default else "")
 
 
-def split(arguments: str) -> list[str]:
-    """At the commas outside of brackets."""
-    parts, depth = [""], 0
-    for letter in arguments:
-        depth += (letter in "([") - (letter in ")]")
-        if letter == "," and depth == 0:
-            parts.append("")
-        else:
-            parts[-1] += letter
-    return [part.strip() for part in parts if part.strip()]
-
-
 def compiled(name: str, doc: str, indent: str) -> str:
     """The first line of pybind11's docstring is the signature."""
+    from tanor.description import split
+
     match = re.match(r"(\w+)\((.*)\) -> (.*)", doc)
-    arguments = ", ".join(argument(part) for part in split(match[2]))
+    arguments = ", ".join(argument(part) for part in split(match[2], ","))
     arguments = arguments.replace("options: SolverOptions", "options: " + OPTIONS.get(name, "SolverOptions"))
     result = re.sub(r"tanor\._core\.", "", match[3]).replace("List[", "list[").replace("Tuple[", "tuple[")
     arguments = arguments.replace("self: _core.", "self: ").replace("tanor._core.", "")

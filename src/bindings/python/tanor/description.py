@@ -18,39 +18,136 @@ import numpy
 from . import _core
 
 
+def _meant(name: str, known: Collection[str]) -> str:
+    """"(did you mean length?)", or the names that there are."""
+    near = difflib.get_close_matches(name, known, 1)
+    return f"(did you mean {near[0]}?)" if near else f"(it has {', '.join(known)})"
+
+
 def refuse_names(what: str, known: Collection[str], named: dict) -> None:
     """Raises TypeError for the first keyword that is no name of an argument, with the one that is meant."""
     for name in named:
         if name not in known:
-            near = difflib.get_close_matches(name, known, 1)
-            raise TypeError(f"{what} has no argument {name!r} " + (f"(did you mean {near[0]}?)" if near else f"(it has {', '.join(known)})"))
+            raise TypeError(f"{what} has no argument {name!r} {_meant(name, known)}")
+
+
+def split(text: str, at: str) -> list[str]:
+    """The parts of a text between commas, or other letters, outside of brackets."""
+    parts, depth = [""], 0
+    for letter in text:
+        depth += (letter in "([") - (letter in ")]")
+        parts += [""] if letter == at and depth == 0 else []
+        parts[-1] += letter if letter != at or depth else ""
+    return [part.strip() for part in parts if part.strip()]
+
+
+def signature_of(function: Callable) -> inspect.Signature:
+    """The arguments of a function. The first line of a compiled one's text has them, with its types and defaults as texts."""
+    compiled = re.match(r"\w+\((.*)\) -> ", function.__doc__ or "")
+    if not compiled:
+        return inspect.signature(function)
+    parameters, kind = [], inspect.Parameter.POSITIONAL_OR_KEYWORD
+    for text in split(compiled[1], ","):
+        name, annotation, default = re.fullmatch(r"([*\w]+)(?:: ([^=]+?))?(?: = (.*))?", text).groups()
+        if name == "*":  # what follows stands by name
+            kind = inspect.Parameter.KEYWORD_ONLY
+        else:
+            own = inspect.Parameter.VAR_KEYWORD if name[0] == "*" else kind
+            parameters.append(inspect.Parameter(name.strip("*"), own, default=default or inspect.Parameter.empty, annotation=annotation or "Any"))
+    return inspect.Signature(parameters)
+
+
+def _has_numbers(value: Any) -> bool:
+    try:
+        return numpy.asarray(value).dtype.kind in "fiub"
+    except ValueError:  # rows of several lengths
+        return False
+
+
+# Types of arguments: in words, and what is one. All others are accepted by the names of their classes.
+_TYPES = {
+    "None": ("None", lambda value: value is None),
+    "bool": ("True or False", lambda value: isinstance(value, (bool, int, numpy.bool_))),
+    "int": ("a whole number", lambda value: hasattr(value, "__index__") and not getattr(value, "ndim", 0)),
+    "float": ("a number", lambda value: (hasattr(value, "__float__") or hasattr(value, "__index__")) and not getattr(value, "ndim", 0)),
+    "str": ("a text", lambda value: isinstance(value, str)),
+    "bytes": ("bytes", lambda value: isinstance(value, bytes)),
+    "list[str]": ("a list of texts", lambda value: isinstance(value, (list, tuple)) and all(isinstance(each, str) for each in value)),
+    "ArrayLike": ("a list of numbers", _has_numbers),
+    "Callable": ("a function", callable),
+    "PathLike": ("a path", lambda value: hasattr(value, "__fspath__")),
+    "Simulation": ("a Simulation (run_scene takes a Scene or a file)", lambda value: isinstance(value, _core.Simulation)),
+    "Any": ("anything", lambda value: True),
+}
+_TYPES["object"] = _TYPES["Any"]
+
+
+def refuse_values(what: str, signature: inspect.Signature, arguments: tuple, named: dict) -> None:
+    """Raises TypeError where arguments are missing or too many, and for the first one that is not of its type."""
+    try:
+        given = signature.bind(*arguments, **named).arguments
+    except TypeError as error:
+        names = [each.name if each.kind == each.POSITIONAL_OR_KEYWORD else f"{each.name}=..." for each in signature.parameters.values()
+                 if each.name not in ("self", "kwargs")]
+        raise TypeError(f"{what}: {error} (it has {', '.join(names)})") from None
+    for name, value in given.items():
+        annotation = signature.parameters[name].annotation
+        text = annotation if isinstance(annotation, str) else inspect.formatannotation(annotation)
+        words = []
+        for each in split(re.sub(r"Optional\[(.*)\]", r"\1 | None", text), "|"):
+            kind = each if each in _TYPES else re.sub(r"\[.*", "", each).rpartition(".")[2].rpartition(":")[2]
+            known, fits = _TYPES.get(kind, (f"{'an' if kind[0] in 'AEIOU' else 'a'} {kind}", lambda value: kind in [base.__name__ for base in type(value).__mro__]))
+            words.append(known)
+            if fits(value):
+                break
+        else:
+            raise TypeError(f"{what}: {name}: found {short(value)}, wanted {' or '.join(words)}")
 
 
 def tells_names(function: Callable, what: str = "") -> Callable:
-    """The same function, which says what was meant where a keyword is misspelt. One with options tells of them itself."""
-    # The first line of a compiled function's text is its signature.
-    compiled = re.match(r"\w+\((.*)\) -> ", function.__doc__ or "")
-    known = re.findall(r"(?:^|, )(\w+)(?=:| =|,|$)", compiled[1]) if compiled else list(inspect.signature(function).parameters)
-    known = [name for name in known if name != "self"]
-    if compiled and "**" in compiled[1]:
-        return function
+    """The same function, which says what is wrong with its arguments. One with options tells of their names itself.
+
+    What Python has written is checked at each call, and what is compiled where it has refused its arguments.
+    """
+    signature, what = signature_of(function), what or function.__name__
+    known = [name for name in signature.parameters if name != "self"]
+    is_checked = inspect.isfunction(function) and "self" not in signature.parameters
 
     @functools.wraps(function)
     def called(*arguments, **named):
+        if is_checked:
+            refuse_names(what, known, named)
+            refuse_values(what, signature, arguments, named)
         try:
             return function(*arguments, **named)
-        except TypeError:
-            refuse_names(what or function.__name__, known, named)
+        except TypeError as error:
+            if not any(each.kind == each.VAR_KEYWORD for each in signature.parameters.values()):
+                refuse_names(what, known, named)
+            if "incompatible" in str(error):
+                refuse_values(what, signature, arguments, named)
             raise
 
     return called
 
 
 def tell_names_of(cls: type) -> type:
-    """Lets the methods of a class, and its making, say what was meant."""
+    """Lets the methods of a class, its making, and its attributes say what was meant."""
     for name, member in list(vars(cls).items()):
         if name == "__init__" or callable(member) and not name.startswith("_"):
             setattr(cls, name, tells_names(member, cls.__name__ if name == "__init__" else ""))
+
+    def set_attribute(self, name, value):
+        try:
+            object.__setattr__(self, name, value)
+        except AttributeError:
+            if hasattr(self, name):
+                doc = re.sub(r"^\(.*?\) ", "", getattr(cls, name).__doc__ or "")
+                raise AttributeError(f"{cls.__name__}.{name} cannot be set: {doc}") from None
+            part = next((f"{part}.{name}" for part in ("motion", "solver") if hasattr(getattr(self, part, None), name)), "")
+            known = [each for each in dir(cls) if not each.startswith("_")]
+            raise AttributeError(f"{cls.__name__} has no attribute {name!r} " + (f"(did you mean {part}?)" if part else _meant(name, known))) from None
+
+    cls.__setattr__ = set_attribute
     return cls
 
 
@@ -99,7 +196,7 @@ class Table:
     values: Any
 
 
-def _short(value: Any) -> str:
+def short(value: Any) -> str:
     """A repr that stays short: arrays and long lists by their shapes."""
     shape = getattr(value, "shape", None)
     if shape is None and isinstance(value, (list, tuple, dict)) and len(value) > 8:
@@ -146,7 +243,7 @@ def short_repr(self: Any) -> str:
     """The repr of a kind, of options or of a report: fields that hold nothing are left out."""
     names = getattr(self, "_fields", None) or [field.name for field in dataclasses.fields(self)]
     fields = [(name, getattr(self, name)) for name in names]
-    said = [f"{name}={_short(value)}" for name, value in fields if value is not None and not (hasattr(value, "__len__") and len(value) == 0)]
+    said = [f"{name}={short(value)}" for name, value in fields if value is not None and not (hasattr(value, "__len__") and len(value) == 0)]
     return f"{type(self).__name__}({', '.join(said)})"
 
 
@@ -158,6 +255,8 @@ def reduce_report(self: Any) -> tuple:
 def split_options(what: str, first: Any, solver: Any, named: dict) -> tuple:
     """Options from their fields by name; what was given whole is kept and changed in a copy."""
     parts = [first, solver]
+    if not all(map(dataclasses.is_dataclass, parts)):
+        return first, solver  # whoever reads them refuses them
     names = [[field.name for field in dataclasses.fields(part)] for part in parts]
     refuse_names(what, [*names[0], *names[1]], named)
     return tuple(dataclasses.replace(part, **{name: value for name, value in named.items() if name in known})

@@ -45,12 +45,19 @@ def histories(run: "Trajectory", names: str | list[str] | None = None, axes=None
 
 
 @description.tells_names
-def tensions(run: "Trajectory | EquilibriumResult", group: str, time: int = -1, bins: int = 40, axes=None):  # noqa: F821
-    """Draws the histogram of a group's tensions at one of the run's times, or at rest. Returns the axes."""
+def tensions(run: "Trajectory | EquilibriumResult | Modes | Solution | Simulation", group: str, time: float | None = None,  # noqa: F821
+             bins: int = 40, axes=None):
+    """Draws the histogram of a group's tensions at rest, or at one of the run's times; None: at the end. Returns the axes."""
+    units, when, shown = _core._letters(run.system), "", numpy.atleast_2d(run[group].tension)[-1]
+    if hasattr(run, "times"):
+        frame = -1 if time is None else numpy.argmin(abs(run.times - time))
+        if time is not None and not abs(run.times[frame] - time) <= 1e-9 * numpy.ptp(run.times):
+            raise ValueError(f"tensions: time: there is no output at {time:g}, the nearest one is at {run.times[frame]:g}")
+        when, shown = f" at t = {run.times[frame]:g} {units['time']}".rstrip(), run[group].tension[frame]
+    elif time is not None:
+        raise ValueError(f"tensions: time: {type(run).__name__} is of one instant")
     axes = _axes(axes)
-    units = _core._letters(run.system)
-    axes.hist(numpy.atleast_2d(run[group].tension)[time], bins=bins)
-    when = f" at t = {run.times[time]:g} {units['time']}".rstrip() if hasattr(run, "times") else ""
+    axes.hist(shown, bins=bins)
     axes.set_xlabel(_with_unit(f"tension of {group}{when}", units["force"]))
     axes.set_ylabel("members")
     return axes
@@ -62,6 +69,8 @@ def modes(result: "Modes", number: int = 0, scale: float | None = None, axes=Non
 
     scale  factor of the shape, whose q'Mq is 1; None: the largest deflection is a tenth of the size
     """
+    if not -len(result.omega) <= number < len(result.omega):
+        raise IndexError(f"modes: number: there are {len(result.omega)} modes, counted from 0, found {number}")
     rest, shape = result.positions, result.shapes[number]
     size, largest = numpy.ptp(rest, axis=0).max(), abs(shape).max()
     moved = rest + (0.1 * (size or 1.0) / largest if scale is None else scale) * shape

@@ -3,6 +3,7 @@
 import dataclasses
 import difflib
 import html
+import operator
 import os
 import sys
 import time
@@ -70,7 +71,7 @@ class Group(Member):
         members = len(self)
         if isinstance(number, slice):
             return [self[each] for each in range(*number.indices(members))]
-        if not -members <= number < members:
+        if not -members <= operator.index(number) < members:
             raise IndexError(f"{self.name} has {count(members, 'member')}, counted from 0")
         number %= members
         return Member(f"{self.name}[{number}]", self.multipliers[..., number, :])
@@ -90,11 +91,13 @@ def _look_up(name: str, observed: dict[str, numpy.ndarray], columns: dict[str, l
             values = numpy.asarray(observed[each])
             return values.reshape(*multipliers.shape[:-1], len(names))[..., names.index(name)]
     group, _, number = str(name).removesuffix("]").rpartition("[")
-    if group in groups and number.isdecimal() and int(number) < groups[group][1]:
-        return _look_up(group, {}, {}, groups, multipliers)[int(number)]
+    if group in groups and number.isdecimal():
+        if int(number) < groups[group][1]:
+            return _look_up(group, {}, {}, groups, multipliers)[int(number)]
+        raise KeyError(f"{name}: {group} has {count(groups[group][1], 'member')}, counted from 0")
     known = [*observed, *groups]
     near = difflib.get_close_matches(str(name), known, 1)
-    raise KeyError(f"{name}: there are {', '.join(known)}" + (f"; did you mean {near[0]}?" if near else ""))
+    raise KeyError(f"{name}: there are {', '.join(known) or 'no names'}" + (f"; did you mean {near[0]}?" if near else ""))
 
 
 @dataclasses.dataclass(eq=False)
@@ -238,8 +241,6 @@ def run(simulation: Simulation, t_end: "float | ArrayLike", every: float = 0.0, 
 
     An event that stops ends the run, too; see `simulation.time`.
     """
-    if not isinstance(simulation, Simulation):
-        raise TypeError(f"run: found {simulation!r}, wanted a Simulation; run_scene takes a Scene or a file")
     instants = _instants(simulation.time, t_end, every)
     if progress is True:
         progress = _Line(simulation.time, max(instants, default=0.0))
