@@ -85,7 +85,7 @@ def table_scene(folder: pathlib.Path) -> pathlib.Path:
 STOPPED = {"stops_at_once": "1 + 0.1*t^2", "stops_halfway": "1 + 0.1*max(0, t - 0.5)^2"}
 
 def crane_scene(folder: pathlib.Path) -> pathlib.Path:
-    """Two masses on a rope over two sheaves, a crank that moves, and a rope that is a formula."""
+    """Two masses on a rope over two sheaves, a crank that moves, a rope that is a formula, and a spring."""
     scene = {"tanor_scene": 1, "units": "si", "name": "crane",
              "points": {"positions": [[0, 0, 0], [0, 0, -1], [3.4, 0, 0], [3.1, 0, -0.9], [2.2, 0, -0.4], [-1, 0, 0.5], [1.8, 0, -0.5],
                                       [-2, 0, 2], [-2.3, 0, 1.2], [0.9, 0, 2]],
@@ -96,7 +96,7 @@ def crane_scene(folder: pathlib.Path) -> pathlib.Path:
                              {"name": "winch", "kind": "pulley", "pairs": [[5, 6]], "a": [-1, 0, 2], "b": [1.5, 0, 2]},
                              {"name": "cord", "kind": "formula", "points": [[7, 8, 9]],
                               "equation": "sqrt((x2-x1)^2+(z2-z1)^2)+sqrt((x3-x2)^2+(z3-z2)^2)-4.2"}],
-             "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}],
+             "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}, {"name": "coil", "kind": "spring", "pairs": [[4, 8]], "stiffness": 1}],
              "observe": [{"name": "torque", "what": "moment(crank, y, [3, 0, 0])"}, "max tension(links)", "load(hook)", "tension(links)", "tension(winch)"],
              "motion": {"start": "project", "t_end": 1, "output_every": 0.02}}
     path = folder / "crane.json"
@@ -180,15 +180,26 @@ def resting_scene(folder: pathlib.Path) -> pathlib.Path:
 
 
 def torn_scene(folder: pathlib.Path) -> pathlib.Path:
-    """A crank that turns about (-0.5, 0, 0) and is let go, above two rods, the lower one of which breaks before, and a table that goes."""
+    """A crank that turns about (-0.5, 0, 0) and is let go, above two rods, the lower one of which breaks before. A table, a bowl
+    and a ring let go, a rope, a spring and a bond break."""
     path = folder / "torn.json"
     path.write_text(json.dumps({
-        "tanor_scene": 1, "units": "real", "points": {"positions": [[0, 0, 0], [0, 0, -1], [0, 0, -2], [1, 0, 0]]},
+        "tanor_scene": 1, "units": "real", "points": {"positions": [[0, 0, 0], [0, 0, -1], [0, 0, -2], [1, 0, 0], [2, 0, -1], [3, 0, -1],
+                                                                 [4, 0, -1], [5, 0, -1], [6, 0, -1], [7, 0, 0], [8.5, 0, 0]]},
         "supports": [{"name": "crank", "points": [0], "motion": {"formula": ["0.5*cos(t)-0.5", "0", "0.5*sin(t)"]}}],
         "constraints": [{"name": "links", "kind": "rod", "pairs": [[0, 1], [1, 2]]},
-                        {"name": "table", "kind": "plane", "points": [3], "normal": [0, 0, 1]}],
-        "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}],
-        "events": [{"when": "t > 0.5237", "do": "break", "of": "links[1]"}, {"when": "t > 0.81", "do": "release", "of": "table"},
+                        {"name": "table", "kind": "plane", "points": [3], "normal": [0, 0, 1]},
+                        {"name": "bowl", "kind": "formula", "points": [[9]], "equation": "z1-0.2*((x1-7)^2+y1^2)"},
+                        {"name": "ball", "kind": "sphere", "points": [10], "center": [8, 0, 0]},
+                        {"name": "floor", "kind": "plane", "points": [10], "normal": [0, 0, 1]},
+                        {"name": "winch", "kind": "pulley", "pairs": [[4, 5]], "a": [2, 0, 0.5], "b": [3, 0, 0.5]}],
+        "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]},
+                   {"name": "coil", "kind": "spring", "pairs": [[6, 7]], "stiffness": 5},
+                   {"name": "glue", "kind": "bond", "pairs": [[7, 8]], "law": "harmonic", "stiffness": 5, "rest_length": 1}],
+        "events": [{"when": "t > 0.3", "do": "break", "of": "winch"}, {"when": "t > 0.35", "do": "break", "of": "coil"},
+                   {"when": "t > 0.4", "do": "break", "of": "glue"}, {"when": "t > 0.45", "do": "release", "of": "bowl"},
+                   {"when": "t > 0.5", "do": "release", "of": "floor"},
+                   {"when": "t > 0.5237", "do": "break", "of": "links[1]"}, {"when": "t > 0.81", "do": "release", "of": "table"},
                    {"when": "t > 1.13", "do": "release", "of": "crank"}],
         "motion": {"start": "project", "method": "rk4", "step": 0.001, "t_end": 1.5, "output_every": 0.1}}))
     return path

@@ -135,11 +135,16 @@ export async function tryOverlay(browser) {
 
 /** The histogram counts the tensions of all rods between the ends of the colours, beyond which they belong to the last bars. */
 export async function tryHistogram(browser, tensions) {
-  const [least, most] = await readData(browser, "colours.tensions"), counts = new Array(25).fill(0), { bins, texts } = await readOverlay(browser);
+  const [least, most] = await readData(browser, "colours.tensions"), counts = new Array(25).fill(0), { bins, texts, width } = await readOverlay(browser);
   for (const tension of tensions) ++counts[Math.min(24, Math.max(0, Math.floor((25 * (tension - least)) / (most - least))))];
   const largest = Math.max(...counts), wanted = counts.map((count) => (40 * count) / largest);
   const { force } = await readData(browser, "units"), title = `tension of ${tensions.length === 1 ? "the rod" : `${tensions.length} rods`}${force ? `, ${force}` : ""}`;
   browser.expect(texts[0].text === title, `over the histogram stands ${texts[0].text}, not ${title}`);
+  // Below the ends of the bar and, where it has both signs, below its middle stand their numbers.
+  const all = (await readData(browser, "motion.ranges.tensions")).flat(), write = (x) => String(+x.toPrecision(4)).replace("-", "−"), wide = Math.min(210, width - 32);
+  const labels = [[16, (Math.min(...all) < least && least < 0 ? "< " : "") + write(least)], ...(least < 0 && most > 0 ? [[16 + wide / 2, "0"]] : []), [16 + wide, (Math.max(...all) > most && most > 0 ? "> " : "") + write(most)]];
+  const below = texts.slice(1, 1 + labels.length).map(({ text, x, y }) => [x, text, y > texts[0].y + 50]);
+  browser.expect(JSON.stringify(below) === JSON.stringify(labels.map((each) => [...each, true])), `below the colours stand ${JSON.stringify(below)}, not ${JSON.stringify(labels)}`);
   // Packed numbers may fall into the neighbouring bar.
   const near = (k) => Math.abs(bins[k] - wanted[k]) < 3 + 0.02 * 40;
   browser.expect(counts.every((_, k) => near(k)), `the bars have ${bins} pixels, not ${wanted.map((each) => each.toFixed(1))}`);
@@ -148,28 +153,33 @@ export async function tryHistogram(browser, tensions) {
 /** What broke is drawn and chosen no more after its instant; what was let go is no support or guide from then on, and has no path and no arm. */
 export async function tryGone(browser, folder) {
   await browser.open(pathToFileURL(resolve(join(folder, "report.html"))).href);
-  const { rods: [[rod, broken]], supports: [[support, free]], guides: [[, off]] } = await readData(browser, "motion.gone"), { colours, motion } = await readData(browser, "run && JSON.parse(document.getElementById('data').textContent)");
+  const { rods: [[rod, broken]], supports: [[support, free]], guides, ties } = await readData(browser, "motion.gone"), { colours, motion } = await readData(browser, "run && JSON.parse(document.getElementById('data').textContent)");
   const rgb = (colour) => [1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16) / 255), isNear = (x, y) => Math.hypot(...x.map((each, k) => each - y[k])) < 1e-2;
   browser.expect(motion.pivots.length === 1 && isNear(motion.pivots[0], [support, -0.5, 0, 0]), `the crank turns about ${JSON.stringify(motion.pivots)}`);
   const marks = await browser.ask(`Array.from(document.querySelectorAll("#marks .event"), (each) => getComputedStyle(each).backgroundColor)`);
-  browser.expect(marks.length === 3 && marks.every((colour) => /^rgb\(/.test(colour)), `events are marked by ${marks}`);
+  browser.expect(marks.length === 8 && marks.every((colour) => /^rgb\(/.test(colour)), `events are marked by ${marks}`);
   const times = await readData(browser, "events.map((event) => event.t)");
-  browser.expect(times.length > 3 && times.every((time, k) => k === 0 || time >= times[k - 1]), `events are listed at ${times} s`);
+  browser.expect(times.length >= marks.length && times.every((time, k) => k === 0 || time >= times[k - 1]), `events are listed at ${times} s`);
   const see = (time) => browser.ask(`(() => {
     tanorPage.choose({ kind: "rod", number: ${rod} });
     tanorPage.seek(${time});
     tanorPage.render();
     const part = (name) => tanorPage.scene.getObjectByName(name).geometry.attributes, length = ({ a, b }, k) => Math.hypot(...[0, 1, 2].map((axis) => b.array[3 * k + axis] - a.array[3 * k + axis]));
     const fixed = []; tanorPage.scene.getObjectByName("supports").traverse((each) => (each.isLine || each.count) && fixed.push(each.isLine ? "path" : "foot"));
-    const guides = tanorPage.scene.getObjectByName("guides").children.map(({ name }) => name).join();
-    return { rods: Array.from({ length: ${motion.rods} }, (_, k) => length(part("rods"), k)), arm: length(part("arms"), 0), fixed: fixed.join(), guides,
+    const guides = tanorPage.scene.getObjectByName("guides").children.map(({ name }) => name).join(), ropes = part("ropes");
+    return { ropes: Array.from({ length: ropes.a.count }, (_, k) => length(ropes, k)), rods: Array.from({ length: ${motion.rods} }, (_, k) => length(part("rods"), k)), arm: length(part("arms"), 0), fixed: fixed.join(), guides,
       tint: Array.from(part("points").tint.array.slice(${3 * support}, ${3 * support + 3})), words: document.getElementById("tension").textContent };
   })()`);
-  for (const [time, isThere, isHeld] of [[broken - 1e-3, true, true], [broken + 1e-3, false, true], [off - 1e-3, false, true], [off + 1e-3, false, true], [free - 1e-3, false, true], [free + 1e-3, false, false]]) {
-    const seen = await see(time), at = `at ${time} s, where the rod breaks at ${broken} s and the crank is free at ${free} s,`;
+  browser.expect(ties.length === 3 && guides.length === 3, `${ties.length} ties and ${guides.length} guides go`);
+  for (const time of [broken, free, ...[...ties, ...guides].map(([, since]) => since)].flatMap((since) => [since - 1e-3, since + 1e-3])) {
+    const seen = await see(time), [isThere, isHeld] = [time < broken, time < free], at = `at ${time} s, where the rod breaks at ${broken} s and the crank is free at ${free} s,`;
     browser.expect(seen.rods.every((length, k) => (length > 0.1) === (k !== rod || isThere)), `${at} the rods are ${seen.rods} m long`);
     browser.expect(seen.words.startsWith("gone since") === !isThere && Number.isFinite(parseFloat(seen.words)) === isThere, `${at} stands ${seen.words}`);
-    browser.expect(seen.guides === (time < off ? "table" : ""), `${at} there is ${seen.guides}, which is let go at ${off} s`);
+    const holding = (list, gone) => list.map(({ name }) => name).filter((_, k) => !gone.some(([number, since]) => number === k && since <= time));
+    browser.expect(seen.guides === holding(motion.guides, guides).join(), `${at} the guides ${seen.guides} are drawn, ${JSON.stringify(guides)} go`);
+    // The ribbons of each tie stand one after the other: its course, and the wheels of its sheaves.
+    const drawn = motion.ties.filter(({ points, sheaves }) => seen.ropes.splice(0, points.length + sheaves.length - 1 + 32 * sheaves.length).some((length) => length > 0));
+    browser.expect(drawn.map(({ name }) => name).join() === holding(motion.ties, ties).join(), `${at} ${drawn.map(({ name }) => name)} are drawn, ${JSON.stringify(ties)} go`);
     browser.expect(isNear(seen.tint, rgb(isHeld ? colours.support : colours.bead)), `${at} the crank is painted ${seen.tint}`);
     browser.expect((Math.abs(seen.arm - 0.5) < 1e-3) === isHeld && seen.fixed.includes("path") === isHeld, `${at} the arm has ${seen.arm} m, and there are ${seen.fixed}`);
   }

@@ -238,8 +238,8 @@ CHECKS = {
     "report.txt": check_words("forQ", "eneQ"), "report.html": check_words("forQ", "lenQ"), "observables.csv": check_observables,
     "trajectory.csv": check_csv, "trajectory.npz": check_npz, "trajectory.h5": check_h5md,
     "trajectory.xyz": check_line('Units="[^"]*"', TIME, "lenQ", SPEED), "equilibrium.xyz": check_line('Units="[^"]*"', TIME, "lenQ", SPEED),
-    "trajectory.dump": check_line("ITEM: UNITS\n.*", TIME, "lenQ", SPEED, "forQ"),
-    "trajectory_rods.dump": check_line("ITEM: UNITS\n.*", "lenQ", "forQ"),
+    "trajectory.dump": check_line(r"ITEM: UNITS\ntime [^;]*", TIME, "lenQ", SPEED, "forQ"),
+    "trajectory_rods.dump": check_line(r"ITEM: UNITS\ntime [^;]*", "lenQ", "forQ"),
     "*.vtp": check_vtp, "error_time.csv": check_error_time, "error_time.md": check_words("lenQ", TIME),
     "error_time.svg": check_words("lenQ"), "error_time.png": check_nothing, "*.pvd": check_nothing, "shapes.npy": check_nothing,
     "checkpoint": check_nothing, "recording": check_nothing}

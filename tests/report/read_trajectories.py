@@ -129,6 +129,10 @@ def check_ase(out: pathlib.Path, arrays: dict) -> None:
 
 def check_rods(out: pathlib.Path, arrays: dict) -> None:
     lines = (out / "trajectory_rods.dump").read_text(encoding="utf-8").splitlines()
+    letters = "time s, length m, velocity m/s, force N; "  # then what the numbers of groups and types stand for
+    assert lines[:2] == ["ITEM: UNITS", letters + "groups: 1 rods"], lines[:2]
+    with open(out / "trajectory.dump", encoding="utf-8") as file:
+        assert [next(file).strip(), next(file).strip()] == ["ITEM: UNITS", letters + "type 2: 2 support0[0]"]
     starts = [k for k, line in enumerate(lines) if line.startswith("ITEM: ENTRIES")]
     assert lines[starts[0]].split()[2:] == ["index", "batom1", "batom2", "length", "tension", "group", "member"]
     for k, start in enumerate(starts):

@@ -355,6 +355,32 @@ TEST(RecordingTest, ARopeHasItsCourseAndItsTension) {
     EXPECT_TRUE(find_course({"tie", "", odd}, system.positions).empty());
 }
 
+/// They have no multiplier, so that their tension is not known here; one with a hidden end is not drawn.
+TEST(RecordingTest, SpringsAndBondsAreLinesBehindRopes) {
+  System system;
+  system.positions = {-1, 0, -2, 1, 0, -1, 2, 0, 0, 3, 0, 0};
+  system.masses = {1, 3, 1, 1};
+  system.constraints = {Pulleys{"winch", {{0, 1}}, Vector3{-1, 0, 0}, Vector3{1, 0, 0}}};
+  system.forces = {Springs{.pairs = {{2, 3}, {1, 2}}, .stiffness = 2.0},
+                   Bonds{.name = "glue", .pairs = {{0, 2}}, .stiffness = 1.0, .rest_length = 1.0}};
+  const std::vector<Index> all, some{0, 1, 2};
+
+  const std::vector<Guide> ties = list_ties(choose_parts(system, all));
+
+  ASSERT_EQ(ties.size(), 4u);
+  for (const auto& [k, name] : {std::pair{0, "winch[0]"}, {1, "spring0[0]"}, {2, "spring0[1]"}, {3, "glue[0]"}})
+    EXPECT_EQ(ties[k].name, name);
+  EXPECT_EQ(find_course(ties[2], system.positions), (std::vector<Vector3>{{1, 0, -1}, {2, 0, 0}}));
+  const ShownParts shown = choose_parts(system, some);
+  EXPECT_EQ(shown.ties.size(), 3u);
+  const std::vector<double> tensions = find_tie_tensions(shown, std::vector{-15.0});
+  EXPECT_EQ(tensions[0], 15.0);
+  for (const std::size_t k : {1u, 2u}) EXPECT_TRUE(std::isnan(tensions[k]));
+  std::get<Springs>(system.forces[0]).pairs.resize(2005, {2, 3});
+  EXPECT_EQ(name_guide(list_guides_without_picture(system, choose_parts(system, all), 0.0).back()),
+            "7 more ropes, formulas and springs");
+}
+
 TEST(RecordingTest, RopesThatAreTooManyToDrawAreCounted) {
   System system;
   system.positions = {-1, 0, -2, 1, 0, -1};

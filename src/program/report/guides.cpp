@@ -228,7 +228,7 @@ std::vector<Guide> list_guides_without_picture(const System& system, const Shown
   }
   std::size_t more = 0;
   place_guides(system, t_start, t_start, {}, &more);
-  for (const auto& [what, count] : {std::pair{"ropes and formulas", shown.ties_left_out}, {"guides", more}})
+  for (const auto& [what, count] : {std::pair{"ropes, formulas and springs", shown.ties_left_out}, {"guides", more}})
     if (count > 0) guides.push_back({of_others, what, {static_cast<double>(count)}});
   return guides;
 }

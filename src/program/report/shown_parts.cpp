@@ -15,12 +15,13 @@ namespace tanor::report {
 
 namespace {
 
-/// Adds the members of a constraint that a line from point to point shows, those whose points are all shown.
+/// Adds the members of a constraint or force that a line from point to point shows, those whose points are all shown.
 template <class Group>
 void add_ties(const Group& group, const std::string& name, const std::string& place, std::size_t row,
               const std::vector<std::int32_t>& slots, ShownParts* shown) {
   constexpr std::size_t most = 2000;  // each stands in every frame of a trajectory, as text
-  if constexpr (std::is_same_v<Group, Pulleys> || std::is_same_v<Group, UserConstraints>) {
+  if constexpr (std::is_same_v<Group, Pulleys> || std::is_same_v<Group, UserConstraints> ||
+                std::is_same_v<Group, Springs> || std::is_same_v<Group, Bonds>) {
     const auto& members = group.*KindOf<Group>::members;
     for (std::size_t k = 0; k < members.size(); ++k) {
       const std::string number = std::to_string(k);
@@ -100,6 +101,12 @@ ShownParts choose_parts(const System& system, std::span<const Index> chosen) {
     const auto [members, rows_per_member] = detail::shape_of(constraint);
     row += members * rows_per_member;
   }
+  for (std::size_t k = 0; k < system.forces.size(); ++k)
+    std::visit(
+        [&](const auto& group) {
+          add_ties(group, force_name(system, k), "forces/" + std::to_string(k), row, slots, &shown);
+        },
+        system.forces[k]);
   for (std::size_t k = 0; k < shown.num_points; ++k) {
     if (!is_touched[k]) shown.loose_points.push_back(static_cast<std::int32_t>(k));
   }

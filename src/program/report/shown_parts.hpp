@@ -45,14 +45,14 @@ struct ShownParts {
   };
   std::vector<Image> images;
 
-  /// A rope over sheaves, or a formula of several points, which is drawn from point to point.
+  /// A rope over sheaves, a formula of several points, a spring or a bond, which is drawn from point to point.
   struct Tie {
-    std::string kind, name, place;     ///< of its constraint, such as "rope[0]" and "constraints/2/0"
+    std::string kind, name, place;     ///< of its constraint or force, such as "rope[0]" and "constraints/2/0"
     std::vector<std::int32_t> points;  ///< positions in `points`
     std::vector<Vector3> sheaves;      ///< m, which it passes after its first point
-    std::size_t row;                   ///< among the multipliers
+    std::size_t row;                   ///< among the multipliers; beyond them for a force
   };
-  std::vector<Tie> ties;          ///< the first 2000
+  std::vector<Tie> ties;          ///< the first 2000, those of forces last
   std::size_t ties_left_out = 0;  ///< number of the others
   Units units{};                  ///< of the system
 

@@ -68,10 +68,18 @@ std::string list_units(const Units& units) {
   return list;
 }
 
-/// Returns what dumps begin with, as LAMMPS' own do. Its readers pass over the words.
-std::string make_dump_head(const ShownParts& shown) {
-  const std::string units = list_units(shown.units);
-  return units.empty() ? "" : "ITEM: UNITS\n" + units + "\n";
+/// Returns what dumps begin with, as LAMMPS' own do: the units, and the names that numbers in the columns stand for.
+/// Its readers pass over one line, of less than 1024 letters.
+std::string make_dump_head(const ShownParts& shown, const std::string& what, const std::vector<std::string>& names) {
+  constexpr std::size_t most = 900;
+  std::string line = list_units(shown.units);
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    const bool has_room = line.size() + names[k].size() < most;
+    line += k > 0 ? ", " : line.empty() ? what : "; " + what;
+    line += has_room ? names[k] : fmt::format("and {} more", names.size() - k);
+    if (!has_room) break;
+  }
+  return line.empty() ? "" : "ITEM: UNITS\n" + line + "\n";
 }
 
 bool is_periodic(const std::optional<Cell>& cell) {
@@ -186,7 +194,10 @@ std::unique_ptr<FrameFile> open_lammps_dump(const FrameFileRequest& request) {
           shown->points[k] + 1, shown->is_support[k] ? 2 : 1, r[0], r[1], r[2], v[0], v[1], v[2], f[0], f[1], f[2]);
     }
   };
-  return std::make_unique<TextTrajectory>(request, make_dump_head(*request.shown), print);
+  std::vector<std::string> names;
+  for (const auto& [slot, each] : request.shown->support_names)
+    names.push_back(fmt::format("{} {}", request.shown->points[slot] + 1, each[1]));
+  return std::make_unique<TextTrajectory>(request, make_dump_head(*request.shown, "type 2: ", names), print);
 }
 
 std::unique_ptr<FrameFile> open_lammps_rod_dump(const FrameFileRequest& request) {
@@ -206,7 +217,10 @@ std::unique_ptr<FrameFile> open_lammps_rod_dump(const FrameFileRequest& request)
       ++k;
     });
   };
-  return std::make_unique<TextTrajectory>(request, make_dump_head(*request.shown), print);
+  std::vector<std::string> names;
+  for (const ShownParts::RodGroup& each : request.shown->rod_groups)
+    names.push_back(fmt::format("{} {}", each.number, each.name));
+  return std::make_unique<TextTrajectory>(request, make_dump_head(*request.shown, "groups: ", names), print);
 }
 
 std::unique_ptr<FrameFile> open_observables(const FrameFileRequest& request) {

@@ -1,5 +1,5 @@
 import { labelsOf, type Chart } from "./charts";
-import { measure, units, words, type Arrays, type Motion, type PageData } from "./data";
+import { countRopes, measure, units, words, type Arrays, type Motion, type PageData } from "./data";
 import { fillList, find, make } from "./dom";
 import type { Chosen, View } from "./view";
 
@@ -22,7 +22,7 @@ const nameSupport = (motion: Motion, point: number) => `${motion.support_names[m
 
 /** Fills the kinds of things that can be chosen. */
 export function fillKinds(motion: Motion, { held }: Arrays): void {
-  const kinds = [["rod", "rod", motion.rods], ["point", held.length > motion.supports.length ? "held point" : "support", held.length], ["tie", "rope", motion.ties.length]] as const;
+  const kinds = [["rod", "rod", motion.rods], ["point", held.length > motion.supports.length ? "held point" : "support", held.length], ["tie", "rope", countRopes(motion)]] as const;
   const there = kinds.filter(([, , count]) => count);
   find("kind").replaceChildren(...there.map(([kind, label]) => new Option(label, kind)));
   find("chosen-part").hidden = there.length === 0;
@@ -32,7 +32,7 @@ export function fillKinds(motion: Motion, { held }: Arrays): void {
 export function admit({ kind, number }: Chosen, motion: Motion, { held }: Arrays): Chosen {
   const wanted = Math.max(0, Math.floor(number) || 0);
   if (kind === "point") return { kind, number: held.find((point) => point >= wanted) ?? held[held.length - 1] ?? 0 };
-  return { kind, number: Math.min(wanted, Math.max(0, (kind === "rod" ? motion.rods : motion.ties.length) - 1)) };
+  return { kind, number: Math.min(wanted, Math.max(0, (kind === "rod" ? motion.rods : countRopes(motion)) - 1)) };
 }
 
 /** Returns the force on what is chosen at all frames: tension of a rod or rope, load of a support, force of guides on a point. */

@@ -93,13 +93,16 @@ export interface Guide {
   rows: number[][]; // one, or one for each frame
 }
 
-/** A rope or formula between points, and the places of the sheaves that it passes on its way from the first point. */
+/** A rope, formula or spring between points, and the places of the sheaves that it passes on its way from the first point. */
 export interface Tie {
   kind: string;
   name: string;
   points: number[];
   sheaves: number[][];
 }
+
+/** How many of the ties have a multiplier: ropes and formulas, which come first. */
+export const countRopes = ({ ties }: Motion) => ties.filter(({ kind }) => kind === "pulley" || kind === "formula").length;
 
 /** A group of rods, of which all or some members are shown. */
 export interface RodGroup {

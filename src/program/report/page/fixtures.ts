@@ -35,7 +35,7 @@ export function drawSupports({ supports, times }: Motion, { positions }: Arrays,
   return group;
 }
 
-/** Ropes over their sheaves, and thin lines between the points of formulas. */
+/** Ropes over their sheaves, and thin lines between the points of formulas and springs. */
 export class Ropes {
   readonly ribbons: Ribbons;
   private sheave: number; // m, radius
@@ -47,8 +47,8 @@ export class Ropes {
     for (let k = 0; k < count; ++k) this.ribbons.tint.set(rgb, 3 * k);
   }
 
-  /** Places all ropes; `place` returns where a point is now, `isThere` whether a tie holds. */
-  stand(place: (point: number) => Vector3, isThere: (tie: number) => boolean): void {
+  /** Places all ropes; `place` returns where a point is now beside another one, `isThere` whether a tie holds. */
+  stand(place: (point: number, beside: number) => Vector3, isThere: (tie: number) => boolean): void {
     let k = 0;
     for (const [number, tie] of this.ties.entries()) {
       const add = (from: Vector3, to: Vector3) => { from.toArray(this.ribbons.a, 3 * k); (isThere(number) ? to : from).toArray(this.ribbons.b, 3 * k); ++k; };
@@ -69,7 +69,7 @@ export class Ropes {
 }
 
 /** Returns the places that a rope passes: its first point, its sheaves, its other points. */
-export function courseOf({ points, sheaves }: Tie, place: (point: number) => Vector3): Vector3[] {
-  const [first, ...rest] = points.map(place);
+export function courseOf({ points, sheaves }: Tie, place: (point: number, beside: number) => Vector3): Vector3[] {
+  const [first, ...rest] = points.map((point) => place(point, points[0]));
   return [first, ...sheaves.map(([x, y, z]) => new Vector3(x, y, z)), ...rest];
 }

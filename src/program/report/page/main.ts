@@ -1,6 +1,6 @@
 import { Charts, addDiagnostics, addHistories } from "./charts";
 import { admit, chartOf, fillKinds, fillTable, listForces, listObserved, tellPushed } from "./chosen";
-import { Swing, frames_of_period, measure, readPage, units, unpack, words, type Arrays, type PageData, type Rows } from "./data";
+import { Swing, countRopes, frames_of_period, measure, readPage, units, unpack, words, type Arrays, type PageData, type Rows } from "./data";
 import { find, make } from "./dom";
 import { fillDetails, fillHeadline } from "./facts";
 import { Film, save } from "./files";
@@ -77,7 +77,7 @@ class Page {
     }
     this.fillMarks();
     this.fillSpeed();
-    this.choose(this.chosen ?? { kind: motion.rods ? "rod" : motion.ties.length ? "tie" : "point", number: this.view?.findStrongest(this.end) ?? 0 }, time);
+    this.choose(this.chosen ?? { kind: motion.rods ? "rod" : countRopes(motion) ? "tie" : "point", number: this.view?.findStrongest(this.end) ?? 0 }, time);
     this.slice();
     if (looksAnew) this.view?.look("best");
     this.draw();

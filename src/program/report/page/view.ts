@@ -1,5 +1,5 @@
 import { Box3, Group, Line, Matrix3, Mesh, Object3D, Points, Scene, Vector3 } from "three";
-import { units, weighRows, words, type Arrays, type Colours, type Frames, type Motion } from "./data";
+import { countRopes, units, weighRows, words, type Arrays, type Colours, type Frames, type Motion } from "./data";
 import { Ropes, courseOf, drawCell, drawSupports } from "./fixtures";
 import { Beads, Ribbons, drawGuide, makeHaze, type Haze } from "./shapes";
 import type { Look, Stage } from "./stage";
@@ -240,7 +240,8 @@ export class View {
     return tell(Math.hypot(...[0, 1, 2].map((axis) => normal[row + axis] + (tangent[row + axis] ?? 0))), this.arrays.normal);
   }
 
-  private place = (k: number) => new Vector3().fromArray(this.now.shown, 3 * k);
+  /** Returns where a point is drawn: the image of it that stands beside another one. */
+  private place = (k: number, beside = k) => new Vector3().fromArray(this.now.places, 3 * k).sub(new Vector3().fromArray(this.now.places, 3 * beside)).add(new Vector3().fromArray(this.now.shown, 3 * beside));
 
   private get middleOfCell(): Vector3 {
     const { edges, origin } = this.motion.cell!;
@@ -379,7 +380,7 @@ export class View {
     for (const k of this.arrays.held) tryOne("point", k, this.now.shown.subarray(3 * k, 3 * k + 3));
     if (found && best < 8) return found; // which rods end at
     for (let k = 0; k < this.motion.rods; ++k) if (this.holds("rods", k)) tryOne("rod", k, this.rods.a.subarray(3 * k, 3 * k + 3), this.rods.b.subarray(3 * k, 3 * k + 3));
-    this.motion.ties.forEach((tie, k) => this.holds("ties", k) && courseOf(tie, this.place).forEach((to, part, course) => { if (part) tryOne("tie", k, course[part - 1].toArray(), to.toArray()); }));
+    this.motion.ties.slice(0, countRopes(this.motion)).forEach((tie, k) => this.holds("ties", k) && courseOf(tie, this.place).forEach((to, part, course) => { if (part) tryOne("tie", k, course[part - 1].toArray(), to.toArray()); }));
     return found;
   }
 }
