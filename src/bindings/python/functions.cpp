@@ -155,17 +155,19 @@ bool is_callable(const Given& given) {
   return PyCallable_Check(given.value.ptr()) != 0;
 }
 
+ScalarFunction column_of_table(const Given& given, std::size_t columns, std::size_t column, const char* what) {
+  std::vector<double> times;
+  read(given["times"], &times);
+  const auto values = result_of(given.value.attr("values"), static_cast<py::ssize_t>(columns * times.size()), what);
+  std::vector<double> numbers;
+  for (std::size_t k = 0; k < times.size(); ++k) numbers.push_back(values.data()[columns * k + column]);
+  return locate(given, [&] { return ScalarFunction::table(times, numbers); });
+}
+
 }  // namespace
 
 ScalarFunction function_of_time(const Given& given) {
-  if (py::hasattr(given.value, "times")) {
-    const auto values = result_of(given.value.attr("values"), py::len(given.value.attr("times")), "values [times]");
-    std::vector<double> times;
-    read(given["times"], &times);
-    return locate(given, [&] {
-      return ScalarFunction::table(times, std::vector<double>(values.data(), values.data() + values.size()));
-    });
-  }
+  if (py::hasattr(given.value, "times")) return column_of_table(given, 1, 0, "values [times]");
   if (is_callable(given)) {
     return ScalarFunction::custom(std::function<Jet<2>(const Jet<2>&)>([f = Shared(given.value)](const Jet<2>& t) {
       const py::gil_scoped_acquire acquired;
@@ -182,18 +184,11 @@ ScalarFunction function_of_time(const Given& given) {
 
 VectorFunction vector_function_of_time(const Given& given) {
   VectorFunction result;
-  if (py::hasattr(given.value, "times")) {
-    std::vector<double> times, column(static_cast<std::size_t>(py::len(given.value.attr("times"))));
-    read(given["times"], &times);
-    const auto values =
-        result_of(given.value.attr("values"), 3 * static_cast<py::ssize_t>(times.size()), "values [times, 3]");
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      for (std::size_t k = 0; k < times.size(); ++k) column[k] = values.data()[3 * k + axis];
-      result.components[axis] = locate(given, [&] { return ScalarFunction::table(times, column); });
-    }
-    return result;
-  }
   for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (py::hasattr(given.value, "times")) {
+      result.components[axis] = column_of_table(given, 3, axis, "values [times, 3]");
+      continue;
+    }
     result.components[axis] =
         ScalarFunction::custom(std::function<Jet<2>(const Jet<2>&)>([f = Shared(given.value), axis](const Jet<2>& t) {
           const py::gil_scoped_acquire acquired;

@@ -16,19 +16,20 @@
 namespace tanor::python {
 namespace {
 
-/// Returns the values of (method, step, max_step, rtol, atol, t_end, threads).
-scene::Overrides overrides_of(const py::tuple& values) {
+using namespace py::literals;
+
+scene::Overrides overrides_of(const py::dict& given) {
   scene::Overrides o;
-  const auto take = [&](std::size_t k, const char* name, auto* value) {
-    if (!values[k].is_none()) read({values[k], name}, &value->emplace());
+  const auto take = [&](const char* name, auto* value) {
+    if (const py::object found = given[name]; !found.is_none()) read({found, name}, &value->emplace());
   };
-  take(0, "method", &o.method);
-  take(1, "step", &o.step);
-  take(2, "max_step", &o.max_step);
-  take(3, "rtol", &o.rtol);
-  take(4, "atol", &o.atol);
-  take(5, "t_end", &o.t_end);
-  take(6, "threads", &o.threads);
+  take("method", &o.method);
+  take("step", &o.step);
+  take("max_step", &o.max_step);
+  take("rtol", &o.rtol);
+  take("atol", &o.atol);
+  take("t_end", &o.t_end);
+  take("threads", &o.threads);
   return o;
 }
 
@@ -36,28 +37,26 @@ std::unique_ptr<SceneFile> load(const py::object& file, const py::object& method
                                 const py::object& max_step, const py::object& rtol, const py::object& atol,
                                 const py::object& t_end, const py::object& threads) {
   const std::string path = py::module_::import("os").attr("fspath")(file).cast<std::string>();
-  scene::Overrides overrides = overrides_of(py::make_tuple(method, step, max_step, rtol, atol, t_end, threads));
   std::string text;
   try {
     text = scene::read_text(path);
   } catch (const InputError& error) {
     throw InputError(path, error.what());
   }
-  auto result = std::make_unique<SceneFile>(std::move(text), path, std::move(overrides));
+  const auto named = py::dict("method"_a = method, "step"_a = step, "max_step"_a = max_step, "rtol"_a = rtol,
+                              "atol"_a = atol, "t_end"_a = t_end, "threads"_a = threads);
+  auto result = std::make_unique<SceneFile>(std::move(text), path, named);
   result->read();  // reports errors now
   return result;
 }
 
 py::tuple get_state(const SceneFile& self) {
-  const scene::Overrides& o = self.overrides;
-  return py::make_tuple(self.text, self.file, o.method, o.step, o.max_step, o.rtol, o.atol, o.t_end, o.threads,
-                        self.seen);
+  return py::make_tuple(self.text, self.file, py::tuple(self.overrides.attr("items")()), self.seen);
 }
 
 std::unique_ptr<SceneFile> set_state(const py::tuple& s) {
-  auto result = std::make_unique<SceneFile>(s[0].cast<std::string>(), s[1].cast<std::string>(),
-                                            overrides_of(s[py::slice(2, 9, 1)]));
-  result->seen = s[9].attr("copy")().cast<py::dict>();
+  auto result = std::make_unique<SceneFile>(s[0].cast<std::string>(), s[1].cast<std::string>(), py::dict(s[2]));
+  result->seen = s[3].attr("copy")().cast<py::dict>();
   return result;
 }
 
@@ -84,12 +83,13 @@ Raises InputError with the file, the place in it and the rule.
 
 }  // namespace
 
-SceneFile::SceneFile(std::string the_text, std::string the_file, scene::Overrides the_overrides)
+SceneFile::SceneFile(std::string the_text, std::string the_file, py::dict the_overrides)
     : text(std::move(the_text)), file(std::move(the_file)), overrides(std::move(the_overrides)) {}
 
-void SceneFile::read_with(const scene::Overrides& changed) {
+void SceneFile::read_with(const py::dict& changed) {
+  const scene::Overrides read = overrides_of(changed);
   try {
-    scene_ = without_lock([&] { return scene::parse_scene(text, file, changed); });
+    scene_ = without_lock([&] { return scene::parse_scene(text, file, read); });
   } catch (const InputError& error) {
     std::string where = error.where();
     if (!where.starts_with("--")) throw;
@@ -118,8 +118,8 @@ void bind_scene(py::module_& module) {
           "t_end",
           [](SceneFile& self) { return self.read().has_end() ? std::optional(self.read().t_end) : std::nullopt; },
           [](SceneFile& self, const py::object& t_end) {
-            scene::Overrides changed = self.overrides;
-            read({t_end, "t_end"}, &changed.t_end);
+            const py::dict changed(self.overrides.attr("copy")());
+            changed["t_end"] = t_end;
             self.read_with(changed);
           },
           "(float | None) s; None: not given")

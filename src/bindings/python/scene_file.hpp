@@ -13,15 +13,15 @@ namespace tanor::python {
 /// pickle.
 class SceneFile {
  public:
-  SceneFile(std::string text, std::string file, scene::Overrides overrides);
+  SceneFile(std::string text, std::string file, py::dict overrides);
 
   /// Returns the scene. Throws InputError.
   const scene::Scene& read();
   /// Reads it again with other overrides. What throws an InputError changes nothing.
-  void read_with(const scene::Overrides& changed);
+  void read_with(const py::dict& changed);
 
   const std::string text, file;
-  scene::Overrides overrides;
+  py::dict overrides;  // by name
   py::dict seen;
 
  private:

@@ -67,10 +67,8 @@ def argument(text: str) -> str:
 
 def compiled(name: str, doc: str, indent: str) -> str:
     """The first line of pybind11's docstring is the signature."""
-    from tanor.description import split
-
     match = re.match(r"(\w+)\((.*)\) -> (.*)", doc)
-    arguments = ", ".join(argument(part) for part in split(match[2], ","))
+    arguments = ", ".join(map(argument, re.split(r", (?![^(\[]*[)\]])", match[2])))  # at commas outside of brackets
     arguments = arguments.replace("options: SolverOptions", "options: " + OPTIONS.get(name, "SolverOptions"))
     result = re.sub(r"tanor\._core\.", "", match[3]).replace("List[", "list[").replace("Tuple[", "tuple[")
     arguments = arguments.replace("self: _core.", "self: ").replace("tanor._core.", "")

@@ -31,23 +31,13 @@ def refuse_names(what: str, known: Collection[str], named: dict) -> None:
             raise TypeError(f"{what} has no argument {name!r} {_meant(name, known)}")
 
 
-def split(text: str, at: str) -> list[str]:
-    """The parts of a text between commas, or other letters, outside of brackets."""
-    parts, depth = [""], 0
-    for letter in text:
-        depth += (letter in "([") - (letter in ")]")
-        parts += [""] if letter == at and depth == 0 else []
-        parts[-1] += letter if letter != at or depth else ""
-    return [part.strip() for part in parts if part.strip()]
-
-
 def signature_of(function: Callable) -> inspect.Signature:
     """The arguments of a function. The first line of a compiled one's text has them, with its types and defaults as texts."""
     compiled = re.match(r"\w+\((.*)\) -> ", function.__doc__ or "")
     if not compiled:
         return inspect.signature(function)
     parameters, kind = [], inspect.Parameter.POSITIONAL_OR_KEYWORD
-    for text in split(compiled[1], ","):
+    for text in re.split(r", (?![^(\[]*[)\]])", compiled[1]):  # commas outside of brackets
         name, annotation, default = re.fullmatch(r"([*\w]+)(?:: ([^=]+?))?(?: = (.*))?", text).groups()
         if name == "*":  # what follows stands by name
             kind = inspect.Parameter.KEYWORD_ONLY
@@ -94,7 +84,7 @@ def refuse_values(what: str, signature: inspect.Signature, arguments: tuple, nam
         annotation = signature.parameters[name].annotation
         text = annotation if isinstance(annotation, str) else inspect.formatannotation(annotation)
         words = []
-        for each in split(re.sub(r"Optional\[(.*)\]", r"\1 | None", text), "|"):
+        for each in re.split(r" \| (?![^\[]*\])", re.sub(r"Optional\[(.*)\]", r"\1 | None", text)):
             kind = each if each in _TYPES else re.sub(r"\[.*", "", each).rpartition(".")[2].rpartition(":")[2]
             known, fits = _TYPES.get(kind, (f"{'an' if kind[0] in 'AEIOU' else 'a'} {kind}", lambda value: kind in [base.__name__ for base in type(value).__mro__]))
             words.append(known)
