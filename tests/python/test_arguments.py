@@ -1,6 +1,8 @@
 """Wrong arguments are told in words: which one, what was found, what is wanted; nothing is said in those of the binding."""
 
+import importlib.util
 import os
+import pickle
 import unittest
 
 import numpy
@@ -17,6 +19,11 @@ def cable(**changed) -> tanor.System:
     for name, value in changed.items():
         setattr(system, name, value)
     return system
+
+
+has_plots = importlib.util.find_spec("matplotlib") is not None
+if has_plots:
+    from matplotlib import pyplot
 
 
 class Arguments(unittest.TestCase):
@@ -79,6 +86,7 @@ class Arguments(unittest.TestCase):
         self.assertEqual(len(run.times), 3)
         self.assertEqual(tanor.run(simulation, (0.3, 0.4)).times[-1], 0.4)
 
+    @unittest.skipUnless(has_plots, "without matplotlib")
     def test_things_that_are_no_run_and_instants_that_are_no_outputs(self):
         run = tanor.run(tanor.Simulation(cable()), 0.2, 0.05)
         rest = tanor.find_equilibrium(cable())
@@ -104,11 +112,20 @@ class Arguments(unittest.TestCase):
             (lambda: run["links[12]"], "links[12]: links has 4 members, counted from 0"),
             (lambda: plot.tensions(run, "lnks"), "lnks: there are t, max tension(links), min tension(links), load(hook), links; did you mean links?")])
 
+    @unittest.skipUnless(has_plots, "without matplotlib")
+    def test_reports_that_were_pickled_are_drawn(self):
+        modes = tanor.modes(cable(), tanor.find_equilibrium(cable()).positions)
+        copied = pickle.loads(pickle.dumps(modes))
+        self.assertEqual(len(tanor.plot.modes(copied).lines), len(tanor.plot.modes(modes).lines))
+
+    @unittest.skipUnless(has_plots, "without matplotlib")
     def test_a_time_of_a_histogram_is_an_instant_of_the_run(self):
         system = cable(velocities=[[0.5 * k, 0, 0] for k in range(5)])  # it swings
         run = tanor.run(tanor.Simulation(system), 0.2, 0.05)
         for k, time in enumerate(run.times):
-            axes = tanor.plot.tensions(run, "links", time=time, bins=7)
+            given = pyplot.subplots()[1]
+            axes = tanor.plot.tensions(run, "links", time=time, bins=7, axes=given)
+            self.assertIs(axes, given)
             wanted, edges = numpy.histogram(run["links"].tension[k], 7)
             self.assertEqual([bar.get_height() for bar in axes.patches], list(wanted))
             self.assertAlmostEqual(axes.patches[0].get_x(), edges[0], 9)

@@ -54,7 +54,7 @@ def _has_numbers(value: Any) -> bool:
         return False
 
 
-# Types of arguments: in words, and what is one. All others are accepted by the names of their classes.
+# Types of arguments: in words, and what is one. All others are known by the names of their classes, reports that were pickled by theirs.
 _TYPES = {
     "None": ("None", lambda value: value is None),
     "bool": ("True or False", lambda value: isinstance(value, (bool, int, numpy.bool_))),
@@ -67,9 +67,14 @@ _TYPES = {
     "Callable": ("a function", callable),
     "PathLike": ("a path", lambda value: hasattr(value, "__fspath__")),
     "Simulation": ("a Simulation (run_scene takes a Scene or a file)", lambda value: isinstance(value, _core.Simulation)),
-    "Any": ("anything", lambda value: True),
+    **dict.fromkeys(("Any", "object", "_empty"), ("anything", lambda value: True)),
 }
-_TYPES["object"] = _TYPES["Any"]
+
+
+def _type_of(text: str) -> tuple:
+    kind = text if text in _TYPES else re.sub(r"\[.*", "", text).rpartition(".")[2].rpartition(":")[2]
+    return _TYPES.get(kind, (f"{'an' if kind[0] in 'AEIOU' else 'a'} {kind}",
+                             lambda value: {kind, "SimpleNamespace"} & {base.__name__ for base in type(value).__mro__}))
 
 
 def refuse_values(what: str, signature: inspect.Signature, arguments: tuple, named: dict) -> None:
@@ -83,15 +88,9 @@ def refuse_values(what: str, signature: inspect.Signature, arguments: tuple, nam
     for name, value in given.items():
         annotation = signature.parameters[name].annotation
         text = annotation if isinstance(annotation, str) else inspect.formatannotation(annotation)
-        words = []
-        for each in re.split(r" \| (?![^\[]*\])", re.sub(r"Optional\[(.*)\]", r"\1 | None", text)):
-            kind = each if each in _TYPES else re.sub(r"\[.*", "", each).rpartition(".")[2].rpartition(":")[2]
-            known, fits = _TYPES.get(kind, (f"{'an' if kind[0] in 'AEIOU' else 'a'} {kind}", lambda value: kind in [base.__name__ for base in type(value).__mro__]))
-            words.append(known)
-            if fits(value):
-                break
-        else:
-            raise TypeError(f"{what}: {name}: found {short(value)}, wanted {' or '.join(words)}")
+        wanted = [_type_of(each) for each in re.split(r" \| (?![^\[]*\])", re.sub(r"Optional\[(.*)\]", r"\1 | None", text))]
+        if not any(fits(value) for _, fits in wanted):
+            raise TypeError(f"{what}: {name}: found {short(value)}, wanted {' or '.join(words for words, _ in wanted)}")
 
 
 def tells_names(function: Callable, what: str = "") -> Callable:
