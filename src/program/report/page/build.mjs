@@ -7,7 +7,7 @@ import { fileURLToPath } from "node:url";
 const here = dirname(fileURLToPath(import.meta.url));
 const folder = resolve(process.argv[2]);
 const modules = join(folder, "node_modules");
-const esbuild = createRequire(join(folder, "package.json"))("esbuild");
+const esbuild = createRequire(join(folder, "package.json"))("esbuild-wasm");
 
 const bundle = async (entry) => {
   const result = await esbuild.build({
