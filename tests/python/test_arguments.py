@@ -48,6 +48,10 @@ class Arguments(unittest.TestCase):
             (lambda: tanor.modes(cable(), None, 4), "/modes: found 4, wanted ModesOptions, or its fields by name, count=..."),
             (lambda: tanor.find_buckling(cable(), "weight"), "/buckling: found 'weight', wanted BucklingOptions, or its fields by name, loads=...")])
 
+    def test_buckling_asks_for_its_loads(self):
+        self.expect(tanor.InputError, [
+            (lambda: tanor.find_buckling(cable()), '/buckling/loads: none are named, wanted are those of the forces that grow, loads="weight"')])
+
     def test_arrays_fit_the_number_of_points(self):
         self.expect(tanor.InputError, [
             (lambda: tanor.Simulation(cable(masses=[1.0, 2.0, 3.0])), "/masses: found [1.0, 2.0, 3.0], wanted 5 numbers, or one for all points"),
@@ -157,6 +161,7 @@ class Arguments(unittest.TestCase):
         scene.t_end = None  # that of the file
         self.assertEqual(scene.t_end, 10.0)
         self.expect(tanor.InputError, [
+            (lambda: tanor.run_scene("nothing.json"), "nothing.json cannot be read: No such file or directory"),
             (lambda: tanor.Scene(SCENE, rtol="small"), "rtol: found 'small', wanted a number"),
             (lambda: tanor.Scene(SCENE, t_end=-1), "t_end: found number -1, wanted a time after t_start = 0")])
 

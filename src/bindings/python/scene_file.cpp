@@ -37,15 +37,9 @@ std::unique_ptr<SceneFile> load(const py::object& file, const py::object& method
                                 const py::object& max_step, const py::object& rtol, const py::object& atol,
                                 const py::object& t_end, const py::object& threads) {
   const std::string path = py::module_::import("os").attr("fspath")(file).cast<std::string>();
-  std::string text;
-  try {
-    text = scene::read_text(path);
-  } catch (const InputError& error) {
-    throw InputError(path, error.what());
-  }
   const auto named = py::dict("method"_a = method, "step"_a = step, "max_step"_a = max_step, "rtol"_a = rtol,
                               "atol"_a = atol, "t_end"_a = t_end, "threads"_a = threads);
-  auto result = std::make_unique<SceneFile>(std::move(text), path, named);
+  auto result = std::make_unique<SceneFile>(scene::read_text(path), path, named);
   result->read();  // reports errors now
   return result;
 }

@@ -95,6 +95,8 @@ Buckling buckle(const py::object& object, const py::object& options, const py::o
   const System system = read_system(object);
   const System held = without_open_constraints(system, flags_to_read(open_rows));
   const auto chosen = read_options<BucklingOptions>("find_buckling", options, solver, named, object);
+  if (chosen.loads.empty())
+    throw InputError("/buckling/loads", "none are named, wanted are those of the forces that grow, loads=\"weight\"");
   const std::vector<double> at = positions_of(system, positions);
   return without_lock([&] { return find_buckling(held, at, chosen); });
 }
