@@ -242,7 +242,8 @@ TEST(PictureTest, EveryKindOfGuideIsDrawn) {
                                           {"helix", "", {0.5, 0, 0, 1, 0, 0, 0.2, 0.3, 0}},
                                           formula_guide("z1-0.2*((x1-0.5)^2-y1^2)"),
                                           {"cell", "", {0, -0.5, -0.5, 1, 0, 0, 0, 1, 0, 0, 0, 1}},
-                                          {"tie", "", {2, 0, 0.5, 0, 1, 0.5, 0, 0, 1}}};
+                                          {"tie", "", {2, 0, 0.5, 0, 1, 0.5, 0, 0, 1}},
+                                          {"spring", "", {0, 0, 1}}};
   Picture picture = make_rod(5.0);
   picture.style.from = {{0.3, 0.2, 1}};
   for (const report::Guide& guide : guides) {

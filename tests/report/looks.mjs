@@ -178,7 +178,7 @@ export async function tryGone(browser, folder) {
     const holding = (list, gone) => list.map(({ name }) => name).filter((_, k) => !gone.some(([number, since]) => number === k && since <= time));
     browser.expect(seen.guides === holding(motion.guides, guides).join(), `${at} the guides ${seen.guides} are drawn, ${JSON.stringify(guides)} go`);
     // The ribbons of each tie stand one after the other: its course, and the wheels of its sheaves.
-    const drawn = motion.ties.filter(({ points, sheaves }) => seen.ropes.splice(0, points.length + sheaves.length - 1 + 32 * sheaves.length).some((length) => length > 0));
+    const drawn = motion.ties.filter(({ kind, points, sheaves }) => seen.ropes.splice(0, kind === "spring" ? 16 : points.length + sheaves.length - 1 + 32 * sheaves.length).some((length) => length > 0));
     browser.expect(drawn.map(({ name }) => name).join() === holding(motion.ties, ties).join(), `${at} ${drawn.map(({ name }) => name)} are drawn, ${JSON.stringify(ties)} go`);
     browser.expect(isNear(seen.tint, rgb(isHeld ? colours.support : colours.bead)), `${at} the crank is painted ${seen.tint}`);
     browser.expect((Math.abs(seen.arm - 0.5) < 1e-3) === isHeld && seen.fixed.includes("path") === isHeld, `${at} the arm has ${seen.arm} m, and there are ${seen.fixed}`);
@@ -222,8 +222,16 @@ export async function compareFixtures(browser, motion, positions) {
     browser.expect(isOnPath || feet.some((foot) => away(foot, place(point)) < 0.05 * size), `neither ground nor a path is drawn at support ${point}`);
   }
   let k = 0;
-  for (const { name, points, sheaves } of motion.ties) {
+  for (const { kind, name, points, sheaves } of motion.ties) {
     const [first, ...rest] = points.map(place), course = [first, ...sheaves, ...rest];
+    if (kind === "spring") {
+      // A coil from end to end, whose turns stand by a twentieth of its length around the line between them.
+      const parts = 16, [a, b] = ropes.map((list) => list.slice(k, k + parts)), long = away(first, rest[0]), about = a.map((turn, part) => away(turn, first.map((x, axis) => x + (part / parts) * (rest[0][axis] - x))) / long);
+      browser.expect(a.length === parts && away(a[0], first) + away(b.at(-1), rest[0]) < 1e-3 * size && a.slice(1).every((from, part) => away(from, b[part]) < 1e-6 * size), `the spring ${name} does not go from ${first} to ${rest[0]}`);
+      browser.expect(about.slice(1).every((each) => each > 0.04 && each < 0.051), `the turns of ${name} stand ${about} of its length off`);
+      k += parts;
+      continue;
+    }
     const worst = Math.max(...course.slice(1).map((to, part) => Math.max(away(ropes[0][k + part], course[part]), away(ropes[1][k + part], to))));
     browser.expect(worst < 1e-3 * size, `the rope ${name} is drawn ${worst} m from where it is`);
     k += course.length - 1;

@@ -356,7 +356,7 @@ TEST(RecordingTest, ARopeHasItsCourseAndItsTension) {
 }
 
 /// They have no multiplier, so that their tension is not known here; one with a hidden end is not drawn.
-TEST(RecordingTest, SpringsAndBondsAreLinesBehindRopes) {
+TEST(RecordingTest, SpringsAreCoilsAndBondsLinesBehindRopes) {
   System system;
   system.positions = {-1, 0, -2, 1, 0, -1, 2, 0, 0, 3, 0, 0};
   system.masses = {1, 3, 1, 1};
@@ -370,7 +370,16 @@ TEST(RecordingTest, SpringsAndBondsAreLinesBehindRopes) {
   ASSERT_EQ(ties.size(), 4u);
   for (const auto& [k, name] : {std::pair{0, "winch[0]"}, {1, "spring0[0]"}, {2, "spring0[1]"}, {3, "glue[0]"}})
     EXPECT_EQ(ties[k].name, name);
-  EXPECT_EQ(find_course(ties[2], system.positions), (std::vector<Vector3>{{1, 0, -1}, {2, 0, 0}}));
+  EXPECT_EQ(find_course(ties[3], system.positions), (std::vector<Vector3>{{-1, 0, -2}, {2, 0, 0}}));
+  const std::vector<Vector3> coil = find_course(ties[2], system.positions);
+  EXPECT_EQ(coil.front(), (Vector3{1, 0, -1}));
+  EXPECT_EQ(coil.back(), (Vector3{2, 0, 0}));
+  for (std::size_t k = 1; k + 1 < coil.size(); ++k) {
+    const double part = static_cast<double>(k) / static_cast<double>(coil.size() - 1);
+    const auto [x, y, z] = coil[k];
+    EXPECT_NEAR(x - 1 + z + 1, 2 * part, 1e-12) << "beside its place on the way of a spring along (1, 0, 1)";
+    EXPECT_NEAR(std::hypot(x - 1 - part, y, z + 1 - part), 0.05 * std::sqrt(2.0), 1e-12);
+  }
   const ShownParts shown = choose_parts(system, some);
   EXPECT_EQ(shown.ties.size(), 3u);
   const std::vector<double> tensions = find_tie_tensions(shown, std::vector{-15.0});
@@ -378,7 +387,7 @@ TEST(RecordingTest, SpringsAndBondsAreLinesBehindRopes) {
   for (const std::size_t k : {1u, 2u}) EXPECT_TRUE(std::isnan(tensions[k]));
   std::get<Springs>(system.forces[0]).pairs.resize(2005, {2, 3});
   EXPECT_EQ(name_guide(list_guides_without_picture(system, choose_parts(system, all), 0.0).back()),
-            "7 more ropes, formulas and springs");
+            "7 more ropes, formulas, springs and bonds");
 }
 
 TEST(RecordingTest, RopesThatAreTooManyToDrawAreCounted) {

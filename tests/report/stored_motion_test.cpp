@@ -350,6 +350,18 @@ TEST(PivotTest, OnlyPlacesOnACircleHaveOne) {
   EXPECT_FALSE(find_pivot(along([](double u) { return Vector3{std::cos(u), 0.9 * std::sin(u), 0}; }), 1e9));
 }
 
+/// Its coil stands out of the plane in which its ends move, and pictures look at that plane.
+TEST(MotionExtentTest, ASpringLeavesAMotionInItsPlane) {
+  StoredFrame frame;
+  frame.positions = {0, 0, 0, 1, 0, 2};
+  frame.is_support = {false, false};
+  frame.guides = {{"spring", "coil[0]", {0, 0, 1}}};
+  EXPECT_GT(std::abs(find_course(frame.guides[0], frame.positions)[1][1]), 0.05);
+  const MotionExtent extent = measure_motion({frame});
+  EXPECT_EQ(extent.least, (Vector3{0, 0, 0}));
+  EXPECT_EQ(extent.most, (Vector3{1, 0, 2}));
+}
+
 /// A frame has the cell of a sample that is periodic in all directions, and a picture has room for all of it.
 TEST(MotionExtentTest, ACellIsSeenAsAWhole) {
   System system;

@@ -81,7 +81,7 @@ void add_cord(Vec3 a, Vec3 b, double radius, const GuideSpace& space, Shapes* sh
   shapes->cones.push_back({p, q, thick, thick, support_colour});
 }
 
-/// Adds a rope or the line of a formula. Each sheave is a wheel in the plane of the rope there.
+/// Adds a rope, the line of a formula or a spring. Each sheave is a wheel in the plane of the rope there.
 void add_tie(const report::Guide& tie, const GuideSpace& space, Shapes* shapes) {
   constexpr int arcs = 32;
   const std::vector<Vector3> course = report::find_course(tie, space.positions);
@@ -142,7 +142,7 @@ void add_guide(const report::Guide& guide, const GuideSpace& space, Shapes* shap
     const std::vector<Vector3> ends = report::find_edges(guide);
     for (std::size_t k = 0; k < ends.size(); k += 2)
       add_curve({make_vec3(ends[k]), make_vec3(ends[k + 1])}, space, shapes);
-  } else if (guide.kind == "tie") {
+  } else if (report::has_course(guide)) {
     add_tie(guide, space, shapes);
   }
 }

@@ -206,7 +206,10 @@ std::vector<Guide> list_ties(const ShownParts& shown, std::span<const Passage> p
   const GoneTimes gone(passages);
   std::vector<Guide> guides;
   for (const ShownParts::Tie& tie : shown.ties) {
-    Guide guide{"tie", tie.name, {static_cast<double>(tie.sheaves.size())}, gone.of(tie.place)};
+    Guide guide{tie.kind == "spring" ? tie.kind : "tie",
+                tie.name,
+                {static_cast<double>(tie.sheaves.size())},
+                gone.of(tie.place)};
     for (const Vector3& sheave : tie.sheaves) guide.numbers.insert(guide.numbers.end(), sheave.begin(), sheave.end());
     guide.numbers.insert(guide.numbers.end(), tie.points.begin(), tie.points.end());
     guides.push_back(std::move(guide));
@@ -228,7 +231,8 @@ std::vector<Guide> list_guides_without_picture(const System& system, const Shown
   }
   std::size_t more = 0;
   place_guides(system, t_start, t_start, {}, &more);
-  for (const auto& [what, count] : {std::pair{"ropes, formulas and springs", shown.ties_left_out}, {"guides", more}})
+  for (const auto& [what, count] :
+       {std::pair{"ropes, formulas, springs and bonds", shown.ties_left_out}, {"guides", more}})
     if (count > 0) guides.push_back({of_others, what, {static_cast<double>(count)}});
   return guides;
 }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <span>
@@ -21,12 +23,17 @@ struct Guide {
   /// Geometry at one time, in m except directions, and the turns and the phase (rad) of a helix:
   /// plane n, offset | sphere c, R | line o, d | circle c, n, R | ellipsoid c, radii, axis, second axis |
   /// helix o, axis, radius, pitch, phase | formula t, index of the step that is xi, then each step of an Expression:
-  /// operation, a, b, constant (of a variable: 0 to 3 for x, y, z, t) | tie number of its sheaves, these, then the rows
-  /// of its points among those of the frame | cell origin, its three edges. A single number means that the guide has no
-  /// picture.
+  /// operation, a, b, constant (of a variable: 0 to 3 for x, y, z, t) | tie, spring number of its sheaves, these, then
+  /// the rows of its points among those of the frame | cell origin, its three edges. A single number means that the
+  /// guide has no picture.
   std::vector<double> numbers;
   double gone = std::numeric_limits<double>::quiet_NaN();  ///< since when it holds no longer, s; NaN where it holds
 };
+
+/// Returns true for what is drawn along its course from point to point.
+inline bool has_course(const Guide& guide) {
+  return guide.kind == "tie" || guide.kind == "spring";
+}
 
 inline bool has_picture(const Guide& guide) {
   return guide.numbers.size() > 1;
@@ -39,9 +46,33 @@ inline bool has_picture(const Guide& guide) {
 std::vector<Guide> place_guides(const System& system, double t_start, double t, std::span<const Passage> passages = {},
                                 std::size_t* left_out = nullptr);
 
+/// Returns a coil of square turns along the way from a place to another one, as springs are drawn.
+inline std::vector<Vector3> make_coil(const Vector3& a, const Vector3& b) {
+  constexpr std::size_t parts = 16;
+  const Vector3 d{b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+  std::size_t least = 0;
+  for (const std::size_t axis : {1u, 2u})
+    if (std::abs(d[axis]) < std::abs(d[least])) least = axis;
+  const std::size_t i = (least + 1) % 3, j = (least + 2) % 3;
+  const double width = 0.05, length = std::hypot(d[0], d[1], d[2]), part = length > 0.0 ? width / length : 0.0;
+  std::array<Vector3, 2> across{};  // d x e and d x (d x e)/|d| with e along the axis that d is least along
+  across[0][i] = width * d[j];
+  across[0][j] = -width * d[i];
+  across[1][least] = -part * (d[i] * d[i] + d[j] * d[j]);
+  across[1][i] = part * d[least] * d[i];
+  across[1][j] = part * d[least] * d[j];
+  std::vector<Vector3> places(parts + 1, a);
+  for (std::size_t k = 1; k <= parts; ++k)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      places[k][axis] += d[axis] * static_cast<double>(k) / parts + (k == parts  ? 0.0
+                                                                     : k % 4 < 2 ? across[k % 2][axis]
+                                                                                 : -across[k % 2][axis]);
+  return places;
+}
+
 /// Returns the ties as guides.
 std::vector<Guide> list_ties(const ShownParts& shown, std::span<const Passage> passages = {});
-/// Returns the places that a tie passes, from its first point to its last one; none if its numbers are no tie's.
+/// Returns the places that a tie or spring passes, from its first point to its last one; none if its numbers are none.
 inline std::vector<Vector3> find_course(const Guide& tie, std::span<const double> positions) {
   const std::vector<double>& n = tie.numbers;
   const auto num_points = static_cast<double>(positions.size() / 3), size = static_cast<double>(n.size());
@@ -54,7 +85,7 @@ inline std::vector<Vector3> find_course(const Guide& tie, std::span<const double
     course.push_back({r[0], r[1], r[2]});
     for (std::size_t at = 1; k == first && at < first; at += 3) course.push_back({n[at], n[at + 1], n[at + 2]});
   }
-  return course;
+  return tie.kind == "spring" && course.size() == 2 ? make_coil(course[0], course[1]) : course;
 }
 
 /// Returns the ends of the twelve edges of a cell, the first and the last of which are the ends of a diagonal.

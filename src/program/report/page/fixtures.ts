@@ -35,13 +35,13 @@ export function drawSupports({ supports, times }: Motion, { positions }: Arrays,
   return group;
 }
 
-/** Ropes over their sheaves, and thin lines between the points of formulas and springs. */
+/** Ropes over their sheaves, thin lines between the points of formulas and bonds, and springs as coils. */
 export class Ropes {
   readonly ribbons: Ribbons;
   private sheave: number; // m, radius
 
   constructor(private ties: Tie[], bead: number, haze: Haze, rgb: number[]) {
-    const count = ties.reduce((sum, tie) => sum + tie.points.length + tie.sheaves.length - 1 + arcs * tie.sheaves.length, 0);
+    const count = ties.reduce((sum, tie) => sum + courseOf(tie, () => new Vector3()).length - 1 + arcs * tie.sheaves.length, 0);
     this.sheave = 2 * bead;
     this.ribbons = new Ribbons(count, 0.28 * bead, 1.5, haze);
     for (let k = 0; k < count; ++k) this.ribbons.tint.set(rgb, 3 * k);
@@ -68,8 +68,16 @@ export class Ropes {
   }
 }
 
-/** Returns the places that a rope passes: its first point, its sheaves, its other points. */
-export function courseOf({ points, sheaves }: Tie, place: (point: number, beside: number) => Vector3): Vector3[] {
+/** A coil of square turns along the way from a place to another one, as springs are drawn. */
+function makeCoil(a: Vector3, b: Vector3): Vector3[] {
+  const parts = 16, width = 0.05, along = b.clone().sub(a), sizes = along.toArray().map(Math.abs);
+  const across = along.clone().cross(new Vector3().setComponent(sizes.indexOf(Math.min(...sizes)), 1)), over = along.clone().normalize().cross(across);
+  return Array.from({ length: parts + 1 }, (_, k) =>
+    a.clone().addScaledVector(along, k / parts).addScaledVector(k % 2 ? over : across, k % parts === 0 ? 0 : k % 4 < 2 ? width : -width));
+}
+
+/** Returns the places that a rope passes, its first point, its sheaves, its other points, or those of a spring. */
+export function courseOf({ kind, points, sheaves }: Tie, place: (point: number, beside: number) => Vector3): Vector3[] {
   const [first, ...rest] = points.map((point) => place(point, points[0]));
-  return [first, ...sheaves.map(([x, y, z]) => new Vector3(x, y, z)), ...rest];
+  return kind === "spring" ? makeCoil(first, rest[0]) : [first, ...sheaves.map(([x, y, z]) => new Vector3(x, y, z)), ...rest];
 }
