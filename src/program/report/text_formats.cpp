@@ -196,7 +196,7 @@ std::unique_ptr<FrameFile> open_lammps_dump(const FrameFileRequest& request) {
   };
   std::vector<std::string> names;
   for (const auto& [slot, each] : request.shown->support_names)
-    names.push_back(fmt::format("{} {}", request.shown->points[slot] + 1, each[1]));
+    names.push_back(fmt::format("{} {}[{}]", request.shown->points[slot] + 1, each.name, each.number));
   return std::make_unique<TextTrajectory>(request, make_dump_head(*request.shown, "type 2: ", names), print);
 }
 
