@@ -152,20 +152,6 @@ struct PackIn {
     for (std::size_t k = 0; k < num_parts; ++k) result.parts[k] = a.parts[k] * b.parts[k];
     return result;
   }
-  /// Replaces each number by the magnitude of `a` where that is larger. A NaN in `a` is not seen.
-  [[gnu::always_inline]] void include_magnitudes(const PackIn& a) {
-    for (std::size_t k = 0; k < num_parts; ++k) {
-      const Part size = a.parts[k] < 0.0 ? -a.parts[k] : a.parts[k];
-      parts[k] = size > parts[k] ? size : parts[k];
-    }
-  }
-  /// Returns the largest of the eight numbers and of `result`.
-  [[gnu::always_inline]] double largest(double result) const {
-    Part most = parts[0];
-    for (std::size_t k = 1; k < num_parts; ++k) most = parts[k] > most ? parts[k] : most;
-    for (std::size_t lane = 0; lane < width; ++lane) result = most[lane] > result ? most[lane] : result;
-    return result;
-  }
   /// Adds neighbouring lanes, then pairs, then fours, in the same order for any width.
   [[gnu::always_inline]] double sum() const {
     const auto lane = [this](std::size_t k) __attribute__((always_inline)) {
