@@ -115,9 +115,9 @@ void FrontTree::cut(const std::vector<int>& all) {
   const double share = is_one_task ? std::numeric_limits<double>::infinity()
                                    : std::max(plan::share_of_task * cost, plan::least_cost_of_task);
   double open = 0.0;
-  sequence_start.push_back(0);
+  sequence_start_.push_back(0);
   const auto close = [&] {
-    if (order.size() > sequence_start.back()) sequence_start.push_back(order.size());
+    if (order_.size() > sequence_start_.back()) sequence_start_.push_back(order_.size());
     open = 0.0;
   };
   for (const int s : all) {
@@ -129,7 +129,7 @@ void FrontTree::cut(const std::vector<int>& all) {
       close();
       continue;
     }
-    order.push_back(s);
+    order_.push_back(static_cast<std::size_t>(s));
     open += cost_of(front);
     const bool ends_subtree = front.parent < 0 || of_subtree[static_cast<std::size_t>(front.parent)] > share;
     if (ends_subtree && open > 0.5 * share) close();
@@ -139,10 +139,10 @@ void FrontTree::cut(const std::vector<int>& all) {
 
 /// Places the updates inside sequences on two stacks. The update of a front is never on the stack of its children's.
 void FrontTree::place_on_stacks() {
-  for (std::size_t q = 0; q + 1 < sequence_start.size(); ++q) {
+  for (std::size_t q = 0; q + 1 < sequence_start_.size(); ++q) {
     std::size_t top[2] = {0, 0};
-    for (std::size_t k = sequence_start[q]; k < sequence_start[q + 1]; ++k) {
-      Front& front = fronts[static_cast<std::size_t>(order[k])];
+    for (std::size_t k = sequence_start_[q]; k < sequence_start_[q + 1]; ++k) {
+      Front& front = fronts[order_[k]];
       const std::size_t here = front.depth % 2;
       if (!front.is_shared()) {
         front.update = std::exchange(top[here], top[here] + front.update_size());
@@ -237,18 +237,17 @@ void FrontTree::add_tasks(const std::vector<int>& all) {
   std::size_t sequence = 0;
   const auto add_sequence = [&] {
     double sum = 0.0;
-    for (std::size_t k = sequence_start[sequence]; k < sequence_start[sequence + 1]; ++k)
-      sum += cost_of(fronts[static_cast<std::size_t>(order[k])]);
-    const int task = tasks.add({FrontTask::Kind::Sequence, static_cast<int>(sequence)}, sum);
-    for (std::size_t k = sequence_start[sequence]; k < sequence_start[sequence + 1]; ++k)
-      last[static_cast<std::size_t>(order[k])] = task;
+    for (std::size_t k = sequence_start_[sequence]; k < sequence_start_[sequence + 1]; ++k)
+      sum += cost_of(fronts[order_[k]]);
+    const int task = add({FrontTask::Kind::Sequence, sequence}, sum);
+    for (std::size_t k = sequence_start_[sequence]; k < sequence_start_[sequence + 1]; ++k) last[order_[k]] = task;
     ++sequence;
   };
   std::size_t passed = 0;
   for (const int s : all) {
     const Front& front = fronts[static_cast<std::size_t>(s)];
     if (!front.is_top) {
-      if (passed++ == sequence_start[sequence]) add_sequence();
+      if (passed++ == sequence_start_[sequence]) add_sequence();
       continue;
     }
     before.clear();
@@ -257,12 +256,12 @@ void FrontTree::add_tasks(const std::vector<int>& all) {
     if (front.is_tiled) {
       task = add_tiles(static_cast<std::size_t>(s), before);
     } else {
-      task = tasks.add({FrontTask::Kind::Whole, s}, cost_of(front));
-      for (const int earlier : before) tasks.graph.link(earlier, task);
+      task = add({FrontTask::Kind::Whole, static_cast<std::size_t>(s)}, cost_of(front));
+      for (const int earlier : before) graph_.link(earlier, task);
     }
     last[static_cast<std::size_t>(s)] = task;
   }
-  tasks.graph.finish();
+  graph_.finish();
 }
 
 /// Adds the tiles of a front: those of its panel, column by column, then those of its update. A tile of L waits for the
@@ -272,40 +271,41 @@ int FrontTree::add_tiles(std::size_t s, const std::vector<int>& before) {
   const Front& front = fronts[s];
   const std::size_t rows = num_tiles(front.stride), columns = num_tiles(front.columns);
   constexpr auto area = static_cast<double>(tile * tile);
-  const auto add = [&](FrontTask::Kind kind, std::size_t row, std::size_t column, double flops) {
-    return tasks.add({kind, static_cast<int>(s), row, column}, flops);
+  const auto add_tile = [&](FrontTask::Kind kind, std::size_t row, std::size_t column, double flops) {
+    return add({kind, s, row, column}, flops);
   };
   std::vector<int> left(rows);
   for (std::size_t column = 0; column < columns; ++column) {
     int diagonal = -1;
     for (std::size_t row = column; row < rows; ++row) {
       const double depth = 2.0 * static_cast<double>(tile * column) + static_cast<double>(tile);
-      const int task = add(FrontTask::Kind::PanelTile, row, column, depth * area);
-      if (column > 0) tasks.graph.link(left[row], task);
-      if (row > column) tasks.graph.link(diagonal, task);
+      const int task = add_tile(FrontTask::Kind::PanelTile, row, column, depth * area);
+      if (column > 0) graph_.link(left[row], task);
+      if (row > column) graph_.link(diagonal, task);
       if (row == column) diagonal = task;
       left[row] = task;
     }
     if (column > 0) continue;
-    for (const int earlier : before) tasks.graph.link(earlier, diagonal);
+    for (const int earlier : before) graph_.link(earlier, diagonal);
   }
   if (front.below() == 0) return -1;
   std::vector<int> updates;
   const std::size_t sides = num_tiles(front.below());
   const auto link_rows = [&](std::size_t of, int task) {
     const std::size_t first = front.columns + of * tile, end = std::min(first + tile, front.stride);
-    for (std::size_t row = first / tile; row * tile < end; ++row) tasks.graph.link(left[row], task);
+    for (std::size_t row = first / tile; row * tile < end; ++row) graph_.link(left[row], task);
   };
   for (std::size_t column = 0; column < sides; ++column) {
     for (std::size_t row = column; row < sides; ++row) {
-      const int task = add(FrontTask::Kind::UpdateTile, row, column, 2.0 * static_cast<double>(front.columns) * area);
+      const int task =
+          add_tile(FrontTask::Kind::UpdateTile, row, column, 2.0 * static_cast<double>(front.columns) * area);
       link_rows(row, task);
       if (row > column) link_rows(column, task);
       updates.push_back(task);
     }
   }
-  const int join = add(FrontTask::Kind::Join, 0, 0, static_cast<double>(front.rows));
-  for (const int task : updates) tasks.graph.link(task, join);
+  const int join = add_tile(FrontTask::Kind::Join, 0, 0, static_cast<double>(front.rows));
+  for (const int task : updates) graph_.link(task, join);
   return join;
 }
 

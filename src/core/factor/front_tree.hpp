@@ -30,30 +30,12 @@ struct Front {
   std::size_t update_size() const { return kernels::Triangle::size(below(), update_stride); }
 };
 
-/// One task of a factorization and of both substitutions of a solve.
+/// One task of a factorization and of both substitutions of a solve, in which tiles of updates have nothing to do.
 struct FrontTask {
   enum class Kind { Sequence, Whole, PanelTile, UpdateTile, Join };
   Kind kind;
-  int front;                        // the front, or the number of a sequence
+  std::size_t front;                // or the number of a sequence
   std::size_t row = 0, column = 0;  // position of a tile
-};
-
-/// The tasks of a factorization and of both substitutions of a solve, in which tiles of updates have nothing to do.
-struct FrontTasks {
-  std::vector<FrontTask> tasks;
-  TaskGraph graph;
-
-  int add(const FrontTask& task, double cost) {
-    tasks.push_back(task);
-    return graph.add(cost);
-  }
-  /// Calls body(task, thread) for all tasks.
-  template <class Body>
-  void run(int threads, TaskGraph::Direction direction, const Body& body) {
-    graph.run(threads, direction, [&](int task, int thread) {
-      body(tasks[static_cast<std::size_t>(task)], static_cast<std::size_t>(thread));
-    });
-  }
 };
 
 /// Fronts in the order of elimination, tasks over them, and the places of their numbers. All of it follows from the
@@ -68,14 +50,25 @@ struct FrontTree {
 
   explicit FrontTree(const Supernodes& supernodes);
 
-  std::vector<Front> fronts;                ///< [supernode]
-  std::vector<int> order;                   ///< fronts of the sequences, children before parents
-  std::vector<std::size_t> sequence_start;  ///< [sequence + 1] into `order`
-  FrontTasks tasks;
+  std::vector<Front> fronts;  ///< [supernode]
   std::size_t stack_size[2] = {0, 0}, arena_size = 0, panels_size = 0, vectors_size = 0, largest_stride = 0;
   std::size_t most_children = 0;  ///< largest number of children of a front
   double cost = 0.0;              ///< cost of a factorization in flops
 
+  /// Calls body(task, thread) for all tasks, and for each front of a sequence.
+  template <class Body>
+  void run(int threads, TaskGraph::Direction direction, const Body& body) {
+    graph_.run(threads, direction, [&](int number, int worker) {
+      const FrontTask& task = tasks_[static_cast<std::size_t>(number)];
+      const auto thread = static_cast<std::size_t>(worker);
+      if (task.kind != FrontTask::Kind::Sequence) return body(task, thread);
+      const std::size_t first = sequence_start_[task.front], end = sequence_start_[task.front + 1];
+      for (std::size_t k = first; k < end; ++k) {
+        const bool goes_forwards = direction == TaskGraph::Direction::Forwards;
+        body(FrontTask{FrontTask::Kind::Whole, order_[goes_forwards ? k : first + end - 1 - k]}, thread);
+      }
+    });
+  }
   template <class Visit>
   void for_children(const Front& front, const Visit& visit) const {
     for (int child = front.first_child; child >= 0; child = fronts[static_cast<std::size_t>(child)].next_sibling)
@@ -90,6 +83,15 @@ struct FrontTree {
   void place_shared_updates(const std::vector<int>& all);
   void add_tasks(const std::vector<int>& all);
   int add_tiles(std::size_t s, const std::vector<int>& before);
+  int add(const FrontTask& task, double of_task) {
+    tasks_.push_back(task);
+    return graph_.add(of_task);
+  }
+
+  std::vector<std::size_t> order_;           // fronts of the sequences, children before parents
+  std::vector<std::size_t> sequence_start_;  // [sequence + 1] into `order_`
+  std::vector<FrontTask> tasks_;
+  TaskGraph graph_;
 };
 
 }  // namespace tanor::detail

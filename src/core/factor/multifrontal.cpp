@@ -137,7 +137,7 @@ void Multifrontal::factorize_front(std::size_t s, const double* values, Workspac
 
 /// Computes a tile of L: the entries there, minus the products of the tiles on its left, divided by the diagonal tile.
 void Multifrontal::factorize_tile(const FrontTask& task, const double* values, Workspace& workspace) {
-  const Front& front = tree_.fronts[static_cast<std::size_t>(task.front)];
+  const Front& front = tree_.fronts[task.front];
   const Tile tile = tile_of(task, front);
   if (failed_.load(std::memory_order_relaxed) < front.first_column + tile.end_column) return;
   take_entries(front, values, tile);
@@ -158,7 +158,7 @@ void Multifrontal::factorize_tile(const FrontTask& task, const double* values, W
 
 /// Computes a tile of U: -L21 L21' plus the updates of the children.
 void Multifrontal::update_tile(const FrontTask& task, Workspace& workspace) {
-  const Front& front = tree_.fronts[static_cast<std::size_t>(task.front)];
+  const Front& front = tree_.fronts[task.front];
   if (failed_.load(std::memory_order_relaxed) < front.first_column + front.columns) return;
   const std::size_t first_row = FrontTree::tile * task.row, first_column = FrontTree::tile * task.column;
   const std::size_t end_row = std::min(first_row + FrontTree::tile, front.update_stride);
@@ -177,24 +177,6 @@ void Multifrontal::update_tile(const FrontTask& task, Workspace& workspace) {
       workspace);
 }
 
-void Multifrontal::run(const FrontTask& task, const double* values, Workspace& workspace) {
-  const auto front = static_cast<std::size_t>(task.front);
-  switch (task.kind) {
-    case FrontTask::Kind::Sequence:
-      for (std::size_t k = tree_.sequence_start[front]; k < tree_.sequence_start[front + 1]; ++k)
-        factorize_front(static_cast<std::size_t>(tree_.order[k]), values, workspace);
-      return;
-    case FrontTask::Kind::Whole:
-      return factorize_front(front, values, workspace);
-    case FrontTask::Kind::PanelTile:
-      return factorize_tile(task, values, workspace);
-    case FrontTask::Kind::UpdateTile:
-      return update_tile(task, workspace);
-    case FrontTask::Kind::Join:
-      return;
-  }
-}
-
 bool Multifrontal::factorizes_by_threads() const {
   return tree_.cost >= plan::flops_worth_threads;
 }
@@ -203,8 +185,11 @@ Cholesky::Quality Multifrontal::factorize(const double* values, int threads) {
   if (!factorizes_by_threads()) threads = 1;
   reserve(threads);
   failed_.store(pivots_.size(), std::memory_order_relaxed);
-  tree_.tasks.run(threads, TaskGraph::Direction::Forwards,
-                  [&](const FrontTask& task, std::size_t thread) { run(task, values, workspaces_[thread]); });
+  tree_.run(threads, TaskGraph::Direction::Forwards, [&](const FrontTask& task, std::size_t thread) {
+    if (task.kind == FrontTask::Kind::Whole) factorize_front(task.front, values, workspaces_[thread]);
+    if (task.kind == FrontTask::Kind::PanelTile) factorize_tile(task, values, workspaces_[thread]);
+    if (task.kind == FrontTask::Kind::UpdateTile) update_tile(task, workspaces_[thread]);
+  });
   const std::size_t done = failed_.load(std::memory_order_relaxed);
   if (done < num_eliminated()) return {false, done, 0.0};
   if (num_eliminated() == 0) return {};

@@ -105,7 +105,6 @@ class Multifrontal {
             front.below()};
   }
 
-  void run(const FrontTask& task, const double* values, Workspace& workspace);
   void factorize_front(std::size_t s, const double* values, Workspace& workspace);
   void factorize_tile(const FrontTask& task, const double* values, Workspace& workspace);
   void update_tile(const FrontTask& task, Workspace& workspace);

@@ -151,24 +151,16 @@ class GatheredFront {
   }
 
  private:
-  /// Calls visit(place) with the front's column at which each row begins, always in the same order.
-  template <class Visit>
-  void for_each_first_place(std::size_t s, const std::vector<Rest>& rests, const Visit& visit) const {
-    for (std::size_t k = 0; k < own_; ++k) {
-      const auto column = static_cast<std::size_t>(columns_[k]);
-      for (std::size_t i = 0; i < plan_.by_first_column[column].size(); ++i) visit(k);
-    }
-    for (const int child : plan_.children[s]) {
-      const std::span<const int> columns = plan_.supernodes.rows_below(static_cast<std::size_t>(child));
-      for (const std::size_t first : rests[static_cast<std::size_t>(child)].first)
-        visit(place_[static_cast<std::size_t>(columns[first])]);
-    }
-  }
-
   /// Finds where the rows stand that begin at each column.
   void sort_rows(std::size_t s, const std::vector<Rest>& rests) {
     height_.assign(columns_.size(), 0);
-    for_each_first_place(s, rests, [&](std::size_t place) { ++height_[place]; });
+    for (std::size_t k = 0; k < own_; ++k)
+      height_[k] = plan_.by_first_column[static_cast<std::size_t>(columns_[k])].size();
+    for (const int child : plan_.children[s]) {
+      const std::span<const int> columns = plan_.supernodes.rows_below(static_cast<std::size_t>(child));
+      for (const std::size_t first : rests[static_cast<std::size_t>(child)].first)
+        ++height_[place_[static_cast<std::size_t>(columns[first])]];
+    }
     std::partial_sum(height_.begin(), height_.end(), height_.begin());
     next_row_.assign(columns_.size(), 0);
     std::copy(height_.begin(), height_.end() - 1, next_row_.begin() + 1);

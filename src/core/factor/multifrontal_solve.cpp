@@ -38,14 +38,8 @@ double* Multifrontal::partial_sums(const Front& front, std::size_t row, std::siz
 }
 
 void Multifrontal::forwards(const FrontTask& task, double* x, Workspace& workspace) {
-  const auto number = static_cast<std::size_t>(task.front);
-  if (task.kind == FrontTask::Kind::Sequence) {
-    for (std::size_t k = tree_.sequence_start[number]; k < tree_.sequence_start[number + 1]; ++k)
-      forwards({FrontTask::Kind::Whole, tree_.order[k]}, x, workspace);
-    return;
-  }
   if (task.kind == FrontTask::Kind::Join) return;
-  const Front& front = tree_.fronts[number];
+  const Front& front = tree_.fronts[task.front];
   double* const y = front.is_tiled ? vector(front) : workspace.y.data();
   const bool is_first = task.row == 0 && task.column == 0;
   if (is_first) start_vector(front, x, workspace, y);
@@ -65,19 +59,13 @@ void Multifrontal::forwards(const FrontTask& task, double* x, Workspace& workspa
 }
 
 void Multifrontal::backwards(const FrontTask& task, double* x, Workspace& workspace) {
-  const auto number = static_cast<std::size_t>(task.front);
-  if (task.kind == FrontTask::Kind::Sequence) {
-    for (std::size_t k = tree_.sequence_start[number + 1]; k-- > tree_.sequence_start[number];)
-      backwards({FrontTask::Kind::Whole, tree_.order[k]}, x, workspace);
-    return;
-  }
-  const Front& front = tree_.fronts[number];
-  if (task.kind == FrontTask::Kind::Join) return fetch_from_above(number, x, vector(front));
+  const Front& front = tree_.fronts[task.front];
+  if (task.kind == FrontTask::Kind::Join) return fetch_from_above(task.front, x, vector(front));
   if (is_kept(front)) return;
   double* const y = front.is_tiled ? vector(front) : workspace.y.data();
   if (!front.is_tiled) {
     std::copy_n(x + front.first_column, front.columns, y);
-    fetch_from_above(number, x, y);
+    fetch_from_above(task.front, x, y);
     std::fill(y + front.rows, y + front.stride, 0.0);
   }
   const Tile tile = tile_of(task, front);
@@ -105,7 +93,7 @@ bool Multifrontal::solves_by_threads() const {
 void Multifrontal::pass(TaskGraph::Direction direction, double* x, int threads) {
   if (!solves_by_threads()) threads = 1;
   reserve(threads);
-  tree_.tasks.run(threads, direction, [&](const FrontTask& task, std::size_t thread) {
+  tree_.run(threads, direction, [&](const FrontTask& task, std::size_t thread) {
     if (task.kind == FrontTask::Kind::UpdateTile) return;
     direction == TaskGraph::Direction::Forwards ? forwards(task, x, workspaces_[thread])
                                                 : backwards(task, x, workspaces_[thread]);

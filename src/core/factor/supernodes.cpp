@@ -25,25 +25,6 @@ Groups<int> columns_by_row(const TrianglePattern& lower) {
           }};
 }
 
-/// Visits the nodes of each row's subtree in a forest: the nodes of its columns and all nodes between them and the
-/// row's own node.
-template <class Visit>
-void visit_row_subtrees(const Groups<int>& by_row, const std::vector<int>& node_of, const std::vector<int>& parent,
-                        const Visit& visit) {
-  std::vector<int> seen(parent.size(), -1);
-  for (std::size_t row = 0; row < by_row.size(); ++row) {
-    const int own = node_of[row];
-    for (const int column : by_row[row]) {
-      for (int node = node_of[static_cast<std::size_t>(column)];
-           node != own && seen[static_cast<std::size_t>(node)] != static_cast<int>(row);
-           node = parent[static_cast<std::size_t>(node)]) {
-        seen[static_cast<std::size_t>(node)] = static_cast<int>(row);
-        visit(static_cast<std::size_t>(node), static_cast<int>(row));
-      }
-    }
-  }
-}
-
 /// The columns of L.
 struct Columns {
   std::vector<int> parent;  // in the elimination tree: the first row below the diagonal, or -1
@@ -64,11 +45,6 @@ Columns analyze_columns(const TrianglePattern& lower, const Groups<int>& by_row)
                        first.data(), level.data(), &common.c);
   common.check();
   return columns;
-}
-
-double entries_of_trapezoid(std::size_t columns, std::size_t rows) {
-  const auto n = static_cast<double>(columns);
-  return n * (static_cast<double>(rows) - 0.5 * (n - 1.0));
 }
 
 /// Consecutive columns, stored as one front.
@@ -125,7 +101,8 @@ std::vector<Run> merge_runs(const std::vector<Run>& runs, const std::vector<int>
 double Supernodes::num_stored() const {
   double sum = 0.0;
   for (std::size_t s = 0; s < size(); ++s) {
-    sum += entries_of_trapezoid(num_columns(s), rows_of(s).size());
+    const auto columns = static_cast<double>(num_columns(s));
+    sum += columns * (static_cast<double>(rows_of(s).size()) - 0.5 * (columns - 1.0));
   }
   return sum;
 }
@@ -154,8 +131,16 @@ Supernodes find_supernodes(const TrianglePattern& lower, std::size_t num_kept) {
     if (const int above = columns.parent[static_cast<std::size_t>(result.first_column[s + 1]) - 1]; above >= 0)
       result.parent[s] = supernode_of[static_cast<std::size_t>(above)];
   }
-  visit_row_subtrees(by_row, supernode_of, result.parent,
-                     [&](std::size_t s, int row) { result.rows[next[s]++] = row; });
+  // A row is in all supernodes of its subtree: those of its columns, and all between them and its own one.
+  std::vector<int> seen(result.size(), -1);
+  for (int row = 0; row < static_cast<int>(lower.size()); ++row) {
+    for (const int column : by_row[static_cast<std::size_t>(row)]) {
+      auto s = static_cast<std::size_t>(supernode_of[static_cast<std::size_t>(column)]);
+      const auto own = static_cast<std::size_t>(supernode_of[static_cast<std::size_t>(row)]);
+      for (; s != own && std::exchange(seen[s], row) != row; s = static_cast<std::size_t>(result.parent[s]))
+        result.rows[next[s]++] = row;
+    }
+  }
   for (std::size_t s = 0; s < result.size(); ++s)
     ensure(next[s] == result.rows_start[s + 1], "a supernode has the rows that were counted");
   return result;
