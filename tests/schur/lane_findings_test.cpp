@@ -369,7 +369,7 @@ TEST(LaneFindings, IterationsAreThoseOfTheWorstIsland) {
   }
 }
 
-TEST(LaneFindings, BlocksThatAreGivenMakeTheFactor) {
+TEST(LaneFindings, NothingIsLeftOfAnEarlierFactor) {
   AnyNumbers any(73);
   for (const Case& each : cases(&any)) {
     SCOPED_TRACE(name_of(each));
@@ -381,7 +381,7 @@ TEST(LaneFindings, BlocksThatAreGivenMakeTheFactor) {
     for (double& place : r) place += 0.1 * any();
     for (double& row : b) row = any();
     const Elimination made = other.solver.linearise(model.parallel, r.data(), nullptr, blocks.data()),
-                      given = at.solver.factorize(model.parallel, blocks.data());
+                      given = at.solver.linearise(model.parallel, r.data(), nullptr, blocks.data());
     EXPECT_EQ(given.reciprocal_condition, made.reciprocal_condition);
     at.solver.solve_negative(model.parallel, b.data(), x.data());
     other.solver.solve_negative(model.parallel, b.data(), known.data());

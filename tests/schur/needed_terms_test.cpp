@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include "base/lane_parts.hpp"
 #include "schur/compare_series.hpp"
 #include "schur/needed_terms.hpp"
 
@@ -147,8 +148,10 @@ TEST(NeededTerms, TermsThatAreNoNumbersAreNotTheLast) {
     TermCounter::Largest fine, broken;
     Pack<> number = one;
     number[lane] = std::nan("");
-    broken.include({one, number, one}, {one, one});
-    for (auto* each : {&fine, &broken}) each->include({one, one, one}, {one, one});
+    const Pack3<> points[]{{one, number, one}, {one, one, one}};
+    const TermCounter::Weights weights[]{{one, one}, {one, one}};
+    broken.find(detail::Part<num_lanes>(0), points, weights, 2);
+    fine.find(detail::Part<num_lanes>(0), points + 1, weights, 1);
 
     EXPECT_FALSE(counter.note(6, fine));
     EXPECT_FALSE(counter.note(7, broken));

@@ -1,6 +1,6 @@
 /// Parts consist of whole islands and have similar sizes.
 
-#include "schur/partition.hpp"
+#include "schur/gram_solver.hpp"
 
 #include <algorithm>
 #include <random>

@@ -161,7 +161,6 @@ TEST_P(PartsOfMixtures, LeaveOthersRowsAndPointsAlone) {
 
   EXPECT_GT(part->linearise(parallel, r.data(), nullptr, blocks.data()).reciprocal_condition, 1e-9);
   expect_own_blocks();
-  EXPECT_GT(part->factorize(parallel, blocks.data()).reciprocal_condition, 1e-9);
   const std::vector<double> lambda_before = lambda;
   for (std::vector<double>* const array : {&scratch, &lambda}) std::fill(array->begin(), array->end(), nan);
   std::fill_n(w.begin(), 3 * inner_.numbering.num_moving, nan);
@@ -193,11 +192,6 @@ TEST_P(PartsOfMixtures, LeaveOthersRowsAndPointsAlone) {
   EXPECT_LE(part->project_positions(parallel, blocks.data(), 1e-13, r.data(), nullptr, sum.data()).violation, 1e-13);
   expect_own_points(r);
   expect_own_rows(sum);
-  std::vector<double> rows_of_part(d, nan);
-  (void)part->evaluate_values(parallel, r.data(), rows_of_part.data());
-  expect_own_rows(rows_of_part);
-  (void)part->evaluate_rates(parallel, r.data(), v.data(), rows_of_part.data());
-  expect_own_rows(rows_of_part);
   // The violation is that of the families of constraints, not the one that the part itself reports.
   std::vector<double> rows_left(d);
   EXPECT_LE(inner_.constraints.evaluate_values(parallel, theirs.members, r.data(), rows_left.data()), 1e-12);

@@ -133,7 +133,8 @@ void expect_right_numbers(const System& system, std::mt19937* random) {
 
   // A second factorization shows that nothing is left over from the first one.
   Numbers again(system, random);
-  const Elimination factor = again.solver->factorize(Parallel(1), solved.blocks.data());
+  std::vector<double> blocks(solved.blocks.size());
+  const Elimination factor = again.solver->linearise(Parallel(1), again.r.data(), nullptr, blocks.data());
   EXPECT_NEAR(factor.reciprocal_condition, solved.found.reciprocal_condition, ring_rounding);
   std::vector<double> x(solved.b.size()), rows = solved.b, points(solved.w.size());
   again.solver->solve_negative(Parallel(1), solved.b.data(), x.data());

@@ -73,7 +73,6 @@ Linearization::Linearization(Workspace& work, const SolverOptions& options, Cont
       composite_(work.team().is_alone() ? make_composite_solver(problem_of(work), options) : CompositeSolver()),
       all_rows_(work.team().make_factor(work, options, blocks_, contacts)),
       summary_(composite_.is_empty() ? all_rows_->summarize() : composite_.summary()),
-      evaluator_(composite_.is_empty() ? static_cast<SchurFactor&>(*all_rows_) : composite_),
       conjugate_(work, *all_rows_, blocks_),
       has_constant_gradients_(work.team().all(work.constraints.gradients_are_constant())),
       rows_(model_.num_rows()) {
@@ -286,12 +285,12 @@ void Linearization::correct_once(const Refinement& what, bool begins) {
 
 double Linearization::evaluate_values(const double* r, double* xi) {
   const Stopwatch watch(&work_.times.evaluate);
-  return evaluator_.evaluate_values(model_.parallel, r, xi);
+  return work_.team().largest(work_.constraints.evaluate_values(model_.parallel, r, xi));
 }
 
 double Linearization::evaluate_rates(const double* r, const double* v, double* rates) {
   const Stopwatch watch(&work_.times.evaluate);
-  return evaluator_.evaluate_rates(model_.parallel, r, v, rates);
+  return work_.team().largest(work_.constraints.evaluate_rates(model_.parallel, r, v, rates));
 }
 
 std::optional<Projection> Linearization::project_positions(double target, double* r, const PointSource* source,

@@ -180,7 +180,6 @@ class Linearization {
   std::vector<Vec3> offsets_;                      // [d] of rods; empty until they change
   std::unique_ptr<RankRevealingFactor> all_rows_;  // decisions about the rank make it the present factor
   const SchurSolver::Summary summary_;
-  SchurFactor& evaluator_;                  // of values and rates, the fastest
   SchurFactor* present_ = all_rows_.get();  // the present factor; it is the composite only while that is fresh
   State state_ = State::None;
   double reciprocal_condition_ = 1.0;

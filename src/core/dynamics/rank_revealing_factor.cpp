@@ -87,14 +87,6 @@ void RankRevealingFactor::add_reactions(const Parallel& parallel, const double* 
   work_.team().fetch_guests(points);
 }
 
-double RankRevealingFactor::evaluate_values(const Parallel& parallel, const double* r, double* xi) {
-  return work_.team().largest(work_.constraints.evaluate_values(parallel, r, xi));
-}
-
-double RankRevealingFactor::evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rates) {
-  return work_.team().largest(work_.constraints.evaluate_rates(parallel, r, v, rates));
-}
-
 // ---- the rank of K ----
 
 /// Returns K with zero rows for contacts, which take no part in decisions on the rank.

@@ -42,8 +42,6 @@ class RankRevealingFactor : public SchurFactor {
   void solve_negative(const Parallel& parallel, const double* b, double* x) override;
   void correct(const Parallel& parallel, const double* blocks, double* rows, double* points) override;
   void add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) override;
-  double evaluate_values(const Parallel& parallel, const double* r, double* xi) override;
-  double evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rates) override;
 
   // ---- the rank of K ----
 

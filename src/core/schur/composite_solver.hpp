@@ -21,9 +21,6 @@ class CompositeSolver final : public SchurSolver {
   bool finds_multipliers_alone() const override {
     return std::ranges::all_of(solvers_, [](const auto& each) { return each->finds_multipliers_alone(); });
   }
-  Elimination factorize(const Parallel& parallel, const double* blocks) override {
-    return join<Elimination>(&SchurSolver::factorize, parallel, blocks);
-  }
   Elimination linearise(const Parallel& parallel, const double* r, const PointSource* source, double* blocks) override {
     return join<Elimination>(&SchurSolver::linearise, parallel, r, source, blocks);
   }
@@ -44,16 +41,9 @@ class CompositeSolver final : public SchurSolver {
   void add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) override {
     for (const auto& solver : solvers_) solver->add_reactions(parallel, blocks, rows, points);
   }
-  double evaluate_values(const Parallel& parallel, const double* r, double* xi) override {
-    return join<Projection>(&SchurSolver::evaluate_values, parallel, r, xi).violation;
-  }
-  double evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rates) override {
-    return join<Projection>(&SchurSolver::evaluate_rates, parallel, r, v, rates).violation;
-  }
   void read_offsets(std::span<const Vec3> offsets) override {
     for (const auto& solver : solvers_) solver->read_offsets(offsets);
   }
-  const Summary& summary() const override { return summary_; }
 
  private:
   /// Calls a function of each solver and joins what they report.
@@ -65,7 +55,6 @@ class CompositeSolver final : public SchurSolver {
   }
 
   std::vector<std::unique_ptr<SchurSolver>> solvers_;
-  Summary summary_;
 };
 
 /// Makes the solvers that serve all rows of a system together. The result is empty if the sparse factor of all rows is

@@ -59,7 +59,6 @@ void add_group(const IslandStructure& structure, std::span<const Island> members
                                 .structure = &structure,
                                 .has_supports = num_supports > 0},
                                num_slots);
-  group.ends_island.fill(true);
   for (std::size_t lane = 0; lane < num_lanes; ++lane) {
     const Island& island = members[std::min(lane, members.size() - 1)];
     const Index first = island.first_point;

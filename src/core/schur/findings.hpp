@@ -25,14 +25,11 @@ struct Findings {
   /// Includes the largest |b| and residual of one island in each lane of a part.
   template <class Lanes, class Lane>
   [[gnu::always_inline]] void include(const Lanes& part, const Lane& largest_b, const Lane& largest_left) {
-    const auto see = [&part](const Lane& size, Largest* to) __attribute__((always_inline)) {
-      Seen<Lanes::width> seen;
-      seen.see(size);
-      seen.write(part, to);
-    };
-    see(largest_b, &right_side);
-    see(largest_left, &residual);
-    see(largest_left / (largest_b + std::numeric_limits<double>::min()), &own_residual);
+    const Lane own = largest_left / (largest_b + std::numeric_limits<double>::min());
+    using One = Seen<Lanes::width>;
+    One{largest_b, 0.0 * largest_b}.write(part, &right_side);
+    One{largest_left, 0.0 * largest_left}.write(part, &residual);
+    One{own, 0.0 * own}.write(part, &own_residual);
   }
   /// Returns the worst of all lanes.
   Elimination read() const {

@@ -9,7 +9,6 @@
 #include "factor/cholesky.hpp"
 #include "plan/thresholds.hpp"
 #include "schur/factor_summary.hpp"
-#include "schur/partition.hpp"
 #include "system/numbering.hpp"
 
 namespace tanor::detail {
@@ -24,6 +23,17 @@ struct RowIslands {
   RowIslands(const Numbering& numbering)  // NOLINT(google-explicit-constructor): the rows of K
       : start(numbering.island_start), num_rows(numbering.num_rows()) {}
 };
+
+/// Cuts the islands into at most 16 parts of similar size, of whole islands each. Parts are factorized and solved side
+/// by side. The cut does not depend on the number of threads, so neither do the results. `island_start` holds the first
+/// row of each island, then d. Returns the first row of each part, then d.
+std::vector<Index> partition_islands(std::span<const Index> island_start);
+
+/// Returns true if a part should be worked on by all threads, before the others are shared among them: it would keep
+/// the others waiting, and threads of its own make it faster. `cost` is in the unit of `all`, that of all parts.
+inline bool runs_alone(double cost, double all, int threads, bool gains_by_threads) {
+  return gains_by_threads && threads * cost > all;
+}
 
 /// Solves X'WX x = b for a basis X in blocks and diagonal weights W. S = K'M^-1K, Gamma = K'K, H = A'MA and G = A'A are
 /// the paper's four such matrices. The solver works part by part; a part is a group of islands. A part is assembled and
@@ -116,8 +126,8 @@ class GramSolver {
   void add_part(std::span<const Product> products, Index first_row, Index end_row, Ordering wanted,
                 std::span<const double> squared_norms, const FindPoints& find_points);
 
-  /// Calls body(part, threads). Parts that run alone come one after the other with all threads, the rest side by side.
-  /// `gains_by_threads`(part) is true if threads of its own make the part faster.
+  /// Calls body(part, threads). Parts that would keep the others waiting and that threads of their own make faster, see
+  /// gains_by_threads(part), come one after the other with all threads, the rest side by side.
   template <class Gains, class Body>
   void for_parts(const Parallel& parallel, const Gains& gains_by_threads, const Body& body) {
     const auto is_alone = [&](const Part& part) {

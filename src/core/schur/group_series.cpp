@@ -1,10 +1,8 @@
 #include "schur/group_series.hpp"
 
 #include <algorithm>
-#include <cstring>
 #include <utility>
 
-#include "base/instruction_sets.hpp"
 #include "base/lane_parts.hpp"
 
 namespace tanor::detail {
@@ -89,17 +87,11 @@ class GroupSeries::Rods {
   }
   /// Begins a solve. The forces of the rods of these pieces pull at joints, too, which answer for what hangs there.
   void substitute_up(Solve solve) {
-    const Solve before = solve.before(expansion_.passes);
     if (!solve.is_first()) group_.take_joints(arrays_.points);
-    if (solve.pass == 0) {
-      arrays_.begin_order(solve, before);
-      group_.answer_at_joints(arrays_.known);
-      group_.hand_over_ends(arrays_.points);
-    } else {
-      arrays_.begin_pass(before);
-      group_.answer_at_joints(nullptr);
-      group_.hand_over_ends(nullptr);
-    }
+    arrays_.run([ solve, before = solve.before(expansion_.passes) ](const auto& part, auto ends, const Arrays& own)
+                    __attribute__((always_inline)) { own.begin(part, ends, solve, before); });
+    group_.answer_at_joints(solve.pass == 0 ? arrays_.known : nullptr);
+    group_.hand_over_ends(solve.pass == 0 ? arrays_.points : nullptr);
     lanes::substitute_up(arrays_.in);
     group_.hand_over_answers();
   }
@@ -107,14 +99,22 @@ class GroupSeries::Rods {
   void substitute_down(Solve solve) {
     group_.substitute_down(arrays_.points, solve.pass == 0 ? arrays_.known : nullptr);
     group_.write_points(arrays_.points, expansion_.coefficients[solve.order() + 2]);
-    if (expansion_.is_counting() && solve.pass + 1 == expansion_.passes) arrays_.find_largest();
+    if (counts(solve)) {
+      arrays_.run([](const auto& part, auto, const Arrays& own) __attribute__((always_inline)) {
+        own.largest->find(part, own.points, own.weights, own.in.shape.num_places);
+      });
+    }
   }
 
  private:
+  bool counts(Solve solve) const { return expansion_.is_counting() && solve.pass + 1 == expansion_.passes; }
+  /// Writes the absolute errors of points in the place of their weights.
   void read_tolerances() {
-    for (std::size_t slot = 0; slot < num_lanes * group_.plan().num_places; ++slot)
-      TermCounter::read_atol(expansion_.needed, group_.point_list()[slot], slot % num_lanes,
-                             &arrays_.weights[slot / num_lanes]);
+    for (std::size_t slot = 0; slot < num_lanes * group_.plan().num_places; ++slot) {
+      const auto [position, velocity] = expansion_.needed.atol_of(group_.point_list()[slot]);
+      arrays_.weights[slot / num_lanes].position[slot % num_lanes] = position;
+      arrays_.weights[slot / num_lanes].velocity[slot % num_lanes] = velocity;
+    }
   }
 
   struct Arrays {
@@ -126,30 +126,24 @@ class GroupSeries::Rods {
     TermCounter::Weights* weights;  // [place]
     Largest* largest;
 
-    /// Returns the coefficients of a rod, and what is known of its next order.
-    template <std::size_t width>
-    [[gnu::always_inline]] auto* series_of(const Part<width>& part, std::size_t a) const {
-      return reinterpret_cast<typename RodSeries<width>::Coefficient*>(series) +
-             (part.first() / width * in.shape.num_rods + a) * stride;
-    }
-    template <std::size_t width>
-    [[gnu::always_inline]] auto* next_of(const Part<width>& part, std::size_t a) const {
-      return reinterpret_cast<typename RodSeries<width>::Known*>(next) + part.first() / width * in.shape.num_rods + a;
-    }
-    /// Calls body(own, part, ends) for each part of the lanes. These numbers are copied inside, see dispatch_ends.
     template <class Body>
-    void for_parts(const Body& body) const {
-      lanes::with_ends(in.shape, [&](auto ends) {
-        for_each_part([ body, ends, at = this ](const auto& part) __attribute__((always_inline)) {
-          const Arrays own = *at;
-          body(own, part, ends);
-        });
-      });
+    void run(const Body& body) const {
+      lanes::for_group(*this, in.shape, body);
     }
-
+    /// Returns the coefficients of a rod, and what is known of its next order.
+    template <class Lanes>
+    [[gnu::always_inline]] auto* series_of(const Lanes& part, std::size_t a) const {
+      return reinterpret_cast<typename RodSeries<Lanes::width>::Coefficient*>(series) +
+             (part.first() / Lanes::width * in.shape.num_rods + a) * stride;
+    }
+    template <class Lanes>
+    [[gnu::always_inline]] auto* next_of(const Lanes& part, std::size_t a) const {
+      return reinterpret_cast<typename RodSeries<Lanes::width>::Known*>(next) +
+             part.first() / Lanes::width * in.shape.num_rods + a;
+    }
     /// Takes a_0 as the directions.
     void take_directions(const Pack3<>* offsets) const {
-      for_parts([offsets](const Arrays& own, const auto& part, auto ends) __attribute__((always_inline)) {
+      run([offsets](const auto& part, auto ends, const Arrays& own) __attribute__((always_inline)) {
         for (std::size_t a = 0; a < own.in.shape.num_rods; ++a) {
           const auto apart = lanes::difference(part, ends, a, own.points);
           part.write(offsets != nullptr ? apart + part.of(offsets[a]) : apart, &own.in.rods.u[a]);
@@ -157,14 +151,14 @@ class GroupSeries::Rods {
       });
     }
     void take_coefficient(std::size_t k) const {
-      for_parts([k](const Arrays& own, const auto& part, auto ends) __attribute__((always_inline)) {
+      run([k](const auto& part, auto ends, const Arrays& own) __attribute__((always_inline)) {
         for (std::size_t a = 0; a < own.in.shape.num_rods; ++a)
           lanes::difference(part, ends, a, own.points).write(&own.series_of(part, a)[k].a);
       });
     }
     /// Computes mu_0 = lambda_0/|a_0|.
     void take_multipliers() const {
-      for_parts([](const Arrays& own, const auto& part, auto) __attribute__((always_inline)) {
+      run([](const auto& part, auto, const Arrays& own) __attribute__((always_inline)) {
         for (std::size_t a = 0; a < own.in.shape.num_rods; ++a) {
           const auto u = part.of(own.in.rods.u[a]);
           auto length = dot(u, u);
@@ -174,18 +168,13 @@ class GroupSeries::Rods {
       });
     }
     void weigh(Pack<> TermCounter::Weights::*weight, double rtol) const {
-      dispatch([count = in.shape.num_places, points = points, to = weights, weight, rtol] {
-        for (std::size_t p = 0; p < count; ++p) to[p].*weight = TermCounter::weigh(points[p], to[p].*weight, rtol);
+      run([ weight, rtol ](const auto& part, auto, const Arrays& own) __attribute__((always_inline)) {
+        for (std::size_t p = 0; p < own.in.shape.num_places; ++p) {
+          auto& cell = own.weights[p].*weight;
+          part.of(cell) = TermCounter::weigh(part.of(own.points[p]), part.of(std::as_const(cell)), rtol);
+        }
       });
     }
-    void find_largest() const {
-      dispatch([count = in.shape.num_places, points = points, weights = weights, to = largest] {
-        Largest result;
-        for (std::size_t p = 0; p < count; ++p) result.include(points[p], weights[p]);
-        *to = result;
-      });
-    }
-
     /// Takes what a solve found for mu_k.
     template <class Lanes>
     [[gnu::always_inline]] void take_multiplier(const Lanes& part, Solve solve, std::size_t a) const {
@@ -193,43 +182,44 @@ class GroupSeries::Rods {
       auto& mu = series_of(part, a)[solve.order()].mu;
       mu = solve.pass == 0 ? found : mu + found;
     }
+    template <class Lanes, class Ends>
+    [[gnu::always_inline]] void begin(const Lanes& part, const Ends& ends, Solve solve, Solve before) const {
+      solve.pass == 0 ? begin_order(part, ends, solve, before) : begin_pass(part, before);
+    }
     /// Computes mu_{k-1} and a_{k+1}, then r_{k+2} without the part of mu_k, and the right sides.
-    void begin_order(Solve solve, Solve before) const {
-      for_parts([ solve, before ]<class Lanes>(const Arrays& own, const Lanes& part, auto ends)
-                    __attribute__((always_inline)) {
-                      const auto& [shape, of_points, rods, dw] = own.in;
-                      Pack3<>* const s = of_points.s;
-                      const typename Lanes::Vector nothing{};
-                      for (std::size_t p = 0; p < shape.num_places; ++p) part.write(nothing, &s[p]);
-                      for (std::size_t a = 0; a < shape.num_rods; ++a) {
-                        auto* const series = own.series_of(part, a);
-                        if (!solve.is_first()) {
-                          own.take_multiplier(part, before, a);
-                          lanes::difference(part, ends, a, own.points).write(&series[solve.order() + 1].a);
-                        }
-                        const auto found = RodSeries<Lanes::width>::multiply(series, solve.k, own.next_of(part, a));
-                        if (own.half_squares != nullptr) part.of(own.half_squares[a]) = found.half_square;
-                        part.of(rods.b[a]) = found.half_square;
-                        lanes::pull(part, ends, a, found.force, s);
-                      }
-                      const auto factor_of_r = typename Lanes::Lane{} + 1.0 / solve.scale();
-                      for (std::size_t p = 0; p < shape.num_places; ++p) {
-                        const auto force = factor_of_r * part.of(s[p]), r = part.of(of_points.inverse_mass[p]) * force;
-                        if (own.known != nullptr) part.write(force, &own.known[p]);
-                        part.write(r, &s[p]);
-                        part.write(r, &own.points[p]);
-                      }
-                    });
+    template <class Lanes, class Ends>
+    [[gnu::always_inline]] void begin_order(const Lanes& part, const Ends& ends, Solve solve, Solve before) const {
+      const auto& [shape, of_points, rods, dw] = in;
+      Pack3<>* const s = of_points.s;
+      const typename Lanes::Vector nothing{};
+      for (std::size_t p = 0; p < shape.num_places; ++p) part.write(nothing, &s[p]);
+      for (std::size_t a = 0; a < shape.num_rods; ++a) {
+        auto* const of_rod = series_of(part, a);
+        if (!solve.is_first()) {
+          take_multiplier(part, before, a);
+          lanes::difference(part, ends, a, points).write(&of_rod[solve.order() + 1].a);
+        }
+        const auto found = RodSeries<Lanes::width>::multiply(of_rod, solve.k, next_of(part, a));
+        if (half_squares != nullptr) part.of(half_squares[a]) = found.half_square;
+        part.of(rods.b[a]) = found.half_square;
+        lanes::pull(part, ends, a, found.force, s);
+      }
+      const auto factor_of_r = typename Lanes::Lane{} + 1.0 / solve.scale();
+      for (std::size_t p = 0; p < shape.num_places; ++p) {
+        const auto force = factor_of_r * part.of(s[p]), r = part.of(of_points.inverse_mass[p]) * force;
+        if (known != nullptr) part.write(force, &known[p]);
+        part.write(r, &s[p]);
+        part.write(r, &points[p]);
+      }
     }
     /// Begins with the r that is there.
-    void begin_pass(Solve before) const {
-      for_parts([before](const Arrays& own, const auto& part, auto) __attribute__((always_inline)) {
-        for (std::size_t a = 0; a < own.in.shape.num_rods; ++a) {
-          own.take_multiplier(part, before, a);
-          part.of(own.in.rods.b[a]) = part.of(own.half_squares[a]);
-        }
-      });
-      std::memcpy(in.points.s, points, in.shape.num_places * sizeof(Pack3<>));
+    template <class Lanes>
+    [[gnu::always_inline]] void begin_pass(const Lanes& part, Solve before) const {
+      for (std::size_t a = 0; a < in.shape.num_rods; ++a) {
+        take_multiplier(part, before, a);
+        part.of(in.rods.b[a]) = part.of(half_squares[a]);
+      }
+      for (std::size_t p = 0; p < in.shape.num_places; ++p) part.write(part.of(points[p]), &in.points.s[p]);
     }
   };
 
@@ -244,12 +234,11 @@ void GroupSeries::expand(const LaneExpansion& expansion, const GroveVisit& visit
   room.hold(expansion, visit);
   const int passes = expansion.passes, order = expansion.order();
   int reached = 2;
-  // Goes through the orders with up(solve) and down(solve).
-  const auto advance = [&](const auto& up, const auto& down) {
+  // Goes through the orders by advance(solve).
+  const auto go = [&](const auto& advance) {
     bool are_enough = false;
     for (Solve solve{1, 0}; !are_enough && solve.k + 2 <= order; solve = solve.next(passes)) {
-      up(solve);
-      down(solve);
+      advance(solve);
       reached = solve.k + 2;
       are_enough = expansion.is_counting() && solve.pass + 1 == passes && room.note(visit, reached);
     }
@@ -263,28 +252,27 @@ void GroupSeries::expand(const LaneExpansion& expansion, const GroveVisit& visit
   if (visit.stands_alone()) {
     visit.up(each([&](Rods& rods) {
       rods.begin();
-      advance([&](Solve solve) { rods.substitute_up(solve); }, [&](Solve solve) { rods.substitute_down(solve); });
+      go([&](Solve solve) {
+        rods.substitute_up(solve);
+        rods.substitute_down(solve);
+      });
     }));
   } else {
     visit.up(each([&](Rods& rods) { rods.begin(); }));
     visit.factorize_separators();
-    advance(
-        [&](Solve solve) {
-          visit.up(each([&](Rods& rods) { rods.substitute_up(solve); }));
-          visit.solve_separators(true);
-        },
-        [&](Solve solve) { visit.down(each([&](Rods& rods) { rods.substitute_down(solve); })); });
+    go([&](Solve solve) {
+      visit.up(each([&](Rods& rods) { rods.substitute_up(solve); }));
+      visit.solve_separators(true);
+      visit.down(each([&](Rods& rods) { rods.substitute_down(solve); }));
+    });
   }
-  for (const LaneGroup& group : visit.groups()) {
-    for (std::size_t lane = 0; lane < group.num_members; ++lane) {
-      if (!group.ends_island[lane]) continue;
-      const std::size_t own = static_cast<std::size_t>(group.island[lane]) - room.first_island;
-      const FoundTerms found = room.counters[own / num_lanes].found(own % num_lanes, order);
-      const auto [first, end] = groups_.plan().islands[static_cast<std::size_t>(group.island[lane])];
-      room.longest = std::min(room.longest, found.longest);
-      end_series(found, reached, static_cast<std::size_t>(first), static_cast<std::size_t>(end), expansion.coefficients,
-                 expansion.last_term);
-    }
+  for (std::size_t island = visit.first_island(); island < visit.end_island(); ++island) {
+    const std::size_t own = island - room.first_island;
+    const FoundTerms found = room.counters[own / num_lanes].found(own % num_lanes, order);
+    const auto [first, end] = groups_.plan().islands[island];
+    room.longest = std::min(room.longest, found.longest);
+    end_series(found, reached, static_cast<std::size_t>(first), static_cast<std::size_t>(end), expansion.coefficients,
+               expansion.last_term);
   }
 }
 

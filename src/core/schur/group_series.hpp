@@ -5,8 +5,8 @@
 
 #include "base/parallel.hpp"
 #include "evaluate/rod_series.hpp"
-#include "schur/island_series.hpp"
 #include "schur/lane_groves.hpp"
+#include "schur/needed_terms.hpp"
 
 namespace tanor::detail {
 

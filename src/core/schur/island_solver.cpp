@@ -1,14 +1,26 @@
 #include "schur/island_solver.hpp"
 
 #include <algorithm>
-#include <iterator>
 
 namespace tanor::detail {
 
-void IslandSolver::serve(const SchurProblem& problem, std::span<const Index> before, std::span<const Index> left) {
-  std::vector<Index> own;
-  std::ranges::set_difference(before, left, std::back_inserter(own));
-  group_.emplace(problem, own);
+IslandGroup::IslandGroup(const SchurProblem& problem, std::span<const Index> islands)
+    : constraints(problem.constraints), gather(problem.gather), inverse_mass(problem.inverse_mass), island_start{0} {
+  const Numbering& numbering = problem.numbering;
+  std::vector<char> has_row(numbering.num_rows(), 0), has_point(numbering.num_points(), 0);
+  for (const Index island : islands) {
+    const Index* const start = numbering.island_start.data() + island;
+    std::fill(has_row.begin() + start[0], has_row.begin() + start[1], 1);
+    for (auto a = static_cast<std::size_t>(start[0]); a < static_cast<std::size_t>(start[1]); ++a) rows.append(a);
+    island_start.push_back(island_start.back() + start[1] - start[0]);
+  }
+  for (const Incidence& incidence : problem.incidences) {
+    if (has_row[static_cast<std::size_t>(incidence.row)] != 0) has_point[static_cast<std::size_t>(incidence.point)] = 1;
+  }
+  for (std::size_t i = 0; i < numbering.num_moving; ++i) {
+    if (has_point[i] != 0) points.append(i);
+  }
+  members = constraints.select(has_row);
 }
 
 Elimination IslandSolver::linearise(const Parallel& parallel, const double* r, const PointSource* source,
@@ -21,14 +33,6 @@ Elimination IslandSolver::linearise(const Parallel& parallel, const double* r, c
 void IslandSolver::correct(const Parallel& parallel, const double* blocks, double* rows, double* points) {
   solve_negative(parallel, rows, rows);
   add_reactions(parallel, blocks, rows, points);
-}
-
-double IslandSolver::evaluate_values(const Parallel& parallel, const double* r, double* xi) {
-  return group_->constraints.evaluate_values(parallel, group_->members, r, xi);
-}
-
-double IslandSolver::evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rates) {
-  return group_->constraints.evaluate_rates(parallel, group_->members, r, v, rates);
 }
 
 /// Iterates with evaluate(rows := violations), which returns the largest one, and points += M^-1 K S^-1 (-rows).
@@ -49,17 +53,16 @@ Projection IslandSolver::project_positions(const Parallel& parallel, const doubl
   bring_points(parallel, source);
   if (sum != nullptr) add_reactions(parallel, blocks, sum, r);
   return iterate(
-      parallel, blocks, target, [&](double* xi) { return evaluate_values(parallel, r, xi); }, r, sum);
+      parallel, blocks, target,
+      [&](double* xi) { return group_->constraints.evaluate_values(parallel, group_->members, r, xi); }, r, sum);
 }
 
 Projection IslandSolver::project_velocities(const Parallel& parallel, const double* blocks, double target,
                                             const double* r, double* v, double* sum) {
   return iterate(
-      parallel, blocks, target, [&](double* rates) { return evaluate_rates(parallel, r, v, rates); }, v, sum);
-}
-
-void IslandSolver::add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) {
-  group_->add_reactions(parallel, blocks, rows, points);
+      parallel, blocks, target,
+      [&](double* rates) { return group_->constraints.evaluate_rates(parallel, group_->members, r, v, rates); }, v,
+      sum);
 }
 
 }  // namespace tanor::detail

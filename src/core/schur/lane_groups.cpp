@@ -11,7 +11,11 @@ LaneGroups::LaneGroups(LanePlan plan, const RodRows& given, std::span<const doub
     : plan_(std::move(plan)), num_moving_(static_cast<Index>(num_moving)) {
   read_rods(given);
   read_masses(inverse_mass);
-  find_places();
+  for (const LaneGroup& group : plan_.groups) {
+    lists_.push_back({{plan_.point.data() + num_lanes * group.first_place, group.num_places},
+                      {block_.data() + num_lanes * group.first_rod, group.num_rods},
+                      {plan_.row.data() + num_lanes * group.first_rod, group.num_rods}});
+  }
   prepare_workspaces(threads);
 }
 
@@ -35,10 +39,10 @@ void LaneGroups::for_each_rod(const Visit& visit) const {
 void LaneGroups::read_rods(const RodRows& given) {
   const std::size_t num_rods = plan_.num_slots();
   block_.assign(num_rods * num_lanes, no_block);
-  for (Packs* const moving : {&lengths_.first, &lengths_.second}) {
+  for (Packs* const moving : {&length_first_, &length_second_}) {
     if (!given.moving_length.empty()) moving->resize(num_rods);
   }
-  lengths_.value.resize(num_rods);
+  length_.resize(num_rods);
   are_shifted_ = !given.offset.empty();
   for (LaneGroup& group : plan_.groups) {
     group.first_offset = offset_.size();
@@ -46,13 +50,13 @@ void LaneGroups::read_rods(const RodRows& given) {
   }
   for_each_rod([&](const LaneGroup& group, std::size_t k, std::size_t lane, bool is_there, Index first) {
     const std::size_t rod = group.first_rod + k, slot = rod * num_lanes + lane;
-    lengths_.value.data()[rod][lane] = 1.0;
+    length_.data()[rod][lane] = 1.0;
     // The offset of a rod of nobody gives it a direction.
     if (!is_there) return set_lane(&offset_[group.first_offset + k], lane, {1.0, 0.0, 0.0});
     const auto row = static_cast<std::size_t>(plan_.row[slot]);
     const auto block = static_cast<Index>(given.block[row]);
     block_[slot] = given.ends[row][0] == first ? block : ~block;
-    lengths_.value.data()[rod][lane] = given.constant_length[row];
+    length_.data()[rod][lane] = given.constant_length[row];
     if (!given.moving_length.empty() && given.moving_length[row] != nullptr)
       moving_lengths_.emplace_back(slot, given.moving_length[row]);
   });
@@ -84,45 +88,6 @@ void LaneGroups::read_masses(std::span<const double> inverse_mass) {
   }
 }
 
-namespace {
-
-/// Returns the sequences that the first ones of so many numbers [k][lane] of things form, each of which has `width`
-/// numbers. Number ~k stands for k turned, which all of them are, or none.
-Sequences find_sequences(const Index* numbers, std::size_t count, std::size_t width) {
-  const bool are_turned = numbers[0] < 0;
-  const auto number = [&](std::size_t slot) { return are_turned ? ~numbers[slot] : numbers[slot]; };
-  Sequences result{.sign = are_turned ? -1.0 : 1.0};
-  for (std::size_t lane = 0; lane < num_lanes; ++lane) result.first[lane] = number(lane);
-  for (std::size_t slot = 0; slot < count * num_lanes; ++slot) {
-    const auto k = static_cast<Index>(slot / num_lanes);
-    if (number(slot) < 0 || number(slot) != result.first[slot % num_lanes] + k) break;
-    result.count = (slot + 1) / num_lanes;
-  }
-  if (width * result.count < 4) result.count = 0;
-  return result;
-}
-
-}  // namespace
-
-void LaneGroups::find_places() {
-  for (const LaneGroup& group : plan_.groups) {
-    GroupTransfers::Places& found = places_.emplace_back();
-    const Index* const point = plan_.point.data() + group.first_place * num_lanes;
-    std::vector<Index> numbers(point, point + group.num_places * num_lanes);
-    const auto own = std::ranges::find_if(numbers, [](Index each) { return each < 0; }) - numbers.begin();
-    for (Index& each : numbers) each = each < 0 ? ~each : each;
-    found.points = find_sequences(numbers.data(), group.num_places, 3);
-    found.own_points = find_sequences(numbers.data(), static_cast<std::size_t>(own) / num_lanes, 3);
-    if (group.is_padded) continue;
-    const auto all_of = [&](const std::vector<Index>& list, std::size_t width) {
-      const Sequences result = find_sequences(list.data() + group.first_rod * num_lanes, group.num_rods, width);
-      return result.count == group.num_rods ? result : Sequences{};
-    };
-    found.rows = all_of(plan_.row, 1);
-    found.blocks = all_of(block_, 3);
-  }
-}
-
 void LaneGroups::read_offsets(std::span<const Vec3> by_row) {
   if (by_row.empty()) return;
   for_each_rod([&](const LaneGroup& group, std::size_t k, std::size_t lane, bool is_there, Index) {
@@ -136,9 +101,9 @@ void LaneGroups::read_offsets(std::span<const Vec3> by_row) {
 void LaneGroups::take_lengths() {
   for (const auto& [slot, length] : moving_lengths_) {
     const std::size_t rod = slot / num_lanes, lane = slot % num_lanes;
-    lengths_.value.data()[rod][lane] = length->value;
-    lengths_.first.data()[rod][lane] = length->first;
-    lengths_.second.data()[rod][lane] = length->second;
+    length_.data()[rod][lane] = length->value;
+    length_first_.data()[rod][lane] = length->first;
+    length_second_.data()[rod][lane] = length->second;
   }
 }
 
@@ -153,7 +118,7 @@ void LaneGroups::prepare_workspaces(int threads) {
     u_.resize(plan_.num_slots());
     joints_.resize(plan_.groups.size());
   }
-  separators_.resize(plan_.num_separators());
+  if (plan_.is_of_paths()) borders_.resize(plan_.groups.size());
   std::size_t of_group = 0;
   for (const LaneGroup& group : plan_.groups) of_group = std::max(of_group, group.num_places);
   workspaces_.resize(static_cast<std::size_t>(Parallel(threads).threads()));
@@ -183,7 +148,7 @@ void LaneGroups::hold(Pass pass) {
     if (!plan_.is_of_trees()) grow(&work.u, rods);
     grow(&work.z, rods);
     grow(&work.points, is_of_group ? work.r.size() : work.largest.places);
-    if (pass != Pass::Projection) continue;
+    if (pass == Pass::Single) continue;
     grow(&work.directions, rods);
     grow(&work.sum, rods);
   }

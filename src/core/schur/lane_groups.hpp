@@ -8,18 +8,17 @@
 
 #include "base/pack.hpp"
 #include "base/parallel.hpp"
-#include "schur/group_transfers.hpp"
 #include "schur/lane_kernels.hpp"
 #include "schur/lane_plan.hpp"
-#include "schur/path_separators.hpp"
+#include "schur/lane_transfers.hpp"
 #include "schur/schur_solver.hpp"
 
 namespace tanor::detail {
 
 /// Says what groups keep in lanes while a call is in other groups: of paths, in a `Single` pass, no more than b and
-/// what was found, since they go through memory; in `Repeated` passes rods and points, as all others do in any case;
-/// and in a `Projection` also directions and sums.
-enum class Pass { Single, Repeated, Projection };
+/// what was found, since they go through memory; in `Repeated` passes rods and points, as all others do in any case,
+/// directions and sums.
+enum class Pass { Single, Repeated };
 
 /// Groups of islands, or of pieces of trees and paths, in lanes: their rods with the factor, and what pieces hand to
 /// one another.
@@ -40,9 +39,9 @@ class LaneGroups {
   std::size_t num_shares(std::size_t num_slots, const Parallel& parallel) const;
 
   /// Returns the separators of a path.
-  std::span<Separator> separators(std::size_t path) {
+  lanes::Separators separators(std::size_t path) {
     const auto [first, end, is_ring] = plan_.paths[path];
-    return std::span(separators_).subspan(first, end - first);
+    return {borders_.data(), std::span(plan_.separators).subspan(first, end - first), is_ring};
   }
 
   class Group;
@@ -52,7 +51,6 @@ class LaneGroups {
     // of one group, [place]
     std::vector<Pack3<>> r, v, w, s, dw;
     std::vector<lanes::Mobility> mobility;
-    lanes::Border border;
     // of a grove, [rod], [place] and [group], or of the part that is kept, see Pass
     std::vector<Pack3<>> u, directions, points;
     Packs b, z, sum, right_side, residual;
@@ -65,36 +63,37 @@ class LaneGroups {
   std::span<Workspace> workspaces() { return workspaces_; }
 
  private:
-  /// Lengths of rods [rod], l' and l''; these are empty if no length moves.
-  struct Lengths {
-    Packs value, first, second;
+  /// The numbers of a group in the arrays of the system.
+  struct Lists {
+    LaneList<Listed::Points> points;
+    LaneList<Listed::Blocks> blocks;
+    LaneList<Listed::Rows> rows;
   };
   void read_rods(const RodRows& given);
   void read_masses(std::span<const double> inverse_mass);
-  void find_places();
   void prepare_workspaces(int threads);
   template <class Visit>
   void for_each_rod(const Visit& visit) const;
 
   LanePlan plan_;
   Index num_moving_;
-  std::vector<Index> block_;                                                 // [rod][lane]; ~block if it is turned
-  std::vector<GroupTransfers::Places> places_;                               // [group]
-  Packs inverse_mass_;                                                       // [place]
-  Packs inverse_masses_;                                                     // [rod] of trees: both ends, summed
-  std::vector<Pack3<>> offset_;                                              // [rod] of groups that have some
-  bool are_shifted_ = false;                                                 // true if there are offsets of rods
-  Lengths lengths_;                                                          // of rods
+  std::vector<Index> block_;                     // [rod][lane]; ~block if it is turned
+  std::vector<Lists> lists_;                     // [group]
+  Packs inverse_mass_;                           // [place]
+  Packs inverse_masses_;                         // [rod] of trees: both ends, summed
+  std::vector<Pack3<>> offset_;                  // [rod] of groups that have some
+  bool are_shifted_ = false;                     // true if there are offsets of rods
+  Packs length_, length_first_, length_second_;  // [rod]; l' and l'' are empty if no length moves
   std::vector<std::pair<std::size_t, const MovingScalar*>> moving_lengths_;  // by rod and lane
   std::vector<Pack3<>> u_;                                                   // [rod] of trees
   Packs factor_;
-  std::vector<lanes::Joint> joints_;   // [group] of pieces of trees
-  std::vector<Separator> separators_;  // of pieces of paths
-  std::vector<Workspace> workspaces_;  // [thread]
+  std::vector<lanes::Joint> joints_;    // [group] of pieces of trees
+  std::vector<lanes::Border> borders_;  // [group] of pieces of paths
+  std::vector<Workspace> workspaces_;   // [thread]
 };
 
 /// One group in the lanes of the workspaces of a thread and of its grove.
-class LaneGroups::Group : public GroupTransfers {
+class LaneGroups::Group {
  public:
   Group(LaneGroups* all, Pass pass, std::size_t group, std::size_t first_group, std::size_t of_grove,
         std::size_t of_thread);
@@ -102,7 +101,8 @@ class LaneGroups::Group : public GroupTransfers {
   // ---- up ----
   /// Reads r, v and w0 of the points. The next group will write its part of `blocks`.
   lanes::Motion read_motion(const FreeMotion& motion, const double* blocks);
-  void evaluate(const lanes::Motion& motion);
+  void evaluate(const lanes::Motion& motion) { lanes::evaluate(in_, motion, false, own_.right_side, &work_.found); }
+  /// Factorizes S. The pivot of a rod of a tree is d = u'(W_c + W_p) u, and W_p -= h h'/d.
   void eliminate();
   void evaluate_and_eliminate(const lanes::Motion& motion);
   void substitute_up();
@@ -117,32 +117,45 @@ class LaneGroups::Group : public GroupTransfers {
   /// Finds lambda and computes w := w0 + dw, and the residual unless there are joints. w0 is in w unless it is
   /// `uniform`.
   void substitute_down(const double* blocks, const Vec3* uniform, double* w);
-  /// Finds the residual once all pieces below joints are through.
+  /// Finds the residual, the largest |K'dw + b|, once all pieces below joints are through.
   void find_residual();
 
   /// Reads u of separators, and their multipliers unless `rows` are null.
   void read_separators(const double* blocks, const double* rows = nullptr);
 
   // ---- projections ----
-  /// Evaluates the violation of `points`, positions or velocities.
+  /// Evaluates xi or K'v + xi_t in b's place, and the violation of `points`, positions or velocities.
   void evaluate_values();
   void evaluate_rates();
-  void add_multipliers();
   /// Finds lambda, unless it is known, and computes points += dw in memory. Separators have theirs.
   void move(const double* blocks, bool lambda_is_known, double* points);
 
   // ---- what pieces hand to one another ----
   /// Sets s of joints to the answer of what hangs there, with that to the `force` [place] on them unless it is null.
   void answer_at_joints(const Pack3<>* force);
-  void hand_over_answers();
+  void hand_over_answers() {
+    if (may_hang()) in_.points.s[group_.num_rods].write(&own_joint().s);
+  }
   /// Takes the numbers of the roots there at joints, and behind pieces of a path those of the next one's first point.
   void take_joints(Pack3<>* points);
   /// Hands over what these pieces of a path add to the points before and behind them; nothing if `points` is null.
   void hand_over_ends(const Pack3<>* points);
 
   // ---- in and out ----
+  void read_points(const double* from, Pack3<>* to) const { lists_.points.read(from, to); }
+  void write_points(const Pack3<>* from, double* to) const { lists_.points.write(from, to); }
+  void read_rows(const double* from, Pack<>* to) const { lists_.rows.read(from, to); }
+  void write_rows(const Pack<>* from, double* to) const;
+  void write_blocks(const Pack3<>* from, double* to) const { lists_.blocks.write(from, to); }
+  /// Prefetches what the next group will read or write, while something else is computed.
+  void call_for_points(const double* points) const {
+    if (next_ != nullptr) next_->points.call_for(points);
+  }
+  void call_for_blocks(const double* blocks) const {
+    if (next_ != nullptr) next_->blocks.call_for(blocks);
+  }
   void find_directions(const double* r, Pack3<>* u);
-  void read_directions(const double* blocks, bool are_new = false);
+  void read_directions(const double* blocks);
 
   // ---- the arrays ----
   const LaneGroup& plan() const { return group_; }
@@ -154,7 +167,8 @@ class LaneGroups::Group : public GroupTransfers {
     Pack<>*sum, *right_side, *residual;  ///< sums of multipliers [rod]; what was found
   };
   const Own& own() const { return own_; }
-  Pack3<>* scratch() { return work_.s.data(); }  ///< [place]
+  const Index* point_list() const { return lists_.points.numbers(); }  ///< ~point if it is not to be written
+  Pack3<>* scratch() { return work_.s.data(); }                        ///< [place]
   /// Returns the parts of the distances [rod] that are not between the points; null if there are none.
   const Pack3<>* offsets() const;
 
@@ -167,19 +181,21 @@ class LaneGroups::Group : public GroupTransfers {
   bool is_path() const { return all_.plan_.is_of_paths(); }
   bool is_tree() const { return all_.plan_.is_of_trees(); }
   bool may_hang() const { return is_tree() && !group_.stands_alone; }
-  /// Calls visit(separator, lane) for the last rods of pieces of a path.
-  template <class Visit>
-  void for_separators(const Visit& visit) const;
-  Separator* neighbour(std::size_t lane, bool is_behind) const;
+  /// Returns the group's derivatives of lengths; null if no length moves.
+  const Pack<>* moving_lengths(const Packs& of_all) const {
+    return of_all.size() > 0 ? of_all.data() + group_.first_rod : nullptr;
+  }
   void take_mobilities();
-  void take_separators();
   lanes::Upcoming upcoming(std::array<const double*, 3> arrays) const;
-  void hand_over_factor();
   void hand_over_roots(const Pack3<>* points);
+  void pull_joints(const Pack3<>* known);
+  void add_points(const Pack3<>* from, double* to) const;
 
   LaneGroups& all_;
   std::size_t number_;
   const LaneGroup& group_;
+  const Lists& lists_;
+  const Lists* next_;  // of the next group; null behind the last one
   Workspace &work_, &grove_;
   Own own_;
   Arrays in_;

@@ -50,16 +50,17 @@ class GroveVisit {
   // ---- the separators of a path; nothing is done where there is none ----
   void factorize_separators() const {
     Pack<>& largest = all_.workspaces()[workspace_].found.largest_inverse;
-    for_each_path([&](std::size_t path) {
-      largest[0] =
-          larger(largest[0], detail::factorize_separators(all_.separators(path), all_.plan().paths[path].is_ring));
-    });
+    for_each_path([&](std::size_t path) { largest[0] = larger(largest[0], all_.separators(path).factorize()); });
   }
   void solve_separators(bool have_points_in_lanes = false) const {
     for_each_path([&](std::size_t path) {
-      if (have_points_in_lanes) join_points(all_.separators(path), all_.plan().paths[path].is_ring);
-      detail::solve_separators(all_.separators(path));
+      if (have_points_in_lanes) all_.separators(path).join_points();
+      all_.separators(path).solve();
     });
+  }
+  /// Hands on the multipliers that they have.
+  void hand_on_separators() const {
+    for_each_path([&](std::size_t path) { all_.separators(path).hand_on(); });
   }
   /// Calls visit(path) for each path.
   template <class Visit>

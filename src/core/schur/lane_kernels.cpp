@@ -1,4 +1,4 @@
-#include "schur/lane_kernels.hpp"
+#include "schur/lane_groups.hpp"
 
 #include "base/distance.hpp"
 #include "schur/lane_programs.hpp"
@@ -45,41 +45,6 @@ template <class Lanes, class Number>
   return seen.value + seen.zero;
 }
 
-// ---- all rods of a group ----
-
-template <class Lanes, class Ends>
-[[gnu::always_inline]] inline void substitute_up(const Lanes& part, const Ends& ends, const Shape& shape,
-                                                 const Points& points, const Rods& rods) {
-  if constexpr (Ends::program == Program::Trees) {
-    for (std::size_t k = 0; k < shape.num_rods; ++k) substitute_rod(part, ends, k, points, rods);
-  } else if constexpr (Ends::program == Program::Paths) {
-    substitute_piece_up(part, ends, shape, points.s, rods);
-  } else {
-    substitute(part, shape.structure->schedule, ends, points.s, rods);
-  }
-}
-
-/// Computes lambda, unless it is known, and F = K lambda.
-template <class Lanes, class Ends>
-[[gnu::always_inline]] inline void substitute_down(const Lanes& part, const Ends& ends, const Shape& shape,
-                                                   const Rods& rods, bool lambda_is_known, const Pack3<>* on_roots,
-                                                   Pack3<>* F) {
-  if constexpr (Ends::program == Program::Paths) return substitute_piece_down(part, shape, rods);
-  const typename Lanes::Vector nothing{};
-  for (std::size_t i = 0; i < shape.num_places; ++i) part.write(nothing, &F[i]);
-  if (on_roots != nullptr) part.write(part.of(*on_roots), &F[shape.num_rods]);
-  for (std::size_t k = shape.num_rods; k-- > 0;) {
-    if constexpr (Ends::program == Program::Trees) {
-      if (!lambda_is_known) {
-        const RodFactor& factor = rods.rod_factor(k);
-        part.of(rods.z[k]) =
-            -part.of(rods.z[k]) * part.of(factor.inverse_pivot) - dot(part.of(factor.h), get(ends.second(part, k), F));
-      }
-    }
-    pull(part, ends, k, part.of(rods.z[k]) * part.of(rods.u[k]), F);
-  }
-}
-
 template <class Lanes>
 [[gnu::always_inline]] inline void add_dw(const Lanes& part, const Shape& shape, const Pack<>* inverse_mass, Pack3<>* F,
                                           const Pack3<>* w0, Vec3 uniform, Pack3<>* w) {
@@ -101,62 +66,7 @@ template <class Lanes, class Ends>
       });
 }
 
-/// Runs body(part, ends, arrays) for the kind of ends that the group has. Each kind has a function of its own for each
-/// instruction set, which gcc optimizes better than all kinds in one. The arrays are copied inside, since a body is
-/// copied twice.
-template <class Body>
-void for_group(const Arrays& arrays, const Body& body) {
-  with_ends(arrays.shape, [&](auto ends) {
-    for_each_part([ body, ends, at = &arrays ](const auto& part) __attribute__((always_inline)) {
-      const Arrays in = *at;
-      body(part, ends, in);
-    });
-  });
-}
-
 }  // namespace
-
-void free_points(const Arrays& in) {
-  dispatch([shape = in.shape, points = in.points] {
-    const Pack<> nothing{};
-    const Pack3<> none{};
-    for (std::size_t i = 0; i < shape.num_places; ++i) {
-      Mobility& W = points.mobility[i];
-      W.xx = W.yy = W.zz = points.inverse_mass[i];
-      W.xy = W.xz = W.yz = nothing;
-      none.write(&points.s[i]);
-    }
-  });
-}
-
-void find_directions(const Arrays& arrays, const Pack3<>* r, const Pack3<>* offset, Pack3<>* u) {
-  for_group(
-      arrays, [=]<class Lanes>(const Lanes& part, auto ends, const Arrays& in) __attribute__((always_inline)) {
-        typename Lanes::Lane inverse;
-        for (std::size_t k = 0; k < in.shape.num_rods; ++k)
-          part.write(direction(part, ends, k, r, offset, &inverse), &u[k]);
-      });
-}
-
-void eliminate(const Arrays& arrays, Findings* found) {
-  for_group(
-      arrays, [=]<class Lanes>(const Lanes& part, auto ends, const Arrays& in) __attribute__((always_inline)) {
-        typename Lanes::Lane largest = part.of(found->largest_inverse);
-        if constexpr (ends.program == Program::Trees) {
-          for (std::size_t k = 0; k < in.shape.num_rods; ++k)
-            eliminate_rod(part, ends, k, in.points, in.rods, &largest);
-        } else if constexpr (ends.program == Program::Paths) {
-          const auto take = [&](std::size_t k, typename Lanes::Vector * u) __attribute__((always_inline)) {
-            *u = part.of(in.rods.u[k]);
-            return typename Lanes::Lane{};
-          };
-          eliminate_piece<false>(part, in.shape, in.points, in.rods, take, &largest);
-        } else {
-          eliminate_columns(part, *in.shape.structure, in.points.inverse_mass, in.rods, &largest);
-        }
-        part.of(found->largest_inverse) = largest;
-      });
-}
 
 void substitute_up(const Arrays& arrays) {
   for_group(
@@ -185,7 +95,7 @@ void evaluate(const Arrays& arrays, const Motion& motion_of, bool eliminates, Pa
             motion.upcoming.fetch(k);
             return b;
           };
-          eliminate_piece<true>(part, in.shape, in.points, in.rods, take_next, &largest);
+          eliminate_piece(part, in.shape, in.points, in.rods, take_next, &largest);
         } else if constexpr (ends.program == Program::Trees) {
           for (std::size_t k = 0; k < in.shape.num_rods; ++k) {
             (void)take(k, &u);
@@ -257,43 +167,6 @@ void accelerate(const Arrays& arrays, const Pack3<>* w0, Vec3 uniform, Pack3<>* 
       });
 }
 
-void find_residual(const Arrays& arrays, const Pack3<>* dw, Pack<>* residual) {
-  for_group(
-      arrays, [=](const auto& part, auto ends, const Arrays& in) __attribute__((always_inline)) {
-        part.of(*residual) = largest_residual(part, ends, in.shape, in.rods, dw);
-      });
-}
-
-void evaluate_values(const Arrays& arrays, const Pack3<>* r, const Pack3<>* offset, const Pack<>* length,
-                     Pack<>* largest) {
-  for_group(
-      arrays, [=](const auto& part, auto ends, const Arrays& in) __attribute__((always_inline)) {
-        part.of(*largest) = largest_of(
-            part, in.shape.num_rods, [&](std::size_t k) __attribute__((always_inline)) {
-              const auto apart = distance(part, ends, k, r, offset);
-              auto rho = dot(apart, apart);
-              take_roots(&rho);
-              const auto xi = rho - part.of(length[k]);
-              part.of(in.rods.b[k]) = xi;
-              return xi / part.of(length[k]);
-            });
-      });
-}
-
-void evaluate_rates(const Arrays& arrays, const Pack3<>* u, const Pack3<>* v, const Pack<>* length_first,
-                    Pack<>* largest) {
-  for_group(
-      arrays, [=](const auto& part, auto ends, const Arrays& in) __attribute__((always_inline)) {
-        part.of(*largest) = largest_of(
-            part, in.shape.num_rods, [&](std::size_t k) __attribute__((always_inline)) {
-              auto rate = dot(part.of(u[k]), difference(part, ends, k, v));
-              if (length_first != nullptr) rate -= part.of(length_first[k]);
-              part.of(in.rods.b[k]) = rate;
-              return rate;
-            });
-      });
-}
-
 // ---- joints ----
 
 namespace {
@@ -333,18 +206,115 @@ void take_from_joints(std::span<const JointPlace> places, const Joint* joints, C
 template void take_from_joints(std::span<const JointPlace>, const Joint*, Mobility Joint::*, Mobility*);
 template void take_from_joints(std::span<const JointPlace>, const Joint*, Pack3<> Joint::*, Pack3<>*);
 
-void answer_at_joints(std::span<const JointPlace> places, const Joint* joints, const Pack3<>* force, Pack3<>* s) {
-  static constexpr Mobility nothing{};
-  dispatch([=] {
+}  // namespace tanor::detail::lanes
+
+namespace tanor::detail {
+
+// ---- groups ----
+
+void LaneGroups::Group::take_mobilities() {
+  if (!is_tree()) return;
+  dispatch([shape = in_.shape, points = in_.points] {
+    const Pack<> nothing{};
+    const Pack3<> none{};
+    for (std::size_t i = 0; i < shape.num_places; ++i) {
+      lanes::Mobility& W = points.mobility[i];
+      W.xx = W.yy = W.zz = points.inverse_mass[i];
+      W.xy = W.xz = W.yz = nothing;
+      none.write(&points.s[i]);
+    }
+  });
+  take_from_joints(joints(), all_.joints_.data(), &Joint::mobility, in_.points.mobility);
+}
+
+void LaneGroups::Group::eliminate() {
+  take_mobilities();
+  for_group(
+      in_, [found = &work_.found]<class Lanes>(const Lanes& part, auto ends, const Arrays& in)
+               __attribute__((always_inline)) {
+                 typename Lanes::Lane largest = part.of(found->largest_inverse);
+                 if constexpr (ends.program == Program::Trees) {
+                   for (std::size_t k = 0; k < in.shape.num_rods; ++k)
+                     eliminate_rod(part, ends, k, in.points, in.rods, &largest);
+                 } else if constexpr (ends.program == Program::Paths) {
+                   const auto take = [&](std::size_t k, typename Lanes::Vector * u) __attribute__((always_inline)) {
+                     *u = part.of(in.rods.u[k]);
+                     return typename Lanes::Lane{};
+                   };
+                   eliminate_piece(part, in.shape, in.points, in.rods, take, &largest);
+                 } else {
+                   eliminate_columns(part, *in.shape.structure, in.points.inverse_mass, in.rods, &largest);
+                 }
+                 part.of(found->largest_inverse) = largest;
+               });
+  if (may_hang()) own_joint().mobility = in_.points.mobility[group_.num_rods];
+}
+
+void LaneGroups::Group::find_directions(const double* r, Pack3<>* u) {
+  read_points(r, work_.r.data());
+  for_group(
+      in_, [ u, r = work_.r.data(), offset = offsets() ]<class Lanes>(const Lanes& part, auto ends, const Arrays& in)
+               __attribute__((always_inline)) {
+                 typename Lanes::Lane inverse;
+                 for (std::size_t k = 0; k < in.shape.num_rods; ++k)
+                   part.write(lanes::direction(part, ends, k, r, offset, &inverse), &u[k]);
+               });
+}
+
+void LaneGroups::Group::find_residual() {
+  take_joints(own_.points);
+  for_group(
+      in_, [own = own_](const auto& part, auto ends, const Arrays& in) __attribute__((always_inline)) {
+        part.of(*own.residual) = lanes::largest_residual(part, ends, in.shape, in.rods, own.points);
+      });
+}
+
+void LaneGroups::Group::evaluate_values() {
+  const Pack<>* const lengths = all_.length_.data() + group_.first_rod;
+  for_group(
+      in_, [ own = own_, offset = offsets(), lengths ](const auto& part, auto ends, const Arrays& in)
+               __attribute__((always_inline)) {
+                 part.of(*own.right_side) = lanes::largest_of(
+                     part, in.shape.num_rods, [&](std::size_t k) __attribute__((always_inline)) {
+                       const auto apart = lanes::distance(part, ends, k, own.points, offset);
+                       auto rho = dot(apart, apart);
+                       take_roots(&rho);
+                       const auto xi = rho - part.of(lengths[k]);
+                       part.of(in.rods.b[k]) = xi;
+                       return xi / part.of(lengths[k]);
+                     });
+               });
+}
+
+void LaneGroups::Group::evaluate_rates() {
+  const Pack<>* const moving = moving_lengths(all_.length_first_);
+  for_group(
+      in_, [ own = own_, moving ](const auto& part, auto ends, const Arrays& in) __attribute__((always_inline)) {
+        part.of(*own.right_side) = lanes::largest_of(
+            part, in.shape.num_rods, [&](std::size_t k) __attribute__((always_inline)) {
+              auto rate = dot(part.of(own.directions[k]), difference(part, ends, k, own.points));
+              if (moving != nullptr) rate -= part.of(moving[k]);
+              part.of(in.rods.b[k]) = rate;
+              return rate;
+            });
+      });
+}
+
+void LaneGroups::Group::answer_at_joints(const Pack3<>* force) {
+  if (!group_.has_joints()) return;
+  if (force == nullptr) return take_from_joints(joints(), all_.joints_.data(), &Joint::s, in_.points.s);
+  static constexpr lanes::Mobility nothing{};
+  dispatch([places = joints(), joints = all_.joints_.data(), s = in_.points.s, force] {
     for (const JointPlace& each : places) {
-      const Pack3<> own = OfJoints(each, &joints->s, &s[each.place]).point();
-      (own + OfJoints(each, &joints->mobility, &nothing).mobility() * force[each.place]).write(&s[each.place]);
+      const Pack3<> own = lanes::OfJoints(each, &joints->s, &s[each.place]).point();
+      (own + lanes::OfJoints(each, &joints->mobility, &nothing).mobility() * force[each.place]).write(&s[each.place]);
     }
   });
 }
 
-void pull_joints(std::span<const JointPlace> places, const Pack3<>* F, const Pack3<>* known, Joint* joints) {
-  dispatch([=] {
+/// Hands F of joints down, with the `known` forces [place] unless they are null.
+void LaneGroups::Group::pull_joints(const Pack3<>* known) {
+  dispatch([places = joints(), joints = all_.joints_.data(), F = in_.dw, known] {
     for (const JointPlace& each : places) {
       const Pack3<> force = known != nullptr ? F[each.place] + known[each.place] : F[each.place];
       for (std::size_t lane = 0; lane < num_lanes; ++lane) {
@@ -356,4 +326,4 @@ void pull_joints(std::span<const JointPlace> places, const Pack3<>* F, const Pac
   });
 }
 
-}  // namespace tanor::detail::lanes
+}  // namespace tanor::detail

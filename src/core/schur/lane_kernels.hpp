@@ -10,6 +10,7 @@
 #include "base/vec3.hpp"
 #include "schur/findings.hpp"
 #include "schur/lane_plan.hpp"
+#include "schur/path_separators.hpp"
 
 /// \file Arithmetic of rods in groups of eight equal islands, or of eight pieces of trees or paths, side by side in the
 /// lanes of a vector. See instruction_sets.hpp.
@@ -49,15 +50,6 @@ struct RodFactor {
 /// The factor of a rod of a path, S = L D L': L of the next row, and 1/D; and y = -L^-1 b. Separators have none.
 struct PathFactor {
   Pack<> l, inverse_pivot, y;
-};
-/// The last rods of pieces of a path: what separators get of an elimination and of a right side, and what they hand
-/// down.
-struct Border {
-  Pack<> diagonal, pivot, spread, taken;  ///< see Separator
-  Pack<> taken_y, y;
-  Pack<> b_of_first;     ///< what the separator before adds to the right side of the first rod
-  Pack<> x;              ///< its own lambda
-  Pack3<> force_before;  ///< on the first point
 };
 /// The roots of a group of pieces, which may be joints of others: W, s, and the force from above, which becomes dw.
 struct Joint {
@@ -110,15 +102,9 @@ struct Arrays {
   Pack3<>* dw;  ///< [place]; forces F = K lambda on the way to it
 };
 
-/// Frees all points: W = 1/m and s = 0.
-void free_points(const Arrays& arrays);
-/// Evaluates u of rods at r.
-void find_directions(const Arrays& arrays, const Pack3<>* r, const Pack3<>* offset, Pack3<>* u);
 /// Evaluates u and b of rods, and the largest |b|. If it `eliminates`, pieces also are factorized and substituted up,
 /// in one pass, so that one rod's evaluation runs while another one's pivot is waited for.
 void evaluate(const Arrays& arrays, const Motion& motion, bool eliminates, Pack<>* right_side, Findings* found);
-/// Factorizes S. The pivot of a rod of a tree is d = u'(W_c + W_p) u, and W_p -= h h'/d.
-void eliminate(const Arrays& arrays, Findings* found);
 /// Solves S lambda = -(b + K's), of trees the way up to the roots: z, and s_p -= z h/d; of paths y = -L^-1 b.
 void substitute_up(const Arrays& arrays);
 /// Ends a solve of whole islands with the factor that there is: lambda, unless `is_substituted` up to the roots, then
@@ -137,22 +123,9 @@ void substitute_down(const Arrays& arrays, bool lambda_is_known, const Pack3<>* 
 /// Computes dw = F/m and w := w0 + dw. If w0 is null, it is `uniform` for all points. Finds the residual as
 /// `find_residual` does, unless it is null.
 void accelerate(const Arrays& arrays, const Pack3<>* w0, Vec3 uniform, Pack3<>* w, Pack<>* residual);
-/// Finds the largest |K'dw + b|.
-void find_residual(const Arrays& arrays, const Pack3<>* dw, Pack<>* residual);
-/// Evaluates xi at r in b's place, and the largest |xi|/length.
-void evaluate_values(const Arrays& arrays, const Pack3<>* r, const Pack3<>* offset, const Pack<>* length,
-                     Pack<>* largest);
-/// Evaluates K'v + xi_t in b's place with K of u, and the largest one. `length_first` is l' [rod]; null if 0.
-void evaluate_rates(const Arrays& arrays, const Pack3<>* u, const Pack3<>* v, const Pack<>* length_first,
-                    Pack<>* largest);
-
 /// Takes W, s or dw of joints at their places.
 template <class Cell>
 void take_from_joints(std::span<const JointPlace> places, const Joint* joints, Cell Joint::*what, Cell* to);
-/// Computes s of joints from the force [place] on them and from what hangs there.
-void answer_at_joints(std::span<const JointPlace> places, const Joint* joints, const Pack3<>* force, Pack3<>* s);
-/// Hands F of joints down, with the `known` forces [place] unless they are null.
-void pull_joints(std::span<const JointPlace> places, const Pack3<>* F, const Pack3<>* known, Joint* joints);
 
 // ---- the ends of rods: each kernel is run for some lanes after the others, see lane_parts.hpp ----
 
@@ -174,6 +147,10 @@ struct SamePlace {
   template <class Cell>
   [[gnu::always_inline]] void set(Cell* cells, std::size_t k, const Lane& value) const {
     part.of(reinterpret_cast<Pack<>*>(cells + place)[k]) = value;
+  }
+  [[gnu::always_inline]] auto point(const Pack3<>* points) const { return part.of(points[place]); }
+  [[gnu::always_inline]] void set_point(Pack3<>* points, const typename Lanes::Vector& value) const {
+    part.write(value, &points[place]);
   }
 };
 /// In a place of each lane's own:
@@ -200,17 +177,15 @@ struct OwnPlaces {
     for (std::size_t lane = 0; lane < Lanes::width; ++lane)
       to[place[lane] * (sizeof(Cell) / sizeof(double)) + lane] = value[lane];
   }
+  [[gnu::always_inline]] typename Lanes::Vector point(const Pack3<>* points) const {
+    return {get(points, 0), get(points, 1), get(points, 2)};
+  }
+  [[gnu::always_inline]] void set_point(Pack3<>* points, const typename Lanes::Vector& value) const {
+    set(points, 0, value.x);
+    set(points, 1, value.y);
+    set(points, 2, value.z);
+  }
 };
-template <class Place>
-[[gnu::always_inline]] inline auto get(const Place& place, const Pack3<>* points) {
-  return Pack3<Place::width>{place.get(points, 0), place.get(points, 1), place.get(points, 2)};
-}
-template <class Place, class Vector>
-[[gnu::always_inline]] inline void set(const Place& place, Pack3<>* points, const Vector& value) {
-  place.set(points, 0, value.x);
-  place.set(points, 1, value.y);
-  place.set(points, 2, value.z);
-}
 
 /// The ends of rods; u points from the first to the second. Those of equal islands are the same in all lanes:
 struct EqualEnds {
@@ -255,16 +230,16 @@ struct PathEnds {
 template <class Lanes, class Ends>
 [[gnu::always_inline]] inline auto difference(const Lanes& part, const Ends& ends, std::size_t k,
                                               const Pack3<>* points) {
-  return get(ends.second(part, k), points) - get(ends.first(part, k), points);
+  return ends.second(part, k).point(points) - ends.first(part, k).point(points);
 }
 /// Adds a force to the second end, and takes it from the first one.
 template <class Lanes, class Ends, class Vector>
 [[gnu::always_inline]] inline void pull(const Lanes& part, const Ends& ends, std::size_t k, const Vector& force,
                                         Pack3<>* F) {
   const auto first = ends.first(part, k);
-  set(first, F, get(first, F) - force);
+  first.set_point(F, first.point(F) - force);
   const auto second = ends.second(part, k);
-  set(second, F, get(second, F) + force);
+  second.set_point(F, second.point(F) + force);
 }
 
 /// Calls body(ends) with the kind of ends that the shape has.
@@ -273,6 +248,23 @@ template <class Body>
   if (shape.program == Program::Islands) return body(EqualEnds{shape.structure->topology.rods.data()});
   if (shape.program == Program::Paths) return body(PathEnds());
   shape.have_same_parents ? body(TreeEnds<SamePlace>{shape.parent}) : body(TreeEnds<OwnPlaces>{shape.parent});
+}
+
+/// Runs body(part, ends, arrays) for the kind of ends that the group has. Each kind has a function of its own for each
+/// instruction set, which gcc optimizes better than all kinds in one. The arrays, whose `in` has the shape, are copied
+/// inside, since a body is copied twice.
+template <class All, class Body>
+void for_group(const All& arrays, const Shape& shape, const Body& body) {
+  with_ends(shape, [&](auto ends) {
+    for_each_part([ body, ends, at = &arrays ](const auto& part) __attribute__((always_inline)) {
+      const All own = *at;
+      body(part, ends, own);
+    });
+  });
+}
+template <class Body>
+void for_group(const Arrays& arrays, const Body& body) {
+  for_group(arrays, arrays.shape, body);
 }
 
 }  // namespace tanor::detail::lanes

@@ -34,10 +34,10 @@ struct LaneGroup {
   std::size_t first_rod = 0, first_place = 0, first_factor = 0, first_offset = 0;  ///< starts in the arrays of lanes
   std::size_t first_joint = 0, end_joint = 0;                                      ///< of JointPlace
   std::size_t num_members = 0;
-  const IslandStructure* structure = nullptr;      ///< of equal islands; null for pieces
-  std::array<std::size_t, num_lanes> separator{};  ///< [lane] of pieces of paths
-  std::array<Index, num_lanes> island{};           ///< [lane] that of the member
-  std::array<bool, num_lanes> ends_island{};  ///< [lane] true at an island, the root of a tree and the end of a path
+  const IslandStructure* structure = nullptr;  ///< of equal islands; null for pieces
+  std::array<Index, num_lanes> behind{};       ///< [lane] the lane of the next piece of a path, as in JointPlace, or -1
+  std::array<Index, num_lanes> island{};       ///< [lane] that of the member
+  std::array<bool, num_lanes> ends_tree{};     ///< [lane] true at the root of a tree
   bool have_same_parents = true, is_padded = false, has_supports = false;
   bool stands_alone = true;  ///< is a grove by itself
 
@@ -68,7 +68,8 @@ struct LanePlan {
   std::vector<Index> row;                    ///< [rod][lane]
   std::vector<Index> point;  ///< [place][lane]; ~point where the motion of the point is not the member's to write
   std::vector<JointPlace> joints;
-  /// A path or ring has the separators [first, end). That of each piece of it is the piece's last rod.
+  std::vector<Index> separators;  ///< the lanes, as in JointPlace, of pieces of paths, whose last rods they are
+  /// A path or ring has the separators [first, end).
   struct Path {
     std::size_t first_separator, end_separator;
     bool is_ring;
@@ -80,7 +81,6 @@ struct LanePlan {
 
   bool is_of_paths() const { return program == Program::Paths; }
   bool is_of_trees() const { return program == Program::Trees; }
-  std::size_t num_separators() const { return paths.empty() ? 0 : paths.back().end_separator; }
   std::size_t num_slots() const { return row.size() / num_lanes; }
   std::size_t num_places() const { return point.size() / num_lanes; }
   std::size_t num_groves() const { return grove_start.size() - 1; }

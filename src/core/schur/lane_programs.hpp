@@ -38,17 +38,16 @@ template <class Lanes, class Ends>
 [[gnu::always_inline]] inline void substitute_rod(const Lanes& part, const Ends& ends, std::size_t k,
                                                   const Points& points, const Rods& rods) {
   const auto parent = ends.second(part, k);
-  const auto of_parent = get(parent, points.s);
+  const auto of_parent = parent.point(points.s);
   const auto z = part.of(rods.b[k]) + dot(part.of(rods.u[k]), of_parent - part.of(points.s[k]));
   part.of(rods.z[k]) = z;
-  set(parent, points.s, of_parent - z * part.of(rods.rod_factor(k).h));
+  parent.set_point(points.s, of_parent - z * part.of(rods.rod_factor(k).h));
 }
 
 // ---- pieces of paths ----
 
-/// Eliminates the rods of a piece but for the separator, with take(k, &u), which returns b of rod k. If `has_b` is
-/// false, there is no right side.
-template <bool has_b, class Lanes, class Take>
+/// Eliminates the rods of a piece but for the separator, with take(k, &u), which returns b of rod k.
+template <class Lanes, class Take>
 [[gnu::always_inline]] inline void eliminate_piece(const Lanes& part, const Shape& shape, const Points& points,
                                                    const Rods& rods, const Take& take, typename Lanes::Lane* largest) {
   using Lane = typename Lanes::Lane;
@@ -65,23 +64,26 @@ template <bool has_b, class Lanes, class Take>
       part.of(rods.path_factor(k - 1).l) = l;
       spread = -l * spread;
     }
-    if constexpr (has_b) y = -b - l * y;
+    y = -b - l * y;
     if (k == last) {
+      part.of(border.inverse_mass_behind) = mass_behind;
       part.of(border.diagonal) = diagonal;
       part.of(border.pivot) = pivot;
+      part.of(border.b) = b;
       break;
     }
     const Lane inverse = 1.0 / pivot, spike = spread * inverse;
     include(diagonal * inverse, largest);
     taken += spread * spike;
-    if constexpr (has_b) {
-      part.of(rods.path_factor(k).y) = y;
-      taken_y += spike * y;
-    }
+    part.of(rods.path_factor(k).y) = y;
+    taken_y += spike * y;
     part.of(rods.path_factor(k).inverse_pivot) = inverse_before = inverse;
     before = u;
     mass = mass_behind;
   }
+  part.write(part.of(rods.u[0]), &border.first);
+  part.write(u, &border.u);
+  part.of(border.inverse_mass_before) = part.of(points.inverse_mass[0]);
   part.of(border.spread) = spread;
   part.of(border.taken) = taken;
   part.of(border.taken_y) = taken_y;
@@ -105,6 +107,7 @@ template <class Lanes, class Ends>
     spread = -l * spread;
     y = right_side(k + 1) - l * y;
   }
+  part.of(rods.border->b) = part.of(rods.b[shape.num_rods - 1]);
   part.of(rods.border->y) = y;
   part.of(rods.border->taken_y) = taken_y;
 }
@@ -190,6 +193,41 @@ template <class Lanes>
     Lane sum = x(static_cast<std::size_t>(column->row)) * factor(column->first);
     for (int e = column->first + 1; e < column->end; ++e) sum -= factor(e) * x(row_of(e));
     x(static_cast<std::size_t>(column->row)) = sum;
+  }
+}
+
+// ---- all rods of a group ----
+
+template <class Lanes, class Ends>
+[[gnu::always_inline]] inline void substitute_up(const Lanes& part, const Ends& ends, const Shape& shape,
+                                                 const Points& points, const Rods& rods) {
+  if constexpr (Ends::program == Program::Trees) {
+    for (std::size_t k = 0; k < shape.num_rods; ++k) substitute_rod(part, ends, k, points, rods);
+  } else if constexpr (Ends::program == Program::Paths) {
+    substitute_piece_up(part, ends, shape, points.s, rods);
+  } else {
+    substitute(part, shape.structure->schedule, ends, points.s, rods);
+  }
+}
+
+/// Computes lambda, unless it is known, and F = K lambda.
+template <class Lanes, class Ends>
+[[gnu::always_inline]] inline void substitute_down(const Lanes& part, const Ends& ends, const Shape& shape,
+                                                   const Rods& rods, bool lambda_is_known, const Pack3<>* on_roots,
+                                                   Pack3<>* F) {
+  if constexpr (Ends::program == Program::Paths) return substitute_piece_down(part, shape, rods);
+  const typename Lanes::Vector nothing{};
+  for (std::size_t i = 0; i < shape.num_places; ++i) part.write(nothing, &F[i]);
+  if (on_roots != nullptr) part.write(part.of(*on_roots), &F[shape.num_rods]);
+  for (std::size_t k = shape.num_rods; k-- > 0;) {
+    if constexpr (Ends::program == Program::Trees) {
+      if (!lambda_is_known) {
+        const RodFactor& factor = rods.rod_factor(k);
+        part.of(rods.z[k]) =
+            -part.of(rods.z[k]) * part.of(factor.inverse_pivot) - dot(part.of(factor.h), ends.second(part, k).point(F));
+      }
+    }
+    pull(part, ends, k, part.of(rods.z[k]) * part.of(rods.u[k]), F);
   }
 }
 

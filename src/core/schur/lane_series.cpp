@@ -19,19 +19,6 @@ bool has_uniform_free_motion(const System& system) {
          std::ranges::all_of(system.supports, [](const Support& each) { return each.displacement.is_constant(); });
 }
 
-/// Returns the islands whose rows are rods of fixed lengths.
-std::vector<Index> find_fixed_rods(const RodRows& rods, const Numbering& numbering) {
-  std::vector<Index> result(numbering.num_islands());
-  std::iota(result.begin(), result.end(), 0);
-  std::erase_if(result, [&](Index island) {
-    const Index* const start = numbering.island_start.data() + island;
-    for (auto row = static_cast<std::size_t>(start[0]); row < static_cast<std::size_t>(start[1]); ++row)
-      if (rods.ends[row][0] < 0 || (!rods.moving_length.empty() && rods.moving_length[row] != nullptr)) return true;
-    return false;
-  });
-  return result;
-}
-
 }  // namespace
 
 LaneSeries::LaneSeries(const System& system, const Constraints& constraints, const Numbering& numbering,
@@ -39,7 +26,14 @@ LaneSeries::LaneSeries(const System& system, const Constraints& constraints, con
     : left_rows_(numbering.num_rows(), 1), left_points_(numbering.num_moving) {
   if (!has_uniform_free_motion(system)) return;
   const RodRows rods(constraints, numbering.num_rows());
-  std::vector<Index> islands = find_fixed_rods(rods, numbering);
+  std::vector<Index> islands(numbering.num_islands());  // whose rows are rods of fixed lengths
+  std::iota(islands.begin(), islands.end(), 0);
+  std::erase_if(islands, [&](Index island) {
+    const Index* const start = numbering.island_start.data() + island;
+    for (auto row = static_cast<std::size_t>(start[0]); row < static_cast<std::size_t>(start[1]); ++row)
+      if (rods.ends[row][0] < 0 || (!rods.moving_length.empty() && rods.moving_length[row] != nullptr)) return true;
+    return false;
+  });
   const std::vector<Index> suited = islands;
   const auto add = [&](auto series) {
     if (series->num_parts() > 0) series_.push_back(std::move(series));
@@ -67,6 +61,8 @@ LaneSeries::LaneSeries(const System& system, const Constraints& constraints, con
     if (is_served[point] == 0) left_points_.append(point);
   }
 }
+
+LaneSeries::~LaneSeries() = default;
 
 std::size_t LaneSeries::num_parts() const {
   std::size_t result = 0;

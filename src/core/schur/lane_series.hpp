@@ -8,7 +8,7 @@
 
 #include "base/index_ranges.hpp"
 #include "evaluate/constraints.hpp"
-#include "schur/island_series.hpp"
+#include "schur/needed_terms.hpp"
 #include "system/numbering.hpp"
 
 namespace tanor::detail {
@@ -21,6 +21,7 @@ class LaneSeries {
   /// Keeps a reference to `inverse_mass` [point].
   LaneSeries(const System& system, const Constraints& constraints, const Numbering& numbering,
              std::span<const double> inverse_mass, int threads);
+  ~LaneSeries();
 
   bool serves_some() const { return !series_.empty(); }
   bool serves_all() const { return serves_all_; }

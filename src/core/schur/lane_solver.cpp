@@ -10,7 +10,6 @@ namespace tanor::detail {
 std::unique_ptr<LaneSolver> LaneSolver::make(const SchurProblem& problem, LinearSolver kind, int threads, bool eagerly,
                                              std::vector<Index>* islands) {
   if (islands->empty()) return nullptr;
-  const std::vector<Index> before = *islands;
   const RodRows rods(problem.constraints, problem.numbering.num_rows());
   const auto take = kind == LinearSolver::Batches ? take_equal_islands
                     : kind == LinearSolver::Paths ? take_paths
@@ -19,7 +18,6 @@ std::unique_ptr<LaneSolver> LaneSolver::make(const SchurProblem& problem, Linear
   if (plan.groups.empty()) return nullptr;
   std::unique_ptr<LaneSolver> result(new LaneSolver(problem, rods, std::move(plan), threads));
   result->summary_ = {{kind}, result->groups_.plan().reason, result->groups_.plan().factor};
-  result->serve(problem, before, *islands);
   return result;
 }
 
@@ -53,15 +51,12 @@ void LaneSolver::note_findings(const GroveVisit& visit) {
   }
   visit.for_each_path([&](std::size_t path) {
     double& own = of_island_[path].residual;
-    own = larger(own, residual_of_separators(groups_.separators(path), groups_.plan().paths[path].is_ring));
+    own = larger(own, groups_.separators(path).residual());
   });
-  for (const LaneGroup& group : groups) {
-    for (std::size_t lane = 0; lane < num_lanes; ++lane) {
-      if (!group.ends_island[lane]) continue;
-      Elimination& own = of_island_[static_cast<std::size_t>(group.island[lane])];
-      own.own_residual = own_residual(own.residual, own.largest_right_side);
-      work.of_islands.include(std::exchange(own, {}));
-    }
+  for (std::size_t island = visit.first_island(); island < visit.end_island(); ++island) {
+    Elimination& own = of_island_[island];
+    own.own_residual = own_residual(own.residual, own.largest_right_side);
+    work.of_islands.include(std::exchange(own, {}));
   }
 }
 
@@ -130,31 +125,19 @@ Elimination LaneSolver::solve(const Parallel& parallel, const FreeMotion& motion
   return found();
 }
 
-/// Factorizes S of the directions that take(group) finds.
-template <class TakeDirections>
-Elimination LaneSolver::eliminate(const Parallel& parallel, const PointSource* source, const TakeDirections& take) {
+Elimination LaneSolver::linearise(const Parallel& parallel, const double* r, const PointSource* source,
+                                  double* blocks) {
   visit(parallel, [&](const GroveVisit& grove) {
     grove.bring(source);
     grove.up([&](Group& group) {
       grove.bring_for(source, group.plan());
-      take(group);
+      group.find_directions(r, group.arrays().rods.u);
+      group.write_blocks(group.arrays().rods.u, blocks);
       group.eliminate();
     });
     grove.factorize_separators();
   });
   return found();
-}
-
-Elimination LaneSolver::factorize(const Parallel& parallel, const double* blocks) {
-  return eliminate(parallel, nullptr, [&](Group& group) { group.read_directions(blocks, true); });
-}
-
-Elimination LaneSolver::linearise(const Parallel& parallel, const double* r, const PointSource* source,
-                                  double* blocks) {
-  return eliminate(parallel, source, [&](Group& group) {
-    group.find_directions(r, group.arrays().rods.u);
-    group.write_blocks(group.arrays().rods.u, blocks);
-  });
 }
 
 void LaneSolver::solve_negative(const Parallel& parallel, const double* b, double* x) {
@@ -171,22 +154,15 @@ void LaneSolver::solve_negative(const Parallel& parallel, const double* b, doubl
   });
 }
 
-namespace {
-
-bool are_zero(const Pack<>* rows, std::size_t count) {
-  const auto* const numbers = reinterpret_cast<const double*>(rows);
-  return std::all_of(numbers, numbers + num_lanes * count, [](double x) { return x == 0.0; });
-}
-
-}  // namespace
-
 void LaneSolver::correct(const Parallel& parallel, const double* blocks, double* rows, double* points) {
   visit(parallel, [&](const GroveVisit& grove) {
     bool is_needed = true;
     grove.up([&](Group& group) {
       group.read_rows(rows, group.arrays().rods.b);
       // Islands whose series are in lanes have rows of 0, see MultiplierSeries.
-      if (grove.stands_alone()) is_needed = !are_zero(group.arrays().rods.b, group.plan().num_rods);
+      const auto* const b = reinterpret_cast<const double*>(group.arrays().rods.b);
+      if (grove.stands_alone())
+        is_needed = std::any_of(b, b + num_lanes * group.plan().num_rods, [](double x) { return !(x == 0.0); });
       if (!is_needed) return;
       group.read_separators(blocks);
       group.substitute_up();
@@ -202,7 +178,8 @@ void LaneSolver::correct(const Parallel& parallel, const double* blocks, double*
 
 void LaneSolver::add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) {
   visit(parallel, [&](const GroveVisit& grove) {
-    if (grove.is_of_paths()) grove.up([&](Group& group) { group.read_separators(blocks, rows); });
+    grove.up([&](Group& group) { group.read_separators(blocks, rows); });
+    grove.hand_on_separators();
     grove.down([&](Group& group) {
       group.read_rows(rows, group.arrays().rods.z);
       group.move(blocks, true, points);
@@ -232,7 +209,8 @@ void LaneSolver::project(const GroveVisit& grove, double target, bool was_moved,
     grove.solve_separators();
     grove.down([&](Group& group) {
       group.substitute_down(group.own().points);
-      if (sum != nullptr) group.add_multipliers();
+      for (std::size_t k = 0; sum != nullptr && k < group.plan().num_rods; ++k)
+        group.own().sum[k] += group.arrays().rods.z[k];
     });
   };
   work.projection.include(iterate_along_chord(target, find_violation, move));
@@ -254,6 +232,7 @@ Projection LaneSolver::project_positions(const Parallel& parallel, const double*
             grove.bring_for(source, group.plan());
             group.read_separators(blocks, sum);
           });
+          if (sum != nullptr) grove.hand_on_separators();
         }
         grove.down([&](Group& group) {
           group.read_points(r, group.own().points);
@@ -267,7 +246,7 @@ Projection LaneSolver::project_positions(const Parallel& parallel, const double*
         });
         project(grove, target, sum != nullptr, &Group::evaluate_values, r, sum);
       },
-      Pass::Projection);
+      Pass::Repeated);
   return reached();
 }
 
@@ -289,7 +268,7 @@ Projection LaneSolver::project_velocities(const Parallel& parallel, const double
         });
         project(grove, target, false, &Group::evaluate_rates, v, sum);
       },
-      Pass::Projection);
+      Pass::Repeated);
   return reached();
 }
 

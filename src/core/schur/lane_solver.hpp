@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "schur/island_solver.hpp"
 #include "schur/lane_groups.hpp"
 #include "schur/lane_groves.hpp"
+#include "schur/schur_solver.hpp"
 
 namespace tanor::detail {
 
@@ -17,7 +17,7 @@ namespace tanor::detail {
 /// are cut into pieces; S has no fill and is eliminated from the leaves to the root point by point (the
 /// articulated-body method of R. Featherstone 1983, with mobilities in place of inertias, so that supports may stand at
 /// any leaf). Multipliers come back the other way.
-class LaneSolver final : public IslandSolver {
+class LaneSolver final : public SchurSolver {
  public:
   /// Takes islands out of `islands` as batches, paths or trees, see take_equal_islands, take_paths and take_trees.
   /// Returns null if there are none.
@@ -27,7 +27,6 @@ class LaneSolver final : public IslandSolver {
   bool finds_multipliers_alone() const override;
   Elimination solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks, double* b,
                     double* lambda, double* w) override;
-  Elimination factorize(const Parallel& parallel, const double* blocks) override;
   Elimination linearise(const Parallel& parallel, const double* r, const PointSource* source, double* blocks) override;
   void solve_negative(const Parallel& parallel, const double* b, double* x) override;
   void correct(const Parallel& parallel, const double* blocks, double* rows, double* points) override;
@@ -44,8 +43,6 @@ class LaneSolver final : public IslandSolver {
 
   template <class Work>
   void visit(const Parallel& parallel, const Work& work, Pass pass = Pass::Single);
-  template <class TakeDirections>
-  Elimination eliminate(const Parallel& parallel, const PointSource* source, const TakeDirections& take);
   void note_findings(const GroveVisit& visit);
   Elimination found();
   void project(const GroveVisit& visit, double target, bool was_moved, void (Group::*evaluate)(), double* points,

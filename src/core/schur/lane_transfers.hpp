@@ -12,39 +12,56 @@
 /// stands in the lanes of one vector.
 namespace tanor::detail {
 
-/// Gathers points or blocks of K [place][lane] that lie anywhere into lanes, or scatters them from lanes. A number ~p
-/// stands for point p, which is not written, or for the negative of block p, whose sign follows from the direction of
-/// u. The block of a lane without one is (1, 0, 0).
+/// What stands in the lanes: points of three numbers, of which number ~p stands for point p, which is not written;
+/// blocks of K likewise, of which number ~b stands for the negative of block b, whose sign follows from the direction
+/// of u, and `no_block` for (1, 0, 0); and rows of one number, of which row -1 is missing, and 0.
+enum class Listed { Points, Blocks, Rows };
 inline constexpr Index no_block = std::numeric_limits<Index>::min();
-template <bool are_blocks>
-void gather(const double* from, const Index* numbers, std::size_t count, Pack3<>* to);
-template <bool are_blocks>
-void scatter(const Pack3<>* from, const Index* numbers, std::size_t count, double* to);
-/// Does the same with numbers of rows; those of row -1, which is missing, are 0.
-void gather_rows(const double* from, const Index* rows, std::size_t count, Pack<>* to);
-void scatter_rows(const Pack<>* from, const Index* rows, std::size_t count, double* to);
 
-/// Things of each lane that follow one another in memory: `count` of them from first[lane] on, each of so many numbers,
-/// four and more in all, which are moved times the sign.
+/// Things of each lane that follow one another in memory: `count` of them from first[lane] on, moved times the sign.
 struct Sequences {
   std::array<Index, num_lanes> first{};
-  std::size_t count = 0;  ///< 0 if they do not follow, or are too few
+  std::size_t count = 0;  ///< 0 if they do not follow, or have fewer than four numbers
   double sign = 1.0;
 };
-void gather_sequences(const double* from, const Sequences& given, std::size_t width, Pack<>* to);
-void scatter_sequences(const Pack<>* from, const Sequences& given, std::size_t width, double* to);
-/// Prefetches such sequences while something else is computed. The function is inlined, since gcc drops the call of a
-/// function that does nothing else if it sees the body.
-[[gnu::always_inline]] inline void call_for(const double* array, const Sequences& wanted, std::size_t width) {
-  constexpr std::size_t line = 8;
-  for (std::size_t lane = 0; lane < num_lanes; ++lane) {
-    const double* const own = array + width * static_cast<std::size_t>(wanted.first[lane]);
-    for (std::size_t k = 0; k < width * wanted.count; k += line) __builtin_prefetch(own + k);
+
+/// Things [place][lane] of a group. The first ones are moved as sequences if they are.
+template <Listed kind>
+class LaneList {
+ public:
+  /// Keeps the pointer.
+  LaneList(const Index* numbers, std::size_t count);
+
+  const Index* numbers() const { return numbers_; }
+  const Sequences& in_order() const { return in_order_; }
+  void read(const double* from, Pack<>* to) const;
+  void read(const double* from, Pack3<>* to) const { read(from, &to->x); }
+  /// Reads what stands in one place.
+  void read_at(std::size_t place, const double* from, Pack<>* to) const;
+  void write(const Pack<>* from, double* to) const;
+  void write(const Pack3<>* from, double* to) const { write(&from->x, to); }
+  /// Prefetches sequences while something else is computed. The function is inlined, since gcc drops the call of a
+  /// function that does nothing else if it sees the body.
+  [[gnu::always_inline]] void call_for(const double* array) const {
+    constexpr std::size_t line = 8;
+    for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+      const double* const own = array + width * static_cast<std::size_t>(in_order_.first[lane]);
+      for (std::size_t k = 0; k < width * in_order_.count; k += line) __builtin_prefetch(own + k);
+    }
   }
-}
+
+ private:
+  static constexpr std::size_t width = kind == Listed::Rows ? 1 : 3;
+
+  const Index* numbers_;
+  std::size_t count_;
+  Sequences in_order_;
+  std::size_t to_write_;  // places that are written as sequences
+};
 [[gnu::always_inline]] inline void call_for(const Pack<>* array, std::size_t count) {
   for (std::size_t k = 0; k < count; ++k) __builtin_prefetch(array + k);
 }
+
 /// Scatters points that follow one another, eight to a place.
 void scatter_neighbours(const Pack3<>* from, std::size_t count, double* to);
 

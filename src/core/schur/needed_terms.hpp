@@ -10,6 +10,7 @@
 #include <tanor/system.hpp>
 
 #include "base/pack.hpp"
+#include "base/parallel.hpp"
 #include "base/power_series.hpp"
 
 namespace tanor::detail {
@@ -31,6 +32,33 @@ struct NeededTerms {
     const auto i = static_cast<std::size_t>(point);
     return {position_atol[i], velocity_atol[i]};
   }
+};
+
+/// Computes r_3 … r_P of islands from r_0, r_1, r_2 of coefficients[0 … P], each [3n], and from lambda_0 [d]. Those of
+/// other points stay as they are; of supports, they are 0 from the third on. Terms that are not needed are 0.
+struct LaneExpansion {
+  std::span<double* const> coefficients;
+  const double* lambda;
+  int passes;  ///< the number of solves at each order; more than one refine
+  NeededTerms needed;
+  std::span<std::uint8_t> last_term;  ///< [n] gets the number of each point's last term that is not 0
+
+  bool is_counting() const { return !needed.are_all(); }
+  int order() const { return static_cast<int>(coefficients.size()) - 1; }
+  /// Returns how far apart the series of rods stand. The number is odd: with a power of 2, they would meet in the same
+  /// few lines of the caches.
+  std::size_t stride() const { return coefficients.size() | 1; }
+};
+
+/// The motion of some islands as a power series.
+class IslandSeries {
+ public:
+  virtual ~IslandSeries() = default;
+
+  /// Returns in how many parts the islands are expanded, each of which has as many terms as it needs.
+  virtual std::size_t num_parts() const = 0;
+  /// Returns the longest step that the islands serve whose terms end earlier than others', s.
+  virtual double expand(const Parallel& parallel, const LaneExpansion& expansion) = 0;
 };
 
 /// The terms that an island has, up to the second of two that are small enough.
@@ -63,15 +91,9 @@ class TermCounter {
 
   /// Returns the weight of points at r, or with the velocities r. It is that of an error up to the square root of 2
   /// smaller than the allowed one, which needs no root: (atol + rtol |r|)^2 >= atol^2 + rtol^2 r.r.
-  [[gnu::always_inline]] static Pack<> weigh(const Pack3<>& r, const Pack<>& atol, double rtol) {
+  template <class Vector, class Lane>
+  [[gnu::always_inline]] static Lane weigh(const Vector& r, const Lane& atol, double rtol) {
     return 1.0 / (atol * atol + (rtol * rtol) * dot(r, r));
-  }
-
-  /// Writes the absolute errors of a point in the place of its weights.
-  static void read_atol(const NeededTerms& needed, Index point, std::size_t lane, Weights* to) {
-    const auto [position, velocity] = needed.atol_of(point);
-    to->position[lane] = position;
-    to->velocity[lane] = velocity;
   }
 
   /// The largest squares of an order's ratios in each lane.
@@ -79,11 +101,21 @@ class TermCounter {
     Pack<> position{}, velocity{};
     Pack<> sum{};  // is NaN if some number is, which comparisons pass over
 
-    [[gnu::always_inline]] void include(const Pack3<>& r, const Weights& weights) {
-      const Pack<> square = dot(r, r), of_position = square * weights.position, of_velocity = square * weights.velocity;
-      sum += square;
-      position = of_position > position ? of_position : position;
-      velocity = of_velocity > velocity ? of_velocity : velocity;
+    /// Finds those of a part of the lanes.
+    template <class Lanes>
+    [[gnu::always_inline]] void find(const Lanes& part, const Pack3<>* r, const Weights* weights, std::size_t count) {
+      typename Lanes::Lane largest_of_r{}, largest_of_v{}, all{};
+      for (std::size_t p = 0; p < count; ++p) {
+        const auto point = part.of(r[p]);
+        const auto square = dot(point, point), of_r = square * part.of(weights[p].position),
+                   of_v = square * part.of(weights[p].velocity);
+        all += square;
+        largest_of_r = of_r > largest_of_r ? of_r : largest_of_r;
+        largest_of_v = of_v > largest_of_v ? of_v : largest_of_v;
+      }
+      part.of(position) = largest_of_r;
+      part.of(velocity) = largest_of_v;
+      part.of(sum) = all;
     }
     /// Includes those of one lane of others in a lane.
     void include(std::size_t lane, const Largest& others, std::size_t other_lane) {

@@ -29,21 +29,21 @@ class PathCutter {
                       end = std::max(begin, path.num_rows() - at_end), num_between = end - begin;
     const std::size_t in_lanes = num_between < plan::fewest_rods_in_lanes ? 0 : num_between / num_lanes;  // rods a lane
     const std::size_t count = (in_lanes + plan::most_rods_of_piece - 1) / plan::most_rods_of_piece;
-    const std::size_t first_separator = plan_.num_separators();
-    std::size_t separator = first_separator, row = 0;
+    const std::size_t first_separator = plan_.separators.size();
+    std::size_t row = 0;
     const auto next = [&](std::size_t length) {
       const auto first = path.points.begin() + static_cast<std::ptrdiff_t>(row);
       Piece piece{path.first_row + static_cast<Index>(row),
                   static_cast<Index>(plan_.islands.size()) - 1,
-                  separator++,
+                  plan_.separators.size(),
                   {first, first + length + 1}};
+      plan_.separators.push_back(-1);
       row += length;
       Index &front = piece.points.front(), &back = piece.points.back();
-      piece.ends_path = row == path.num_rows();
       piece.has_support = !is_own(front) || !is_own(back);
       if (!is_own(front)) front = ~front;
       // The end of an open path is no other piece's.
-      if (!piece.ends_path || path.is_ring || !is_own(back)) back = ~back;
+      if (row < path.num_rows() || path.is_ring || !is_own(back)) back = ~back;
       return piece;
     };
     while (row < begin) alone_.push_back(next(1));
@@ -54,11 +54,12 @@ class PathCutter {
       add_group(pieces, length);
     }
     while (row < path.num_rows()) alone_.push_back(next(1));
-    plan_.paths.push_back({first_separator, separator, path.is_ring});
+    const std::size_t end_separator = plan_.separators.size();
+    plan_.paths.push_back({first_separator, end_separator, path.is_ring});
     // Each separator of a ring has a product with the closing rod.
     ++plan_.factor.parts;
     plan_.factor.pattern_nonzeros += 2 * path.num_rows() - (path.is_ring ? 0 : 1);
-    plan_.factor.factor_nonzeros += 2 * path.num_rows() - 1 + (path.is_ring ? separator - first_separator : 0);
+    plan_.factor.factor_nonzeros += 2 * path.num_rows() - 1 + (path.is_ring ? end_separator - first_separator : 0);
     plan_.factor.flops += flops_a_rod * static_cast<double>(path.num_rows());
   }
   void end_grove() {
@@ -66,6 +67,15 @@ class PathCutter {
       add_group(std::span(alone_).subspan(k, std::min(num_lanes, alone_.size() - k)), 1);
     alone_.clear();
     num_rods_ = 0;
+    for (std::size_t path = plan_.island_start.back(); path < plan_.paths.size(); ++path) {
+      const auto [first, last, is_ring] = plan_.paths[path];
+      for (std::size_t q = first; q < last; ++q) {
+        const auto slot = static_cast<std::size_t>(plan_.separators[q]);
+        plan_.groups[slot / num_lanes].behind[slot % num_lanes] = q + 1 < last ? plan_.separators[q + 1]
+                                                                  : is_ring    ? plan_.separators[first]
+                                                                               : -1;
+      }
+    }
     plan_.end_level();
     plan_.end_grove();
   }
@@ -78,7 +88,7 @@ class PathCutter {
     Index first_row, island;
     std::size_t separator;
     std::vector<Index> points;  // as in LanePlan
-    bool ends_path = false, has_support = false;
+    bool has_support = false;
   };
 
   void add_group(std::span<const Piece> pieces, std::size_t length) {
@@ -88,22 +98,21 @@ class PathCutter {
                                   .is_padded = pieces.size() < num_lanes,
                                   .stands_alone = false},
                                  length * packs_of_factor);
-    for (std::size_t lane = 0; lane < num_lanes; ++lane)
-      add_piece(pieces[std::min(lane, pieces.size() - 1)], lane < pieces.size(), lane, &group);
-  }
-
-  void add_piece(const Piece& piece, bool is_there, std::size_t lane, LaneGroup* group) {
-    Index* const point = plan_.point.data() + num_lanes * group->first_place + lane;
-    Index* const row = plan_.row.data() + num_lanes * group->first_rod + lane;
-    const Index first = piece.points.front();
-    for (std::size_t k = 0; k < piece.points.size(); ++k)
-      point[num_lanes * k] = is_there ? piece.points[k] : first < 0 ? first : ~first;
-    for (std::size_t k = 0; is_there && k < group->num_rods; ++k)
-      row[num_lanes * k] = piece.first_row + static_cast<Index>(k);
-    group->island[lane] = piece.island;
-    group->ends_island[lane] = piece.ends_path;
-    group->has_supports = group->has_supports || piece.has_support;
-    if (is_there) group->separator[lane] = piece.separator;
+    for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+      const bool is_there = lane < pieces.size();
+      const Piece& piece = is_there ? pieces[lane] : pieces.back();
+      const std::size_t first_place = num_lanes * group.first_place + lane,
+                        first_rod = num_lanes * group.first_rod + lane;
+      const Index front = piece.points.front();
+      for (std::size_t k = 0; k <= length; ++k)
+        plan_.point[first_place + num_lanes * k] = is_there ? piece.points[k] : front < 0 ? front : ~front;
+      for (std::size_t k = 0; is_there && k < length; ++k)
+        plan_.row[first_rod + num_lanes * k] = piece.first_row + static_cast<Index>(k);
+      group.island[lane] = piece.island;
+      group.has_supports = group.has_supports || piece.has_support;
+      if (is_there)
+        plan_.separators[piece.separator] = static_cast<Index>(num_lanes * (plan_.groups.size() - 1) + lane);
+    }
   }
 
   LanePlan& plan_;

@@ -3,88 +3,94 @@
 #include <cmath>
 #include <limits>
 
-namespace tanor::detail {
+#include "base/numbers.hpp"
 
-namespace {
+namespace tanor::detail::lanes {
 
-/// Returns what a separator has less the part of the piece behind it. The last one of an open path is followed by a
-/// piece with a coupling of 0.
-double pivot_of(const Separator& own, const Separator& next) {
-  return own.pivot - next.coupling * next.coupling * next.taken;
-}
-double y_of(const Separator& own, const Separator& next) {
-  return own.y - next.coupling * next.taken_y;
+template <class Visit>
+void Separators::for_pairs(const Visit& visit) const {
+  for (std::size_t q = is_ring_ ? 0 : 1; q < size(); ++q) visit(at(q > 0 ? q - 1 : size() - 1), at(q));
 }
 
-}  // namespace
-
-double factorize_separators(std::span<Separator> separators, bool is_ring) {
+double Separators::factorize() const {
   constexpr double negligible = 1e-100;  // beside the first product; smaller spikes would become denormal
-  Separator &front = separators.front(), &last = separators.back();
-  for (std::size_t q = 0; q < separators.size(); ++q) {
-    Separator& own = separators[q];
-    const Vec3 before = q > 0 ? separators[q - 1].u : is_ring ? last.u : Vec3{};
-    own.coupling = -own.inverse_mass_before * dot(before, own.first);
-  }
+  const One front = at(0), last = at(size() - 1);
+  front(&B::coupling) = 0.0;
+  for_pairs([](const One& before, const One& own) {
+    own(&B::coupling) = -own(&B::inverse_mass_before) * dot(before(&B::u), own(&B::first));
+  });
   double largest = 1.0, of_last_row = 0.0, spike = 0.0;
+  // Returns what a separator has less the part of the piece behind it. The last one of an open path is followed by a
+  // piece with a coupling of 0.
+  const auto pivot_of = [](const One& own, const One& next) {
+    return own(&B::pivot) - next(&B::coupling) * next(&B::coupling) * next(&B::taken);
+  };
   // Includes S_aa/pivot, infinite if the pivot is not positive or not a number.
-  const auto invert = [&](double pivot, Separator* own) {
-    own->inverse_pivot = 1.0 / pivot;
-    const double ratio = own->diagonal * own->inverse_pivot;
+  const auto invert = [&](double pivot, const One& own) {
+    own(&B::inverse_pivot) = 1.0 / pivot;
+    const double ratio = own(&B::diagonal) * own(&B::inverse_pivot);
     largest = larger(largest, ratio > 0.0 ? ratio : std::numeric_limits<double>::infinity());
   };
-  for (std::size_t q = 0; q + 1 < separators.size(); ++q) {
-    Separator &own = separators[q], &next = separators[q + 1];
-    const double with_before = own.coupling * own.spread;
-    own.l = q > 0 ? with_before * separators[q - 1].inverse_pivot : 0.0;
+  for (std::size_t q = 0; q + 1 < size(); ++q) {
+    const One own = at(q), next = at(q + 1);
+    const double with_before = own(&B::coupling) * own(&B::spread);
+    own(&B::l) = q > 0 ? with_before * at(q - 1)(&B::inverse_pivot) : 0.0;
     const double pivot = pivot_of(own, next);
-    invert(q > 0 ? pivot - own.l * with_before : pivot, &own);
-    spike = q > 0 ? -own.l * spike : with_before;
-    if (std::abs(spike) <= negligible * std::abs(front.coupling)) spike = 0.0;
-    own.spike = &next != &last ? spike : spike + next.coupling * next.spread;
-    of_last_row += own.spike * own.spike * own.inverse_pivot;
+    invert(q > 0 ? pivot - own(&B::l) * with_before : pivot, own);
+    spike = q > 0 ? -own(&B::l) * spike : with_before;
+    if (std::abs(spike) <= negligible * std::abs(front(&B::coupling))) spike = 0.0;
+    own(&B::spike) = q + 2 < size() ? spike : spike + next(&B::coupling) * next(&B::spread);
+    of_last_row += own(&B::spike) * own(&B::spike) * own(&B::inverse_pivot);
   }
-  invert(pivot_of(last, front) - of_last_row, &last);
+  invert(pivot_of(last, front) - of_last_row, last);
   return largest;
 }
 
-void join_points(std::span<Separator> separators, bool is_ring) {
-  for (std::size_t q = is_ring ? 0 : 1; q < separators.size(); ++q) {
-    Separator &own = separators[q], &before = q > 0 ? separators[q - 1] : separators.back();
-    own.b_of_first = -dot(own.first, before.r.behind);
-    own.y -= own.spread * own.b_of_first;
-    own.taken_y -= own.taken * own.b_of_first;
-    before.y -= dot(before.u, own.r.before);
-  }
+void Separators::join_points() const {
+  for_pairs([](const One& before, const One& own) {
+    own.set(&B::r_joined, before(&B::r_behind));
+    const double b = own(&B::joined) = -dot(own(&B::first), before(&B::r_behind));
+    own(&B::y) -= own(&B::spread) * b;
+    own(&B::taken_y) -= own(&B::taken) * b;
+    before(&B::y) -= dot(before(&B::u), own(&B::r_before));
+  });
 }
 
-void solve_separators(std::span<Separator> separators) {
-  Separator& last = separators.back();
+void Separators::solve() const {
+  const auto y_of = [](const One& own, const One& next) { return own(&B::y) - next(&B::coupling) * next(&B::taken_y); };
+  const One last = at(size() - 1);
   double y = 0.0, of_last_row = 0.0;
-  for (std::size_t q = 0; q + 1 < separators.size(); ++q) {
-    Separator& own = separators[q];
-    own.x = y = y_of(own, separators[q + 1]) - own.l * y;
-    of_last_row += own.spike * own.inverse_pivot * y;
+  for (std::size_t q = 0; q + 1 < size(); ++q) {
+    const One own = at(q);
+    own(&B::x) = y = y_of(own, at(q + 1)) - own(&B::l) * y;
+    of_last_row += own(&B::spike) * own(&B::inverse_pivot) * y;
   }
-  last.x = (y_of(last, separators.front()) - of_last_row) * last.inverse_pivot;
+  const double x_of_last = last(&B::x) = (y_of(last, at(0)) - of_last_row) * last(&B::inverse_pivot);
   double l = 0.0, x = 0.0;
-  for (std::size_t q = separators.size() - 1; q-- > 0;) {
-    Separator& own = separators[q];
-    own.x = x = (own.x - own.spike * last.x) * own.inverse_pivot - l * x;
-    l = own.l;
+  for (std::size_t q = size() - 1; q-- > 0;) {
+    const One own = at(q);
+    own(&B::x) = x = (own(&B::x) - own(&B::spike) * x_of_last) * own(&B::inverse_pivot) - l * x;
+    l = own(&B::l);
   }
+  hand_on();
 }
 
-double residual_of_separators(std::span<const Separator> separators, bool is_ring) {
+void Separators::hand_on() const {
+  for_pairs([](const One& before, const One& own) {
+    own(&B::b_of_first) = own(&B::coupling) * before(&B::x) + own(&B::joined);
+    own.set(&B::force_before, before.force());
+  });
+}
+
+double Separators::residual() const {
   double result = 0.0;
-  for (std::size_t q = 0; q < separators.size(); ++q) {
-    const Separator& own = separators[q];
-    const bool is_end = q + 1 == separators.size() && !is_ring;
-    const Separator& next = q + 1 < separators.size() ? separators[q + 1] : separators.front();
-    const Vec3 behind = is_end ? own.inverse_mass_behind * own.force() : next.dw.first;
-    result = larger(result, std::abs(dot(own.u, behind - own.dw.last) + own.b));
-  }
+  const auto include = [&](const One& own, Vec3 behind) {
+    result = larger(result, std::abs(dot(own(&B::u), behind - own(&B::dw_of_last)) + own(&B::b)));
+  };
+  for_pairs([&](const One& own, const One& next) { include(own, next(&B::dw_of_first)); });
+  const One last = at(size() - 1);
+  if (!is_ring_) include(last, last(&B::inverse_mass_behind) * last.force());
   return result;
 }
 
-}  // namespace tanor::detail
+}  // namespace tanor::detail::lanes

@@ -2,50 +2,81 @@
 
 #include <span>
 
-#include "base/parallel.hpp"
-#include "base/vec3.hpp"
+#include <tanor/system.hpp>
 
-namespace tanor::detail {
+#include "base/pack.hpp"
 
-/// A rod that is eliminated after the pieces of its path: the last one of a piece. The separators of a path are a path
-/// themselves.
+namespace tanor::detail::lanes {
+
+/// The rods of a path that are eliminated after its pieces: the last one of each. These separators are a path
+/// themselves; eight pieces have theirs side by side.
 ///
 /// A piece is eliminated as if its first rod had the product 1 with the separator before it, so that it needs to know
 /// nothing of that one. The true product is `coupling`.
-struct Separator {
-  Vec3 first, u;                       ///< directions of the first rod of the piece, and of this one
-  double inverse_mass_before = 0.0;    ///< of the point between the separator before and that first rod
-  double inverse_mass_behind = 0.0;    ///< of the point behind this one
-  double diagonal = 0.0, pivot = 0.0;  ///< S_aa, and what the piece leaves of it
-  double spread = 1.0;                 ///< what the elimination of the piece makes of the product 1
-  double taken = 0.0, taken_y = 0.0;   ///< what the piece takes from the separator before, for that product
-  double coupling = 0.0;
-
-  double l = 0.0, inverse_pivot = 0.0;  ///< of the separators' factor L D L'
-  double spike = 0.0;                   ///< product with the last one
-  double b = 0.0, y = 0.0;              ///< of a right side: its own, and what the piece leaves of it
-  double x = 0.0;                       ///< the solution
-  struct {
-    Vec3 first, last;
-  } dw;  ///< of the first and the last point of the piece
-  struct {
-    Vec3 first;           ///< r of the first point
-    Vec3 before, behind;  ///< what the piece adds to r of the points before and behind it
-  } r;
-  double b_of_first = 0.0;  ///< what the piece before adds to the right side of the first rod
-
-  Vec3 force() const { return x * u; }
+struct Border {
+  Pack3<> first, u;            ///< directions of the first rod of the piece, and of this one
+  Pack<> inverse_mass_before;  ///< of the point between the separator before and that first rod
+  Pack<> inverse_mass_behind;  ///< of the point behind this one
+  Pack<> diagonal, pivot;      ///< S_aa, and what the piece leaves of it
+  Pack<> spread;               ///< what the elimination of the piece makes of the product 1
+  Pack<> taken, taken_y;       ///< what the piece takes from the separator before, for that product
+  Pack<> coupling;
+  Pack<> l, inverse_pivot;          ///< of the separators' factor L D L'
+  Pack<> spike;                     ///< product with the last one
+  Pack<> b, y;                      ///< of a right side: its own, and what the piece leaves of it
+  Pack<> x;                         ///< the solution
+  Pack<> joined;                    ///< what the points that the piece before moves add to b of the first rod
+  Pack<> b_of_first;                ///< the same with what the separator before adds
+  Pack3<> force_before;             ///< of the separator before, on the first point
+  Pack3<> dw_of_first, dw_of_last;  ///< of the points of the piece
+  Pack3<> r_of_first;               ///< of its first point
+  Pack3<> r_before, r_behind;       ///< what the piece adds to r of the points before and behind it
+  Pack3<> r_joined;                 ///< what the piece before adds to r of the first point
 };
 
-/// Factorizes S of the separators of one path, after its pieces. The last one is eliminated after all others, since
-/// that of a ring closes it and is coupled with the first one; the coupling is 0 in an open path. Returns the largest
-/// S_aa/pivot, infinite if a pivot is not positive.
-double factorize_separators(std::span<Separator> separators, bool is_ring);
-/// Lets each piece know r of the points between pieces, to which the pieces on both sides add.
-void join_points(std::span<Separator> separators, bool is_ring);
-/// Computes x from y, for S x = -b.
-void solve_separators(std::span<Separator> separators);
-/// Returns the largest |K'dw + b|.
-double residual_of_separators(std::span<const Separator> separators, bool is_ring);
+/// The separators of one path, which stand in lanes of borders: number q in the lane slots[q] of all.
+class Separators {
+ public:
+  Separators(Border* borders, std::span<const Index> slots, bool is_ring)
+      : borders_(borders), slots_(slots), is_ring_(is_ring) {}
 
-}  // namespace tanor::detail
+  /// Factorizes S, after the pieces. The last one is eliminated after all others, since that of a ring closes it and is
+  /// coupled with the first one; the coupling is 0 in an open path. Returns the largest S_aa/pivot, infinite if a pivot
+  /// is not positive.
+  double factorize() const;
+  /// Lets each piece know r of the points between pieces, to which the pieces on both sides add.
+  void join_points() const;
+  /// Computes x from y, for S x = -b.
+  void solve() const;
+  /// Hands x of each one to the piece behind it.
+  void hand_on() const;
+  /// Returns the largest |K'dw + b|.
+  double residual() const;
+
+ private:
+  using B = Border;
+  /// A separator. Its numbers are members of its border.
+  struct One {
+    Border* border;
+    std::size_t lane;
+
+    double& operator()(Pack<> Border::*number) const { return reinterpret_cast<double*>(&(border->*number))[lane]; }
+    Vec3 operator()(Pack3<> Border::*point) const { return lane_of(border->*point, lane); }
+    void set(Pack3<> Border::*point, Vec3 value) const { set_lane(&(border->*point), lane, value); }
+    Vec3 force() const { return (*this)(&Border::x) * (*this)(&Border::u); }
+  };
+  std::size_t size() const { return slots_.size(); }
+  One at(std::size_t q) const {
+    const auto slot = static_cast<std::size_t>(slots_[q]);
+    return {borders_ + slot / num_lanes, slot % num_lanes};
+  }
+  /// Calls visit(before, own) for each one that another one stands before.
+  template <class Visit>
+  void for_pairs(const Visit& visit) const;
+
+  Border* borders_;
+  std::span<const Index> slots_;
+  bool is_ring_;
+};
+
+}  // namespace tanor::detail::lanes

@@ -163,6 +163,7 @@ PointSolver::PointSolver(const SchurProblem& problem, std::vector<Index>* island
       }
     }
   });
+  std::vector<Index> served;
   std::erase_if(*islands, [&](Index island) {
     const Index* const start = problem.numbering.island_start.data() + island;
     const auto first = static_cast<std::size_t>(start[0]), count = static_cast<std::size_t>(start[1]) - first;
@@ -184,15 +185,17 @@ PointSolver::PointSolver(const SchurProblem& problem, std::vector<Index>* island
           chunk.are_neighbours[m] && static_cast<std::size_t>(block_[first + m]) == block + chunk.num_points;
     }
     ++chunk.num_points;
+    served.push_back(island);
     return true;
   });
+  serve(problem, served);
 }
 
 std::unique_ptr<PointSolver> PointSolver::make(const SchurProblem& problem, std::vector<Index>* islands) {
-  const std::vector<Index> before = *islands;
+  const std::size_t before = islands->size();
   std::unique_ptr<PointSolver> result(new PointSolver(problem, islands));
   if (result->chunks_.empty()) return nullptr;
-  FactorSummary factor{.parts = before.size() - islands->size()};
+  FactorSummary factor{.parts = before - islands->size()};
   std::size_t num_gradients = 0;
   for (Chunk& chunk : result->chunks_) {
     chunk.first_gradient = num_gradients;
@@ -204,7 +207,6 @@ std::unique_ptr<PointSolver> PointSolver::make(const SchurProblem& problem, std:
   factor.flops = 2.0 * static_cast<double>(factor.factor_nonzeros);
   result->summary_ = {
       .solvers = {LinearSolver::ClosedForm}, .reason = "nothing joins points on guides of their own", .factor = factor};
-  result->serve(problem, before, *islands);
   return result;
 }
 

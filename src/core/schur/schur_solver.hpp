@@ -106,11 +106,6 @@ class SchurFactor {
   virtual void correct(const Parallel& parallel, const double* blocks, double* rows, double* points) = 0;
   /// Computes points += M^-1 K rows.
   virtual void add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) = 0;
-
-  /// Evaluates xi [d]. Returns the largest |xi|/length, or NaN if any number is.
-  virtual double evaluate_values(const Parallel& parallel, const double* r, double* xi) = 0;
-  /// Evaluates K'v + xi_t [d] with K at r. Returns the largest one, m/s, or NaN if any number is.
-  virtual double evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rates) = 0;
 };
 
 /// Solves S lambda = -b at one configuration for all islands of a system or for some of them, from the evaluation of K
@@ -129,8 +124,6 @@ class SchurSolver : public SchurFactor {
   /// Returns true if `solve` with a factor that is kept serves without w, and without blocks and scratch.
   virtual bool finds_multipliers_alone() const { return false; }
 
-  /// Factorizes S of given blocks of K.
-  virtual Elimination factorize(const Parallel& parallel, const double* blocks) = 0;
   /// Computes blocks := K at r and the factor of its S. `source` is as in FreeMotion.
   virtual Elimination linearise(const Parallel& parallel, const double* r, const PointSource* source,
                                 double* blocks) = 0;
@@ -153,7 +146,10 @@ class SchurSolver : public SchurFactor {
     std::string reason;                 ///< "every island is a path of rods"
     FactorSummary factor;
   };
-  virtual const Summary& summary() const = 0;
+  const Summary& summary() const { return summary_; }
+
+ protected:
+  Summary summary_;
 };
 
 }  // namespace tanor::detail

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "base/pack.hpp"
-#include "schur/island_series.hpp"
+#include "schur/needed_terms.hpp"
 #include "schur/rod_rows.hpp"
 
 namespace tanor::detail {

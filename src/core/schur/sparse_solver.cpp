@@ -93,16 +93,13 @@ Elimination SparseSolver::factorize(const Parallel& parallel, const double* bloc
 }
 
 void SparseSolver::solve_negative(const Parallel& parallel, const double* b, double* x) {
-  std::size_t first = 0;
+  double* own = own_rows_.data();
+  group().rows.for_each([&](std::size_t begin, std::size_t end) { own = std::copy(b + begin, b + end, own); });
+  own = own_rows_.data();
+  solver_.solve_negative(parallel, own, own);
   group().rows.for_each([&](std::size_t begin, std::size_t end) {
-    std::copy(b + begin, b + end, own_rows_.data() + first);
-    first += end - begin;
-  });
-  solver_.solve_negative(parallel, own_rows_.data(), own_rows_.data());
-  first = 0;
-  group().rows.for_each([&](std::size_t begin, std::size_t end) {
-    std::copy_n(own_rows_.data() + first, end - begin, x + begin);
-    first += end - begin;
+    std::copy_n(own, end - begin, x + begin);
+    own += end - begin;
   });
 }
 

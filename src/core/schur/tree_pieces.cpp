@@ -1,10 +1,10 @@
 #include <algorithm>
-#include <numeric>
 #include <optional>
 #include <set>
 #include <string>
 #include <utility>
 
+#include "base/groups.hpp"
 #include "plan/thresholds.hpp"
 #include "schur/lane_plan.hpp"
 
@@ -76,37 +76,28 @@ class Cut {
     most_rods_ = count <= plan::most_rods_of_branch
                      ? count
                      : std::clamp(by_number, 4 * plan::fewest_rods_of_branch, plan::most_rods_of_branch);
-    last_at_.assign(tree.num_points(), none);
     number_ = number;
-    open_.assign(tree.num_points(), {});
-    place_.resize(tree.num_points());
-    height_.assign(tree.num_points(), 0);
-    std::vector<std::size_t> order(tree.rods.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::ranges::stable_sort(order, {}, [&](std::size_t rod) { return tree.rods[rod].parent; });
-    for (std::size_t k = 0; k < order.size();) {
-      const Index point = tree.rods[order[k]].parent;
-      std::size_t end = k;
-      while (end < order.size() && tree.rods[order[end]].parent == point) ++end;
-      visit(point, std::span(order).subspan(k, end - k));
-      k = end;
-    }
+    points_.assign(tree.num_points(), {});
+    const Groups<std::size_t> hanging(points_.size(), [&](const auto& add) {
+      for (std::size_t rod = 0; rod < count; ++rod) add(tree.rods[rod].parent - tree.first_point, rod);
+    });
+    for (Index point = tree.first_point; point < tree.end_point; ++point)
+      if (const std::span own = hanging[local(point)]; !own.empty()) visit(point, own);
     close(tree.end_point - 1);
   }
 
  private:
-  /// The rods below a point that are in no piece so far.
-  struct Open {
-    std::vector<std::size_t> rods;
-    std::size_t level = 0;
+  struct Point {
+    std::vector<std::size_t> rods{};  // below it that are in no piece so far
+    std::size_t level = 0;            // of these
+    Index place = 0;                  // in the piece that is made
+    int height = 0;                   // likewise
+    std::size_t last = none;          // the last piece with this root
   };
   bool is_support(Index point) const { return point >= tree_->end_point; }
   std::size_t local(Index point) const { return static_cast<std::size_t>(point - tree_->first_point); }
-  Open& open(Index point) { return open_[local(point)]; }
-  Open& below(std::size_t rod) {
-    const Index child = tree_->rods[rod].child;
-    return is_support(child) ? below_support_ : open(child);
-  }
+  Point& at(Index point) { return is_support(point) ? support_ : points_[local(point)]; }
+  Point& below(std::size_t rod) { return at(tree_->rods[rod].child); }
 
   /// Joins what hangs on a point by these rods. Branches become pieces where others reach higher levels, so that pieces
   /// of a level are eliminated side by side, and where they are too large together.
@@ -115,16 +106,16 @@ class Cut {
     for (const std::size_t rod : hanging) level = std::max(level, below(rod).level);
     const auto close_branches = [&](std::size_t most) {
       for (const std::size_t rod : hanging) {
-        const Open& branch = below(rod);
+        const Point& branch = below(rod);
         if (branch.rods.size() >= plan::fewest_rods_of_branch && branch.level < most) close(tree_->rods[rod].child);
       }
     };
     close_branches(level);
     for (const std::size_t rod : hanging) count += below(rod).rods.size() + 1;
     if (count > most_rods_) close_branches(none);
-    Open& own = open(point);
+    Point& own = at(point);
     for (const std::size_t rod : hanging) {
-      Open& branch = below(rod);
+      Point& branch = below(rod);
       if (!own.rods.empty() && own.rods.size() + branch.rods.size() + 1 > most_rods_) close(point);
       if (own.rods.empty()) own.rods.swap(branch.rods);
       own.rods.insert(own.rods.end(), branch.rods.begin(), branch.rods.end());
@@ -135,22 +126,19 @@ class Cut {
   }
   /// Makes a piece of the rods below a point.
   void close(Index root) {
-    Open& own = open(root);
+    Point& own = at(root);
     pieces.push_back({number_, rods.size(), own.rods.size(), root, own.level});
-    const auto put = [&](Index point, std::size_t place) {
-      place_[local(point)] = static_cast<Index>(place);
-      if (const std::size_t below = last_at_[local(point)]; below != none) pieces[below].above = pieces.size() - 1;
+    const auto put = [&](Point& point, std::size_t place) {
+      point.place = static_cast<Index>(place);
+      if (point.last != none) pieces[point.last].above = pieces.size() - 1;
     };
     for (const std::size_t rod : own.rods) rods.push_back(tree_->rods[rod]);
     const std::span made = std::span(rods).last(own.rods.size());
     if (!follow(made, root)) sort_by_height(made);
-    for (std::size_t k = 0; k < made.size(); ++k) {
-      if (!is_support(made[k].child)) put(made[k].child, k);
-    }
-    put(root, made.size());
-    last_at_[local(root)] = pieces.size() - 1;
-    for (const RodTree::Rod& rod : made) parent.push_back(place_[local(rod.parent)]);
-    own = {{}, own.level + 1};
+    for (std::size_t k = 0; k < made.size(); ++k) put(at(made[k].child), k);
+    put(own, made.size());
+    for (const RodTree::Rod& rod : made) parent.push_back(at(rod.parent).place);
+    own = {.level = own.level + 1, .last = pieces.size() - 1};
   }
   /// Returns true if the rods and points of a piece follow one another in memory, and may be read at once.
   static bool follow(std::span<const RodTree::Rod> own, Index root) {
@@ -164,20 +152,15 @@ class Cut {
   /// Sorts rods by what hangs below them, so that few wait for the rod before them. The order is the piece's own: a
   /// tree has the same bits whatever stands beside it.
   void sort_by_height(std::span<RodTree::Rod> own) {
-    const auto height = [&](const RodTree::Rod& rod) { return is_support(rod.child) ? 0 : height_[local(rod.child)]; };
-    for (const RodTree::Rod& rod : own)
-      height_[local(rod.parent)] = std::max(height_[local(rod.parent)], height(rod) + 1);
+    const auto height = [&](const RodTree::Rod& rod) { return at(rod.child).height; };
+    for (const RodTree::Rod& rod : own) at(rod.parent).height = std::max(at(rod.parent).height, height(rod) + 1);
     std::ranges::stable_sort(own, {}, height);
-    height_[local(own.back().parent)] = 0;
   }
 
   const RodTree* tree_ = nullptr;
   std::size_t number_ = 0, most_rods_ = 0;
-  std::vector<Open> open_;            // [point]
-  Open below_support_;                // is always empty
-  std::vector<Index> place_;          // [point] in the piece that is made
-  std::vector<int> height_;           // [point] likewise
-  std::vector<std::size_t> last_at_;  // [point] the last piece with this root
+  std::vector<Point> points_;
+  Point support_;  // any of them, below which there is nothing
 };
 
 /// Raises the levels of some pieces, which still come before those above them, to fill the lanes beside pieces that
@@ -234,8 +217,10 @@ class Grouping {
       std::size_t end = k, num_rods = 0;
       while (end < pieces.size() && pieces[end].level == pieces[k].level && num_rods < plan::rods_of_grove)
         num_rods += pieces[end++].num_rods;
-      std::ranges::stable_sort(pieces.subspan(k, end - k),
-                               [this](const Piece& a, const Piece& b) { return is_larger(a, b); });
+      std::ranges::stable_sort(pieces.subspan(k, end - k), [this](const Piece& a, const Piece& b) {
+        return a.num_rods != b.num_rods ? a.num_rods > b.num_rods
+                                        : std::ranges::lexicographical_compare(parents(a), parents(b));
+      });
       for (; k < end; k += num_lanes) {
         const std::span<Piece> members = pieces.subspan(k, std::min(num_lanes, end - k));
         for (Piece& piece : are_alone ? members : std::span<Piece>()) {
@@ -257,10 +242,6 @@ class Grouping {
  private:
   std::span<const Index> parents(const Piece& piece) const {
     return std::span(cut_.parent).subspan(piece.first, piece.num_rods);
-  }
-  bool is_larger(const Piece& a, const Piece& b) const {
-    if (a.num_rods != b.num_rods) return a.num_rods > b.num_rods;
-    return std::ranges::lexicographical_compare(parents(a), parents(b));
   }
 
   void add_group(std::span<const Piece> pieces) {
@@ -291,7 +272,7 @@ class Grouping {
     Index* const parent = result_.parent.data() + num_lanes * group->first_rod + lane;
     Index* const row = result_.row.data() + num_lanes * group->first_rod + lane;
     group->island[lane] = static_cast<Index>(piece.island);
-    group->ends_island[lane] = piece.above == none;
+    group->ends_tree[lane] = piece.above == none;
     for (std::size_t k = 0; k < pad; ++k) {
       row[num_lanes * k] = -1;
       parent[num_lanes * k] = static_cast<Index>(group->num_rods + 1);
