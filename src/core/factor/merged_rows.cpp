@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <utility>
 
 #include "factor/sparse_qr.hpp"
@@ -14,28 +15,47 @@ struct RotatedEntry {
   double value;
 };
 
-/// The rows of R.
+/// The rows of R. They stand in one array, where a row that grows moves to the end.
 class RotatedRows {
  public:
-  using Row = std::vector<RotatedEntry>;
-
-  explicit RotatedRows(std::size_t num_columns) : rows_(num_columns) {}
+  RotatedRows(std::size_t num_columns, std::size_t num_entries) : rows_(num_columns) {
+    entries_.reserve(2 * num_entries);
+  }
 
   /// Rotates a row of C, with increasing columns, into the rows of R that begin where it does, one after the other
   /// until nothing is left of it. `row` becomes scratch.
-  void merge(Row* row) {
+  void merge(std::vector<RotatedEntry>* row) {
     while (!row->empty()) {
       Row& there = rows_[static_cast<std::size_t>(row->front().column)];
-      if (there.empty()) return there.assign(row->begin(), row->end());
+      if (there.size == 0) return keep(*row, &there);
       rotate(row, &there);
+      keep(upper_, &there);
     }
   }
-  Row& operator[](std::size_t column) { return rows_[column]; }
+  std::span<const RotatedEntry> operator[](std::size_t column) const {
+    return std::span(entries_).subspan(rows_[column].first, rows_[column].size);
+  }
+  void clear(std::size_t column) { rows_[column].size = 0; }
 
  private:
-  /// Takes the first entry of `row` into that of a row of R. Both get the columns of both.
-  void rotate(Row* row, Row* there) {
-    const RotatedEntry *a = there->data(), *const end_a = a + there->size();
+  struct Row {
+    std::size_t first = 0, size = 0, capacity = 0;
+  };
+
+  void keep(const std::vector<RotatedEntry>& row, Row* there) {
+    there->size = row.size();
+    if (row.size() <= there->capacity) {
+      std::ranges::copy(row, entries_.begin() + static_cast<std::ptrdiff_t>(there->first));
+    } else {
+      there->first = entries_.size();
+      there->capacity = row.size();
+      entries_.insert(entries_.end(), row.begin(), row.end());
+    }
+  }
+
+  /// Takes the first entry of `row` into that of a row of R, which becomes `upper_`. Both get the columns of both.
+  void rotate(std::vector<RotatedEntry>* row, Row* there) {
+    const RotatedEntry *a = entries_.data() + there->first, *const end_a = a + there->size;
     const RotatedEntry *b = row->data(), *const end_b = b + row->size();
     // [upper; rest] = [c s; -s c] [a; b]
     const double length = std::sqrt(a->value * a->value + b->value * b->value);
@@ -51,36 +71,41 @@ class RotatedRows {
       upper_.push_back({column, c * x + s * y});
       rest_.push_back({column, c * y - s * x});
     }
-    there->assign(upper_.begin(), upper_.end());
     std::swap(*row, rest_);
   }
 
-  Row upper_, rest_;
+  std::vector<RotatedEntry> entries_, upper_, rest_;
   std::vector<Row> rows_;  // [column at which it begins]
 };
 
-}  // namespace
-
-TriangularFactor merge_rows(const SparseColumns& C, double tolerance) {
+/// Merges the rows of C in the order of their last columns, so that they get no columns before these are there.
+RotatedRows merge_all_rows(const SparseColumns& C) {
   const SparseColumns by_row = transpose(C);
-  // The rows of C are merged in the order of their last columns, so that they get no columns before these are there.
   const Groups<int> by_last_column(C.num_columns(), [&](const auto& add) {
     for (std::size_t row = 0; row < by_row.num_columns(); ++row)
       if (!by_row.rows_of(row).empty()) add(by_row.rows_of(row).back(), static_cast<int>(row));
   });
-  RotatedRows merged(C.num_columns());
-  RotatedRows::Row entries;
+  RotatedRows R(C.num_columns(), C.rows.size());
+  std::vector<RotatedEntry> entries;
   for (const int row : by_last_column.entries) {
     entries.clear();
     for_each_entry(by_row, row, [&](int column, double value) { entries.push_back({column, value}); });
-    merged.merge(&entries);
+    R.merge(&entries);
   }
+  return R;
+}
+
+}  // namespace
+
+TriangularFactor merge_rows(const SparseColumns& C, double tolerance) {
+  RotatedRows merged = merge_all_rows(C);
   TriangularFactor R;
   SparseColumns rows;
   rows.num_rows = static_cast<int>(C.num_columns());
+  std::vector<RotatedEntry> rest;
   R.independent.reserve(C.num_columns());
   for (std::size_t j = 0; j < C.num_columns(); ++j) {
-    RotatedRows::Row& row = merged[j];
+    const std::span<const RotatedEntry> row = merged[j];
     if (!row.empty() && std::abs(row.front().value) > tolerance) {
       R.independent.push_back(static_cast<int>(j));
       for (const auto& [column, value] : row) rows.append(column, value);
@@ -90,8 +115,9 @@ TriangularFactor merge_rows(const SparseColumns& C, double tolerance) {
     // The row of a column that is left out belongs to the other columns.
     R.dependent.push_back(static_cast<int>(j));
     if (row.empty()) continue;
-    row.erase(row.begin());
-    merged.merge(&row);
+    rest.assign(row.begin() + 1, row.end());
+    merged.clear(j);
+    merged.merge(&rest);
   }
   R.set_rows(rows);
   return R;
