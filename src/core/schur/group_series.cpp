@@ -75,14 +75,14 @@ class GroupSeries::Rods {
   void begin() {
     if (expansion_.is_counting()) read_tolerances();
     for (std::size_t k = 0; k <= 2; ++k) {
-      group_.read_points(expansion_.coefficients[k], arrays_.points);
+      group_.lists().points.read(expansion_.coefficients[k], arrays_.points);
       k == 0 ? arrays_.take_directions(group_.offsets()) : arrays_.take_coefficient(k);
       if (expansion_.is_counting() && k < 2)
         arrays_.weigh(k == 0 ? &TermCounter::Weights::position : &TermCounter::Weights::velocity,
                       expansion_.needed.step.rtol);
     }
     group_.eliminate();
-    group_.read_rows(expansion_.lambda, arrays_.in.rods.b);
+    group_.lists().rows.read(expansion_.lambda, arrays_.in.rods.b);
     arrays_.take_multipliers();
   }
   /// Begins a solve. The forces of the rods of these pieces pull at joints, too, which answer for what hangs there.
@@ -98,7 +98,7 @@ class GroupSeries::Rods {
   /// Ends it.
   void substitute_down(Solve solve) {
     group_.substitute_down(arrays_.points, solve.pass == 0 ? arrays_.known : nullptr);
-    group_.write_points(arrays_.points, expansion_.coefficients[solve.order() + 2]);
+    group_.lists().points.write(arrays_.points, expansion_.coefficients[solve.order() + 2]);
     if (counts(solve)) {
       arrays_.run([](const auto& part, auto, const Arrays& own) __attribute__((always_inline)) {
         own.largest->find(part, own.points, own.weights, own.in.shape.num_places);
@@ -111,7 +111,7 @@ class GroupSeries::Rods {
   /// Writes the absolute errors of points in the place of their weights.
   void read_tolerances() {
     for (std::size_t slot = 0; slot < num_lanes * group_.plan().num_places; ++slot) {
-      const auto [position, velocity] = expansion_.needed.atol_of(group_.point_list()[slot]);
+      const auto [position, velocity] = expansion_.needed.atol_of(group_.lists().points.numbers()[slot]);
       arrays_.weights[slot / num_lanes].position[slot % num_lanes] = position;
       arrays_.weights[slot / num_lanes].velocity[slot % num_lanes] = velocity;
     }

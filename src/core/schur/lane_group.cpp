@@ -75,12 +75,12 @@ lanes::Upcoming LaneGroups::Group::upcoming(std::array<const double*, 3> arrays)
 }
 
 lanes::Motion LaneGroups::Group::read_motion(const FreeMotion& motion, const double* blocks) {
-  read_points(motion.r, work_.r.data());
-  read_points(motion.v, work_.v.data());
+  lists_.points.read(motion.r, work_.r.data());
+  lists_.points.read(motion.v, work_.v.data());
   const bool is_uniform = motion.uniform != nullptr && !group_.has_supports;
-  if (!is_uniform) read_points(motion.w0, work_.w.data());
+  if (!is_uniform) lists_.points.read(motion.w0, work_.w.data());
   for (std::size_t k = 0; !is_uniform && motion.uniform != nullptr && k < group_.num_places * num_lanes; ++k) {
-    const Index point = point_list()[k] < 0 ? ~point_list()[k] : point_list()[k];
+    const Index point = lists_.points.numbers()[k] < 0 ? ~lists_.points.numbers()[k] : lists_.points.numbers()[k];
     if (point < all_.num_moving_) set_lane(&work_.w[k / num_lanes], k % num_lanes, *motion.uniform);
   }
   if (next_ != nullptr && !is_path()) call_for(in_.points.inverse_mass + group_.num_places, group_.num_places);
@@ -112,7 +112,7 @@ void LaneGroups::Group::solve(const lanes::Motion& motion, const Vec3* uniform, 
   }
   lanes::finish(in_, is_in_one_pass, motion.w0, uniform != nullptr ? *uniform : Vec3{},
                 w != nullptr ? work_.w.data() : nullptr, own_.right_side, &work_.found);
-  if (w != nullptr) write_points(work_.w.data(), w);
+  if (w != nullptr) lists_.points.write(work_.w.data(), w);
   if (next_ != nullptr) {
     const Pack<>* const factor = all_.factor_.data() + all_.plan_.groups[number_ + 1].first_factor;
     call_for(factor, static_cast<std::size_t>(factor - in_.rods.factor));  // the next one is mostly as large
@@ -152,15 +152,15 @@ void LaneGroups::Group::substitute_down(const double* blocks, const Vec3* unifor
                              uniform != nullptr ? work_.w.data() : nullptr, own_.residual);
     in_.dw[0].write(&in_.rods.border->dw_of_first);
     in_.dw[group_.num_rods - 1].write(&in_.rods.border->dw_of_last);
-    return uniform != nullptr ? write_points(work_.w.data(), w) : add_points(in_.dw, w);
+    return uniform != nullptr ? lists_.points.write(work_.w.data(), w) : add_points(in_.dw, w);
   }
-  if (uniform == nullptr) read_points(w, work_.w.data());
+  if (uniform == nullptr) lists_.points.read(w, work_.w.data());
   substitute_down();
   lanes::accelerate(in_, uniform != nullptr ? nullptr : work_.w.data(), everywhere, work_.w.data(),
                     group_.has_joints() ? nullptr : own_.residual);
   hand_over_roots(in_.dw);
   if (group_.has_joints()) std::copy_n(in_.dw, group_.num_places, own_.points);
-  write_points(work_.w.data(), w);
+  lists_.points.write(work_.w.data(), w);
 }
 
 // ---- projections ----
@@ -171,9 +171,9 @@ void LaneGroups::Group::move(const double* blocks, bool lambda_is_known, double*
     lanes::accelerate_pieces(in_, lambda_is_known, upcoming({points, nullptr, blocks}), nullptr, {}, nullptr, nullptr);
     return add_points(in_.dw, points);
   }
-  read_points(points, own_.points);
+  lists_.points.read(points, own_.points);
   substitute_down(own_.points, nullptr, lambda_is_known);
-  write_points(own_.points, points);
+  lists_.points.write(own_.points, points);
 }
 
 // ---- in and out ----
@@ -191,7 +191,8 @@ void LaneGroups::Group::write_rows(const Pack<>* from, double* to) const {
 void LaneGroups::Group::add_points(const Pack3<>* from, double* to) const {
   for (std::size_t lane = 0; lane < num_lanes; ++lane) {
     for (std::size_t k = 0; k < group_.num_places; ++k) {
-      if (const Index point = point_list()[k * num_lanes + lane]; point >= 0) add_to(to, point, lane_of(from[k], lane));
+      if (const Index point = lists_.points.numbers()[k * num_lanes + lane]; point >= 0)
+        add_to(to, point, lane_of(from[k], lane));
     }
   }
 }

@@ -46,6 +46,13 @@ class LaneGroups {
 
   class Group;
 
+  /// The numbers of a group in the arrays of the system.
+  struct Lists {
+    LaneList<Listed::Points> points;  ///< ~point if it is not to be written
+    LaneList<Listed::Blocks> blocks;
+    LaneList<Listed::Rows> rows;
+  };
+
   /// The arrays of a thread.
   struct Workspace {
     // of one group, [place]
@@ -63,12 +70,6 @@ class LaneGroups {
   std::span<Workspace> workspaces() { return workspaces_; }
 
  private:
-  /// The numbers of a group in the arrays of the system.
-  struct Lists {
-    LaneList<Listed::Points> points;
-    LaneList<Listed::Blocks> blocks;
-    LaneList<Listed::Rows> rows;
-  };
   void read_rods(const RodRows& given);
   void read_masses(std::span<const double> inverse_mass);
   void prepare_workspaces(int threads);
@@ -142,11 +143,8 @@ class LaneGroups::Group {
   void hand_over_ends(const Pack3<>* points);
 
   // ---- in and out ----
-  void read_points(const double* from, Pack3<>* to) const { lists_.points.read(from, to); }
-  void write_points(const Pack3<>* from, double* to) const { lists_.points.write(from, to); }
-  void read_rows(const double* from, Pack<>* to) const { lists_.rows.read(from, to); }
+  const Lists& lists() const { return lists_; }
   void write_rows(const Pack<>* from, double* to) const;
-  void write_blocks(const Pack3<>* from, double* to) const { lists_.blocks.write(from, to); }
   /// Prefetches what the next group will read or write, while something else is computed.
   void call_for_points(const double* points) const {
     if (next_ != nullptr) next_->points.call_for(points);
@@ -167,8 +165,7 @@ class LaneGroups::Group {
     Pack<>*sum, *right_side, *residual;  ///< sums of multipliers [rod]; what was found
   };
   const Own& own() const { return own_; }
-  const Index* point_list() const { return lists_.points.numbers(); }  ///< ~point if it is not to be written
-  Pack3<>* scratch() { return work_.s.data(); }                        ///< [place]
+  Pack3<>* scratch() { return work_.s.data(); }  ///< [place]
   /// Returns the parts of the distances [rod] that are not between the points; null if there are none.
   const Pack3<>* offsets() const;
 

@@ -251,7 +251,7 @@ void LaneGroups::Group::eliminate() {
 }
 
 void LaneGroups::Group::find_directions(const double* r, Pack3<>* u) {
-  read_points(r, work_.r.data());
+  lists_.points.read(r, work_.r.data());
   for_group(
       in_, [ u, r = work_.r.data(), offset = offsets() ]<class Lanes>(const Lanes& part, auto ends, const Arrays& in)
                __attribute__((always_inline)) {

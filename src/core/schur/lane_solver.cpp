@@ -105,7 +105,7 @@ Elimination LaneSolver::solve(const Parallel& parallel, const FreeMotion& motion
         group.substitute_up();
       }
       if (use == FactorUse::Keep) return;
-      group.write_blocks(group.arrays().rods.u, blocks);
+      group.lists().blocks.write(group.arrays().rods.u, blocks);
       if (!grove.is_of_paths()) group.call_for_blocks(blocks);
     });
     if (grove.stands_alone()) return;
@@ -132,7 +132,7 @@ Elimination LaneSolver::linearise(const Parallel& parallel, const double* r, con
     grove.up([&](Group& group) {
       grove.bring_for(source, group.plan());
       group.find_directions(r, group.arrays().rods.u);
-      group.write_blocks(group.arrays().rods.u, blocks);
+      group.lists().blocks.write(group.arrays().rods.u, blocks);
       group.eliminate();
     });
     grove.factorize_separators();
@@ -143,7 +143,7 @@ Elimination LaneSolver::linearise(const Parallel& parallel, const double* r, con
 void LaneSolver::solve_negative(const Parallel& parallel, const double* b, double* x) {
   visit(parallel, [&](const GroveVisit& grove) {
     grove.up([&](Group& group) {
-      group.read_rows(b, group.arrays().rods.b);
+      group.lists().rows.read(b, group.arrays().rods.b);
       group.substitute_up();
     });
     grove.solve_separators();
@@ -158,7 +158,7 @@ void LaneSolver::correct(const Parallel& parallel, const double* blocks, double*
   visit(parallel, [&](const GroveVisit& grove) {
     bool is_needed = true;
     grove.up([&](Group& group) {
-      group.read_rows(rows, group.arrays().rods.b);
+      group.lists().rows.read(rows, group.arrays().rods.b);
       // Islands whose series are in lanes have rows of 0, see MultiplierSeries.
       const auto* const b = reinterpret_cast<const double*>(group.arrays().rods.b);
       if (grove.stands_alone())
@@ -181,7 +181,7 @@ void LaneSolver::add_reactions(const Parallel& parallel, const double* blocks, c
     grove.up([&](Group& group) { group.read_separators(blocks, rows); });
     grove.hand_on_separators();
     grove.down([&](Group& group) {
-      group.read_rows(rows, group.arrays().rods.z);
+      group.lists().rows.read(rows, group.arrays().rods.z);
       group.move(blocks, true, points);
     });
   });
@@ -215,7 +215,7 @@ void LaneSolver::project(const GroveVisit& grove, double target, bool was_moved,
   };
   work.projection.include(iterate_along_chord(target, find_violation, move));
   grove.up([&](Group& group) {
-    group.write_points(group.own().points, points);
+    group.lists().points.write(group.own().points, points);
     if (sum != nullptr) group.write_rows(group.own().sum, sum);
   });
 }
@@ -235,12 +235,12 @@ Projection LaneSolver::project_positions(const Parallel& parallel, const double*
           if (sum != nullptr) grove.hand_on_separators();
         }
         grove.down([&](Group& group) {
-          group.read_points(r, group.own().points);
+          group.lists().points.read(r, group.own().points);
           group.read_directions(blocks);
           group.call_for_points(r);
           group.call_for_blocks(blocks);
           if (sum == nullptr) return;
-          group.read_rows(sum, group.own().sum);
+          group.lists().rows.read(sum, group.own().sum);
           std::copy_n(group.own().sum, group.plan().num_rods, group.arrays().rods.z);
           group.substitute_down(group.own().points, nullptr, true);
         });
@@ -257,14 +257,14 @@ Projection LaneSolver::project_velocities(const Parallel& parallel, const double
       parallel,
       [&](const GroveVisit& grove) {
         grove.up([&](Group& group) {
-          group.read_points(v, group.own().points);
+          group.lists().points.read(v, group.own().points);
           group.find_directions(r, group.own().directions);
           group.read_directions(blocks);
           group.read_separators(blocks);
           group.call_for_points(r);
           group.call_for_points(v);
           group.call_for_blocks(blocks);
-          if (sum != nullptr) group.read_rows(sum, group.own().sum);
+          if (sum != nullptr) group.lists().rows.read(sum, group.own().sum);
         });
         project(grove, target, false, &Group::evaluate_rates, v, sum);
       },

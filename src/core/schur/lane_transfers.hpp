@@ -12,9 +12,9 @@
 /// stands in the lanes of one vector.
 namespace tanor::detail {
 
-/// What stands in the lanes: points of three numbers, of which number ~p stands for point p, which is not written;
-/// blocks of K likewise, of which number ~b stands for the negative of block b, whose sign follows from the direction
-/// of u, and `no_block` for (1, 0, 0); and rows of one number, of which row -1 is missing, and 0.
+/// Says what stands in the lanes. Points have three numbers; ~p stands for point p, which is not written. Blocks of K
+/// have three, too; ~b stands for the negative of block b, whose sign follows from the direction of u, and `no_block`
+/// for (1, 0, 0). Rows have one number; row -1 is missing, and 0.
 enum class Listed { Points, Blocks, Rows };
 inline constexpr Index no_block = std::numeric_limits<Index>::min();
 
