@@ -6,6 +6,7 @@
 #include <tanor/motion.hpp>
 #include <tanor/warnings.hpp>
 
+#include "errors.hpp"
 #include "observe/arguments.hpp"
 #include "observe/cable.hpp"
 
@@ -50,6 +51,68 @@ TEST(TakenOut, APassageTellsThePlaceOfWhatWent) {
       EXPECT_EQ(each->passages()[1].taken, "") << "a report takes nothing";
     }
   }
+}
+
+/// Members that are taken out stand beside the motion where they are satisfied, also if the start was corrected, if the
+/// motion begins late, and after a snapshot.
+TEST(TakenOut, WhatWentIsSatisfiedWhereverTheMotionBegan) {
+  const auto fall = [](System system, double t_start, EventAction action, const std::string& of) {
+    const Event event{.when = "t > " + std::to_string(t_start + 0.05), .action = action, .of = of};
+    const auto make = [&] {
+      Simulation simulation(system, {.start = StartMode::Project}, {}, t_start);
+      simulation.add_event(event);
+      return simulation;
+    };
+    Simulation simulation = make(), resumed = make();
+    const Outcome outcome = simulation.advance_to(t_start + 0.1);
+    ASSERT_TRUE(outcome.ok()) << outcome.what;
+    resumed.restore(simulation.save());
+    for (Simulation* const each : {&simulation, &resumed}) {
+      const Outcome rest = each->advance_to(t_start + 0.2);
+      ASSERT_TRUE(rest.ok()) << rest.what;
+      EXPECT_LT(each->positions()[5], -0.09);  // half of g (0.15 s)^2 at least
+    }
+    EXPECT_EQ(std::vector<double>(simulation.positions().begin(), simulation.positions().end()),
+              std::vector<double>(resumed.positions().begin(), resumed.positions().end()));
+  };
+  System system;
+  const Point hook = system.add_support({0.0, 0.0, 0.0}), bob = system.add_point({.position = {1.0, 0.0, 0.0}});
+  system.add_gravity({0.0, 0.0, -of_earth});
+  const std::vector<std::array<Index, 2>> pair{{hook.index, bob.index}};
+  system.constraints = {Rods{.name = "g", .pairs = pair, .length = 1.001}};
+  fall(system, 0.0, EventAction::Break, "g[0]");
+  system.constraints = {Rods{.name = "g", .pairs = pair, .length = ScalarFunction::formula("1+0.1*(t-2)")}};
+  fall(system, 2.0, EventAction::Break, "g[0]");
+  system.constraints = {Planes{.name = "g", .points = {bob.index}, .normal = Vector3{0.0, 1.0, 1.0}, .offset = 1e-5}};
+  fall(system, 0.0, EventAction::Release, "g[0]");
+  system.constraints = {Planes{
+      .name = "g",
+      .points = {bob.index},
+      .normal = {ScalarFunction::formula("0"), ScalarFunction::formula("sin(t)"), ScalarFunction::formula("cos(t)")}}};
+  Simulation turning(system);
+  EXPECT_EQ(error_of([&] { turning.add_event({.when = "t > 0.1", .action = EventAction::Release, .of = "g[0]"}); }),
+            "\"g\" moves by its normal, and nothing of it can be taken out");
+}
+
+/// The tensions of a line of rods between supports are not determined, whoever is asked.
+TEST(TakenOut, ForcesThatPrestressLeavesOpenAreNotKnown) {
+  System system;
+  const Point left = system.add_support({0.0, 0.0, 0.0}), middle = system.add_point({.position = {1.0, 0.0, 0.0}}),
+              right = system.add_support({2.0, 0.0, 0.0}), bob = system.add_point({.position = {1.0, 0.0, -1.0}});
+  RodGroup rods = system.add_rods("rods");
+  rods.join(left, middle);
+  rods.join(middle, right);
+  rods.join(middle, bob);
+  system.add_gravity({0.0, 0.0, -of_earth});
+  Simulation simulation(system);
+  Dynamics dynamics(system);
+  for (const Solution& at : {simulation.solution(), dynamics.solution({.positions = system.positions})}) {
+    EXPECT_TRUE(std::isnan(at.multipliers[0]) && std::isnan(at.multipliers[1]));
+    EXPECT_TRUE(std::isfinite(at.multipliers[2]));
+    EXPECT_TRUE(std::isnan(at.support_forces[2]));
+  }
+  EXPECT_TRUE(std::isnan(simulation.multipliers()[0]));
+  EXPECT_NEAR(simulation.multipliers()[2], -of_earth, 1e-12);
 }
 
 /// Nothing is known of the forces of what is gone as a whole, and what is left of an entry has its own.

@@ -74,4 +74,20 @@ std::vector<Index> find_prestress_rigid_points(const System& system, const std::
   return rigid;
 }
 
+std::vector<std::size_t> list_prestress_rigid_equations(const System& system, const std::vector<Index>& points) {
+  std::vector<char> is_rigid(system.num_points(), 0), is_held(system.num_points(), 0);
+  for (const Index point : points) is_rigid[static_cast<std::size_t>(point)] = 1;
+  is_held = is_rigid;
+  for (const Support& support : system.supports)
+    for (const Index point : support.points) is_held[static_cast<std::size_t>(point)] = 1;
+  const std::vector<std::optional<std::array<Index, 2>>> rods = list_constant_rods(system);
+  std::vector<std::size_t> equations;
+  for (std::size_t row = 0; row < rods.size(); ++row) {
+    if (!rods[row]) continue;
+    const auto i = static_cast<std::size_t>((*rods[row])[0]), j = static_cast<std::size_t>((*rods[row])[1]);
+    if (is_held[i] && is_held[j] && (is_rigid[i] || is_rigid[j])) equations.push_back(row);
+  }
+  return equations;
+}
+
 }  // namespace tanor::detail

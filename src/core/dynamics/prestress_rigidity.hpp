@@ -21,6 +21,9 @@ namespace tanor::detail {
 /// which something moves contribute none.
 std::vector<Index> find_prestress_rigid_points(const System& system, const std::vector<RowDependence>& dependences);
 
+/// Returns the equations of the rods between such points and supports, increasing.
+std::vector<std::size_t> list_prestress_rigid_equations(const System& system, const std::vector<Index>& points);
+
 /// Turns points held rigid by prestress into supports.
 inline void hold_rigid_points(System* system, std::vector<Index> points) {
   if (!points.empty()) system->supports.push_back({"points held rigid by prestress", std::move(points), {}});

@@ -10,8 +10,8 @@ namespace tanor {
 std::unique_ptr<Simulation::Implementation> Simulation::Implementation::make_without(const Implementation& of,
                                                                                      std::vector<Thing> things) {
   const System whole = of.system();
-  auto made =
-      std::make_unique<Implementation>(without(whole, things), of.options, of.solver_options, of.part, of.t_begin);
+  auto made = std::make_unique<Implementation>(without(whole, things, of.t_begin), of.options, of.solver_options,
+                                               of.part, of.t_begin);
   const std::size_t num_outside = made->model.num_points() - whole.num_points();
   made->forms.plan.points -= num_outside;
   made->forms.plan.supports -= num_outside;
@@ -32,7 +32,8 @@ std::vector<std::size_t> Simulation::Implementation::rows_taken_out() const {
 }
 
 void Simulation::Implementation::forget_what_is_gone(Solution* at) const {
-  for (const std::size_t row : rows_taken_out()) at->multipliers[row] = std::numeric_limits<double>::quiet_NaN();
+  for (const std::vector<std::size_t>& rows : {rows_taken_out(), forms.plan.prestress_rigid_equations})
+    for (const std::size_t row : rows) at->multipliers[row] = std::numeric_limits<double>::quiet_NaN();
 }
 
 std::vector<std::size_t> Simulation::Implementation::numbers_of(std::span<const Thing> things) {

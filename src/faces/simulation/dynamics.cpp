@@ -12,6 +12,7 @@
 #include "dynamics/corner_functions.hpp"
 #include "dynamics/forms.hpp"
 #include "dynamics/friction_blocks.hpp"
+#include "dynamics/prestress_rigidity.hpp"
 #include "simulation/acceleration_split.hpp"
 #include "simulation/reaction_decomposition.hpp"
 #include "simulation/solution.hpp"
@@ -304,6 +305,8 @@ Solution Dynamics::solution(const StateView& at) {
   self.numbering().scatter_points(self.now.r, now.positions);
   self.numbering().scatter_points(self.now.v, now.velocities);
   now.position_violation = self.work.position_violation(at.time, self.now.r.data());
+  if (self.forms.normal != nullptr && self.forms.normal->linearization().dependences().is_found())
+    forget_equations(system(), list_prestress_rigid_equations(system(), rank(at, false).prestress_rigid_points), &now);
   return now;
 }
 

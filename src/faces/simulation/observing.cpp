@@ -68,7 +68,7 @@ std::unique_ptr<Condition> read_condition(const Things& things, const Event& eve
   check_enum(event.action, EventAction::Release, "/event/action");
   if (takes(event)) {
     const std::vector<Thing> taken{*find_what_goes(things, event, *condition)};
-    (void)without(things.system(), taken);
+    (void)without(things.system(), taken, 0.0);
   }
   return condition;
 }
@@ -126,18 +126,8 @@ ObservedInstant Simulation::Implementation::look_at(Needs needs) {
 const Solution& Simulation::Implementation::without_unknown(const Solution& at) {
   const std::vector<std::size_t>& unknown = forms.plan.prestress_rigid_equations;
   if (unknown.empty()) return at;
-  constexpr double none = std::numeric_limits<double>::quiet_NaN();
   seen.known = at;
-  std::size_t row = 0;
-  for_each_member(system(), [&](std::span<const Index> joined, std::size_t rows) {
-    if (std::ranges::binary_search(unknown, row)) {
-      seen.known.multipliers[row] = none;
-      for (const Index point : joined)
-        for (std::vector<double>* const force : {&seen.known.reactions, &seen.known.support_forces})
-          std::fill_n(force->begin() + 3 * point, 3, none);
-    }
-    row += rows;
-  });
+  forget_equations(system(), unknown, &seen.known);
   return seen.known;
 }
 

@@ -126,6 +126,7 @@ Solution Simulation::solution() {
   const QuietTraps quiet;
   Solution at = live(implementation_, "Simulation").solution();
   implementation_->forget_what_is_gone(&at);
+  forget_equations(system(), plan().prestress_rigid_equations, &at);
   return at;
 }
 std::vector<double> Simulation::friction_forces() {
