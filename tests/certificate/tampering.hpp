@@ -30,14 +30,14 @@ struct Tampering {
   static std::vector<double>& K(const Forms& forms) {
     return const_cast<std::vector<double>&>(forms.normal->linearization().blocks());
   }
-  /// Eliminates once more with one number of K changed; K itself stays. Returns false if no composite of solvers serves
-  /// the system.
-  static bool corrupt_elimination(Forms& forms, std::size_t number, double by) {
+  /// Eliminates once more with one point moved by `move`; K itself stays. Returns false if no composite of solvers
+  /// serves the system.
+  static bool corrupt_elimination(Forms& forms, std::vector<double> r, std::size_t point, Vec3 move) {
     auto* const composite = dynamic_cast<CompositeSolver*>(&forms.normal->linearization().factor());
     if (composite == nullptr) return false;
     std::vector<double> blocks = K(forms);
-    blocks[number] += by;
-    (void)composite->factorize(Parallel(1), blocks.data());
+    add_to(r.data(), point, move);
+    (void)composite->linearise(Parallel(1), r.data(), nullptr, blocks.data());
     return true;
   }
   /// Repeats the last check of contacts at rest, with multipliers of guides times `factor`.

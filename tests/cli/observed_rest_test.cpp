@@ -21,6 +21,15 @@ TEST(ObservedRestTest, OfEquilibriumHasItsTensionsAndLoads) {
   ASSERT_EQ(plain.code, 0) << plain.err;
   EXPECT_TRUE(contains(plain.out, "max tension(rods)  ")) << plain.out;
   EXPECT_TRUE(contains(read_text(folder / "at_rest/report.txt"), "load(hooks).z      -39.24 N")) << plain.out;
+  EXPECT_FALSE(contains(plain.out, "left out"));
+
+  // Drag and events belong to motions; the page ends with that.
+  json dragged = sagging;
+  dragged["forces"].push_back({{"kind", "drag"}, {"name", "air"}, {"points", "all"}, {"linear", 0.1}});
+  dragged["events"] = {{{"when", "t > 1"}, {"do", "stop"}}};
+  const std::string said = "  left out      air: drag acts on what moves; events: nothing moves\n";
+  EXPECT_TRUE(contains(find_at_rest(folder, dragged).out, said));
+  EXPECT_TRUE(read_text(folder / "at_rest/report.txt").ends_with(said));
 
   json scene = sagging;
   scene["observe"] = {"load(hooks).z", "max tension(rods)", "kinetic()",

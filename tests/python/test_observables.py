@@ -157,6 +157,8 @@ class Observables(unittest.TestCase):
         numpy.testing.assert_allclose(rest["load(hook)"], [0, 0, -0.5 * 9.81 * 4], atol=1e-9)
         self.assertAlmostEqual(rest["max tension(links)"], 0.5 * 9.81 * 4, 9)
         self.assertEqual(repr(rest["links"]), "Group('links', 4 members)")
+        self.assertAlmostEqual(rest["distance(0, 2)"], numpy.linalg.norm(rest.positions[2] - rest.positions[0]), 12)
+        self.assertAlmostEqual(rest["2*load(hook).z"], -9.81 * 4, 9)  # any observable, also one that nobody asked for
         with self.assertRaisesRegex(KeyError, "load"):
             rest["lod(hook)"]
 

@@ -155,6 +155,10 @@ void bind_statics(py::module_& module) {
   using py::arg;
   const py::none none;
   bind_records(module);
+  module.def("_observe_at_rest", [](const py::object& object, const EquilibriumResult& found, const std::string& text) {
+    const Observable wanted{.text = text};
+    return observe(read_system(object), std::span(&wanted, 1), state_at_rest(found)).front();
+  });
   module.def("find_equilibrium", &rest, arg("system"), arg("options") = none, py::kw_only(), arg("solver") = none,
              R"doc(
 Finds where a system rests, f + K lambda = 0, xi = 0, from its positions, which need not satisfy the constraints, and

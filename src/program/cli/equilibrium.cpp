@@ -80,7 +80,7 @@ ExitCode execute_equilibrium(const Options& options) {
   require_results_not_read(directory, scene.files);
   require_not_read(directory / report::scene_at_rest_name, scene.files);
   EquilibriumResult found = naming_file(options.scene, [&] { return find_equilibrium(scene.system, search); });
-  found.left_out = report::list_left_out(scene.left_out, found.left_out);
+  found.left_out = list_left_out_at_rest(scene, found.left_out);
   const System held = without_open_constraints(scene.system, found.open);
   std::optional<Modes> vibrations;
   Outcome buckled;
@@ -112,8 +112,9 @@ ExitCode execute_equilibrium(const Options& options) {
   if (!found.positions.empty()) show(directory, scene, found, observed, vibrations);
   if (options.json) print_json_file(directory / "summary.json");
   if (!found.outcome.ok()) return tell(options.scene, found.outcome.what);
-  const std::string page = report::write_observables_at_rest(directory, scene.name, describe(found, scene.system.units),
-                                                             observed, scene.system, scene.equilibrium.at);
+  const std::string page =
+      report::write_observables_at_rest(directory, scene.name, describe(found, scene.system.units), observed,
+                                        scene.system, scene.equilibrium.at, found.left_out);
   if (!options.json)
     print_page(page),
         print_lines(fmt::format("{}; results in {}", describe(found, scene.system.units), typed(directory)));

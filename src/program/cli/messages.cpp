@@ -114,6 +114,12 @@ ExitCode tell(const std::filesystem::path& scene, const std::string& why) {
   return ExitCode::NoAnswer;
 }
 
+std::vector<std::string> list_left_out_at_rest(const scene::Scene& scene, const std::vector<std::string>& not_needed) {
+  std::vector<std::string> all = report::list_left_out(scene.left_out, not_needed);
+  if (!scene.events.empty()) all.push_back("events: nothing moves");
+  return all;
+}
+
 scene::Scene prepare(scene::Scene scene) {
   for (const std::string& each : scene.old_names) print_message(scene.file.string() + ": " + each);
   for (const std::string& each : report::list_left_out(scene.left_out, find_warnings(scene.system)))

@@ -41,6 +41,9 @@ void print_json_file(const std::filesystem::path& file);
 /// Prints on stderr why a scene has no complete answer, and returns the exit code for that.
 ExitCode tell(const std::filesystem::path& scene, const std::string& why);
 
+/// Lists what a state of rest leaves out of its scene, then what the search did not need.
+std::vector<std::string> list_left_out_at_rest(const scene::Scene& scene, const std::vector<std::string>& not_needed);
+
 /// Prepares a scene that was read: prints one line on stderr for each old name that it uses and for each warning, and
 /// checks that the threads it asks for can be had.
 scene::Scene prepare(scene::Scene scene);

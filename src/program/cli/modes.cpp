@@ -102,7 +102,7 @@ ExitCode execute_modes(const Options& options) {
                                                   typed(options.scene), typed(at_rest)));
     }
   });
-  found.left_out = report::list_left_out(scene.left_out, found.left_out);
+  found.left_out = list_left_out_at_rest(scene, found.left_out);
   std::optional<Buckling> buckling;
   if (!scene.buckling_loads.empty())
     buckling =
@@ -120,7 +120,7 @@ ExitCode execute_modes(const Options& options) {
   if (options.pictures) report::write_mode_pictures(directory, system, state, found);
   if (options.json) print_json_file(directory / "summary.json");
   const std::string page = report::write_observables_at_rest(directory, scene.name, describe(found, scene.system.units),
-                                                             observed, system, scene.modes.time);
+                                                             observed, system, scene.modes.time, found.left_out);
   if (!options.json)
     print_page(page),
         print_lines(fmt::format("{}; results in {}", describe(found, scene.system.units), typed(directory)));

@@ -267,12 +267,14 @@ std::string format_observables(std::span<const Observed> observables, const Syst
 
 std::string write_observables_at_rest(const std::filesystem::path& directory, const std::string& scene,
                                       const std::string& said, std::span<const Observed> observables,
-                                      const System& system, double time) {
-  const std::string page = scene + "\n" + format_observables(observables, system, nullptr);
-  replace_file(directory / page_name, [&](OutputFile* file) { file->write(page + "\n" + line("at rest", said)); });
+                                      const System& system, double time, std::span<const std::string> left_out) {
+  const std::string page = scene + "\n" + format_observables(observables, system, nullptr),
+                    last = left_out.empty() ? "" : line("left out", fmt::format("{}", fmt::join(left_out, "; ")));
+  replace_file(directory / page_name,
+               [&](OutputFile* file) { file->write(page + "\n" + line("at rest", said) + last); });
   open_observables({.path = directory / observables_name, .observables = observables, .units = system.units})
       ->write({.time = time, .observables = observables});
-  return page;
+  return last.empty() ? page : page + "\n" + last;
 }
 
 std::string describe_passage(const Passage& passage, const Units& units) {

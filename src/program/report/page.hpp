@@ -30,11 +30,11 @@ Observed without_noise(Observed observed, double noise);
 /// null at rest, which has no time.
 std::string format_observables(std::span<const Observed> observables, const System& system, const Simulation* motion);
 
-/// Writes report.txt, which begins with the observables, and observables.csv with one row, of a state of rest. Returns
-/// the page.
+/// Writes report.txt, which begins with the observables and ends with what was left out, and observables.csv with one
+/// row, of a state of rest. Returns the page.
 std::string write_observables_at_rest(const std::filesystem::path& directory, const std::string& scene,
                                       const std::string& said, std::span<const Observed> observables,
-                                      const System& system, double time);
+                                      const System& system, double time, std::span<const std::string> left_out);
 
 /// Returns lines about the first events that were met, with what they took out.
 std::string format_passages(std::span<const Passage> passages, const Units& units);

@@ -1,5 +1,6 @@
 """Whole runs, kept as arrays."""
 
+import contextlib
 import dataclasses
 import difflib
 import html
@@ -12,7 +13,8 @@ from collections.abc import Callable
 import numpy
 
 from . import _core
-from ._core import Constrainer, Dynamics, EquilibriumResult, InverseDynamics, Modes, MotionReport, Observed, Outcome, Scene, Simulation, Solution
+from ._core import (Constrainer, Dynamics, EquilibriumResult, InputError, InverseDynamics, Modes, MotionReport, Observed, Outcome, Scene,
+                    Simulation, Solution)
 from .description import count, tells_names
 
 
@@ -183,6 +185,9 @@ def _at_one_instant(self, name: str) -> "numpy.ndarray | float | Group | Member"
         if name not in groups:
             observed = (self.observe() if isinstance(self, Simulation) else _core._observe(self.system, self) if isinstance(self, Solution)
                         else self.observables or [])
+    if isinstance(self, EquilibriumResult) and "(" in str(name) and name not in [each.name for each in observed]:
+        with contextlib.suppress(InputError):  # _look_up says what there is
+            observed = [*observed, _core._observe_at_rest(self.system, self, str(name))]
     values = {each.name: numpy.reshape(each.values, _shape_of(each))[()] for each in observed}
     return _look_up(name, values, {each.name: each.columns for each in observed}, groups, multipliers)
 
