@@ -1,5 +1,6 @@
 #include "simulation/taken_out.hpp"
 
+#include <cmath>
 #include <string>
 #include <type_traits>
 
@@ -91,6 +92,7 @@ class Remover {
     } else {
       for (Index& point : list[0]) take_place(point);
     }
+    if (std::isnan(t_)) return alone.positions;
     alone.constraints.push_back(std::move(own));
     Simulation start(alone, {.start = StartMode::Project}, {}, t_);
     return start.outcome().ok() ? start.solution().positions : alone.positions;
