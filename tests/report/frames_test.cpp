@@ -202,25 +202,30 @@ TEST(VtpTest, HeaderSaysWhatVtkWantsToKnow) {
   }
 }
 
+/// Writes a frame with numbers of some kind, changed by change(&frame), and reads it back.
+template <class Change>
+StoredFrame write_and_read(const ShownParts& shown, const Change& change) {
+  const std::vector<double> numbers = count_up(15, 0.1), tensions(3, 1.0);
+  Frame frame{.positions = numbers, .velocities = numbers, .accelerations = numbers, .tensions = tensions};
+  change(&frame);
+  const Folder folder;
+  write_vtp(folder / "x.vtp", shown, frame);
+  return read_vtp(folder / "x.vtp");
+}
+
 /// A support and a plane have one name, and one of them goes.
 TEST(VtpTest, WhatIsGoneIsToldByItsPlaceAndNotByItsName) {
   System system = make_scene();
   system.supports[0].name = "rods";
   system.constraints[0] = Planes{.name = "rods", .points = {4}, .normal = Vector3{0, 0, 1}};
   const ShownParts shown = choose_parts(system, {});
-  const std::vector<double> numbers = count_up(15, 0.1), tensions(3, 1.0);
   const auto write = [&](const std::string& place) {
     const std::vector<Passage> passages{{.time = 0.5, .member = "rods[0]", .taken = place}};
-    const Folder folder;
-    write_vtp(folder / "x.vtp", shown,
-              {.time = 1.0,
-               .positions = numbers,
-               .velocities = numbers,
-               .accelerations = numbers,
-               .tensions = tensions,
-               .guides = place_guides(system, 0.0, 1.0, passages),
-               .gone = find_gone(shown, passages)});
-    return read_vtp(folder / "x.vtp");
+    return write_and_read(shown, [&](Frame* frame) {
+      frame->time = 1.0;
+      frame->guides = place_guides(system, 0.0, 1.0, passages);
+      frame->gone = find_gone(shown, passages);
+    });
   };
   const double holds = NAN, goes = 0.5;
   for (const auto& [place, support, guide, rod] : {std::tuple("supports/0", goes, holds, holds),
@@ -245,17 +250,12 @@ TEST(VtpTest, WhatIsGoneIsToldByItsPlaceAndNotByItsName) {
 
 TEST(VtpTest, AStateOfRestHasNoTime) {
   const ShownParts shown = choose_parts(make_scene(), {});
-  const std::vector<double> numbers = count_up(15, 0.1), tensions(3, 1.0);
   for (const bool is_at_rest : {false, true}) {
-    const Folder folder;
-    write_vtp(folder / "x.vtp", shown,
-              {.time = 0.5,
-               .is_at_rest = is_at_rest,
-               .positions = numbers,
-               .velocities = numbers,
-               .accelerations = numbers,
-               .tensions = tensions});
-    const double time = read_vtp(folder / "x.vtp").time;
+    const auto rest = [&](Frame* frame) {
+      frame->time = 0.5;
+      frame->is_at_rest = is_at_rest;
+    };
+    const double time = write_and_read(shown, rest).time;
     EXPECT_TRUE(is_at_rest ? std::isnan(time) : time == 0.5) << time;
   }
 }

@@ -62,8 +62,6 @@ LaneSeries::LaneSeries(const System& system, const Constraints& constraints, con
   }
 }
 
-LaneSeries::~LaneSeries() = default;
-
 std::size_t LaneSeries::num_parts() const {
   std::size_t result = 0;
   for (const auto& series : series_) result += series->num_parts();

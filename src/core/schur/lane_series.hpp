@@ -21,7 +21,6 @@ class LaneSeries {
   /// Keeps a reference to `inverse_mass` [point].
   LaneSeries(const System& system, const Constraints& constraints, const Numbering& numbering,
              std::span<const double> inverse_mass, int threads);
-  ~LaneSeries();
 
   bool serves_some() const { return !series_.empty(); }
   bool serves_all() const { return serves_all_; }

@@ -86,7 +86,7 @@ class ConeSolver {
  public:
   ConeSolver(ConeProblem problem, const ConeOptions& options, std::vector<double> r)
       : problem_(std::move(problem)), options_(options), r_(std::move(r)), best_(r_), begun_(processor_seconds()) {
-    for (std::vector<double>* array : {&u_, &F_, &direction_, &trial_, &trial_F_, &anchor_}) array->resize(r_.size());
+    for (std::vector<double>* array : {&F_, &direction_, &trial_, &trial_F_, &anchor_}) array->resize(r_.size());
     rho_.resize(problem_.num_contacts());
     for (std::size_t c = 0; c < rho_.size(); ++c) {
       const Block3& own = problem_.own_block(c);
@@ -237,7 +237,7 @@ class ConeSolver {
   std::vector<double> r_, best_;
   double begun_;
   ConeReport report_;
-  std::vector<double> u_, F_, direction_, trial_, trial_F_, anchor_, rho_;
+  std::vector<double> F_, direction_, trial_, trial_F_, anchor_, rho_;
   std::unique_ptr<NewtonMatrix> matrix_;
 };
 
