@@ -178,6 +178,9 @@ def check_folder(path):
     (out / "trajectory.npy").write_bytes(b"x" * 100_000)
     expect(run(2, [path, "--out", out, "--quiet"]).returncode == 0, "a run over rests of no use")
     expect((out / "trajectory.npy").stat().st_size == 128 + 3 * 64 * 24, "three frames and nothing else")
+    told = json.loads((out / "summary.json").read_text(encoding="utf-8"))["arrays"]
+    expect(told == {"trajectory.npy": {"axes": ["frame", "point", "x, y, z"], "unit": None},
+                    "trajectory_times.npy": {"axes": ["frame"], "unit": None}}, "summary.json names arrays")
 
 
 def check_interrupted(path):

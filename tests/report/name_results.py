@@ -106,7 +106,8 @@ def check_json(folder: Folder, file: pathlib.Path) -> None:
         return
     check_units_of_json(told, folder, file)
     if folder.command != "modes":
-        groups, count = {group.pop("name"): group for group in told["groups"]}, told.get("equations", len(told.get("multipliers", [])))
+        groups, multipliers = {group.pop("name"): group for group in told["groups"]}, told.get("multipliers", [])
+        count = told.get("equations", len(np.load(file.parent / multipliers) if isinstance(multipliers, str) else multipliers))
         assert groups["links"] == {"kind": "rod", "first": 0, "members": 3, "rows": 1}, f"{file}: {groups}"
         assert sum(group["members"] * group["rows"] for group in groups.values()) == count, f"{file}: {groups}"
         if "rail" in groups:
@@ -229,8 +230,20 @@ def check_error_time(folder: Folder, file: pathlib.Path) -> None:
     assert {(row["unit_of_length"], row["unit_of_time"]) for row in rows} == {(folder.unit("lenQ"), folder.unit(TIME))}, rows[0]
 
 
+def check_npy(folder: Folder, file: pathlib.Path) -> None:
+    """A summary beside tells what lies along each axis, with its unit."""
+    (about,) = [told["arrays"][file.name] for told in map(json.loads, (each.read_text(encoding="utf-8") for each in file.parent.glob("*.json")))
+                if file.name in told.get("arrays", {})]
+    array = np.load(file)
+    assert len(about["axes"]) == array.ndim and (about["axes"][-1] != "x, y, z" or array.shape[-1] == 3), f"{file}: {about}"
+    what = re.sub(r"^.*?_(cause\d_)?", "", file.stem)
+    known = ({"positions": "lenQ", "velocities": SPEED, "accelerations": f"{SPEED}^2", "shapes": "1/sqrt(masQ)", "lowest_shape": "1/sqrt(masQ)"} |
+             dict.fromkeys(("multipliers", "multipliers_unique"), "")).get(what.replace("tangent_", "").replace("normal_", ""), "forQ")
+    assert (about["unit"] or "") == folder.unit(known), f"{file}: {about}"
+
+
 def check_nothing(_folder: Folder, _file: pathlib.Path) -> None:
-    """What a run goes on with, lists of other files, arrays and pictures that a file beside them names."""
+    """What a run goes on with, lists of other files and pictures that a file beside them names."""
 
 
 CHECKS = {
@@ -241,7 +254,7 @@ CHECKS = {
     "trajectory.dump": check_line(r"ITEM: UNITS\ntime [^;]*", TIME, "lenQ", SPEED, "forQ"),
     "trajectory_rods.dump": check_line(r"ITEM: UNITS\ntime [^;]*", "lenQ", "forQ"),
     "*.vtp": check_vtp, "error_time.csv": check_error_time, "error_time.md": check_words("lenQ", TIME),
-    "error_time.svg": check_words("lenQ"), "error_time.png": check_nothing, "*.pvd": check_nothing, "shapes.npy": check_nothing,
+    "error_time.svg": check_words("lenQ"), "error_time.png": check_nothing, "*.pvd": check_nothing, "*.npy": check_npy,
     "checkpoint": check_nothing, "recording": check_nothing}
 
 
@@ -264,15 +277,18 @@ def main() -> int:
         print("not installed: h5py", file=sys.stderr)
         return 1
     shutil.rmtree(place, ignore_errors=True)
-    seen = set()
-    for name, letters in (("own", LETTERS), ("none", {})):
+    seen, rest, speeds = set(), SCENE["points"]["positions"], SCENE["points"]["velocities"]
+    for name, letters, more in (("own", LETTERS, 0), ("none", {}, 0), ("many", LETTERS, 10_000)):
         work = place / name
         work.mkdir(parents=True)
         for stem, scene in (("moving", SCENE), ("hanging", HANGING)):
             named = scene | ({"units": letters} if letters else {"observe": without_units(OBSERVED)})
+            if more:  # points that stand beside, with which arrays are written to files
+                named["points"] = dict(named["points"], positions=[*rest, *[[9, 9, 9]] * more], velocities=[*speeds, *[[0, 0, 0]] * more])
+                named["supports"] = [*named["supports"], {"points": list(range(len(rest), len(rest) + more))}]
+                named["motion"] = named["motion"] | {"output_points": [0, 1, 2, 3]}
             (work / f"{stem}.json").write_text(json.dumps(named), encoding="utf-8")
-        rest = SCENE["points"]["positions"]
-        rows = [[t, *(number for point in rest for number in point)] for t in (0, 1, 2, 3, 4, 5)]
+        rows = [[t, *(number for point in rest for number in point), *[9] * 3 * more] for t in (0, 1, 2, 3, 4, 5)]
         (work / "still.csv").write_text("\n".join(",".join(map(str, row)) for row in rows) + "\n", encoding="utf-8")
 
         def run(command: str, *words: str, work=work, letters=letters) -> None:
@@ -291,6 +307,9 @@ def main() -> int:
     missing = {pattern for pattern in CHECKS if not any(pathlib.Path(name).match(pattern) for name in seen)}
     allowed = {"error_time.png", "report.html", "recording"}  # without rsvg-convert, without zlib
     assert missing <= allowed, f"nobody writes {missing - allowed}"
+    page = (pathlib.Path(__file__).parents[2] / "docs/scene-format.md").read_text(encoding="utf-8")
+    unnamed = {name for name in CHECKS if "*" not in name and f"`{name}`" not in page}
+    assert unnamed == {"solve.json"}, f"the page of formats does not name {unnamed}"
     print(f"{len(seen)} names of files")
     return 0
 

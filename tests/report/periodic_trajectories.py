@@ -1,5 +1,6 @@
 """Scenes whose samples repeat, in an upright and in a tilted cell, and what their trajectories must give other programs."""
 
+import csv
 import pathlib
 import re
 import subprocess
@@ -160,6 +161,11 @@ def check_periodic(out: pathlib.Path, edges: list, rods: list, corner: list) -> 
     if MDAnalysis:
         check_edges(out, cell, positions)
     assert np.array_equal(arrays["box"], cell) and np.array_equal(arrays["origin"], corner)
+    with open(out / "trajectory.csv", encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    unit = " [sigma]" if is_imported else ""
+    told = [[float(row[f"{part}.{axis}{unit}"]) for part in ("box[0]", "box[1]", "box[2]", "origin") for axis in "xyz"] for row in rows]
+    assert told == [[*cell.ravel(), *corner]] * frames, told[0]
     comment = (out / "trajectory.xyz").read_text(encoding="utf-8").splitlines()[1]
     told = re.search(r'Origin="([^"]*)"', comment)
     assert np.array_equal([float(word) for word in told[1].split()], corner), comment

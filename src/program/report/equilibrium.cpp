@@ -72,15 +72,16 @@ void write_summary(const fs::path& directory, const scene::Scene& scene, const E
     json.add("groups", list_groups(scene.system));
     json.add("equilibrium", describe(found));
     if (!found.open.empty()) json.add("one_sided", describe_one_sided(scene, found));
-    add_modes(directory, modes, &json);
-    const ArrayWriter arrays(&json, directory / "final_", scene.system.num_points());
+    add_modes(directory, scene.system.units, modes, &json);
+    const ArrayWriter arrays(&json, scene.system.units, directory / "final_", scene.system.num_points());
     json.begin_object("final");
-    arrays.write_points("positions", found.positions);
+    arrays.write_points("positions", Dimension::Length, found.positions);
     arrays.write_list("multipliers", found.multipliers);
-    arrays.write_points("reactions", found.reactions);
-    arrays.write_points("support_forces", found.support_forces);
+    arrays.write_points("reactions", Dimension::Forces, found.reactions);
+    arrays.write_points("support_forces", Dimension::Forces, found.support_forces);
     const std::vector<double>& shape = found.stability.lowest_shape;
-    arrays.write_points("lowest_shape", shape.empty() ? std::nullopt : Numbers(shape));
+    arrays.write_rows("lowest_shape", shape.empty() ? std::nullopt : Numbers(shape), 3,
+                      describe_array({"point", "x, y, z"}, unit_of_shapes(scene.system.units)));
     json.end();
     json.add("left_out", found.left_out);
     json.finish();

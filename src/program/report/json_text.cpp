@@ -62,6 +62,7 @@ void JsonObjectFile::end() {
 }
 
 void JsonObjectFile::finish() {
+  if (!arrays_.empty()) add("arrays", arrays_);
   end();
   append("\n");
   write_if_above(0);
@@ -137,7 +138,8 @@ void JsonObjectFile::write_if_above(std::size_t size) {
   text_.clear();
 }
 
-ArrayWriter::ArrayWriter(JsonObjectFile* json, std::filesystem::path prefix, std::size_t num_points) : json_(json) {
+ArrayWriter::ArrayWriter(JsonObjectFile* json, const Units& units, std::filesystem::path prefix, std::size_t num_points)
+    : json_(json), units_(units) {
   if (num_points > largest_inline) prefix_ = std::move(prefix);
 }
 
@@ -147,26 +149,33 @@ ArrayWriter ArrayWriter::with_prefix(std::string_view words) const {
   return result;
 }
 
-void ArrayWriter::write_points(std::string_view key, const Numbers& numbers) const {
-  write_rows(key, numbers, 3);
+void ArrayWriter::write_points(std::string_view key, Dimension dimension, const Numbers& numbers) const {
+  write_rows(key, numbers, 3, describe_array({"point", "x, y, z"}, units_.letters(dimension)));
 }
 
 void ArrayWriter::write_list(std::string_view key, const Numbers& numbers) const {
-  if (prefix_ || !numbers) return write_rows(key, numbers, 1);
+  if (prefix_ || !numbers) return write_rows(key, numbers, 1, describe_array({"equation"}, ""));
   json_->add_numbers(key, *numbers);
 }
 
-void ArrayWriter::write_rows(std::string_view key, const Numbers& numbers, std::size_t columns) const {
+void ArrayWriter::write_rows(std::string_view key, const Numbers& numbers, std::size_t columns,
+                             const Json& about) const {
   if (!numbers) return json_->add(key, {});
   if (!prefix_) return json_->add_rows(key, *numbers, columns);
   write_npy(name_file(key), *numbers, columns);
-  json_->add(key, name_file(key).filename().string());
+  add_file(key, about);
 }
 
 void ArrayWriter::write_booleans(std::string_view key, const std::optional<std::vector<bool>>& values) const {
   if (!prefix_ || !values) return json_->add(key, json_or_null(values));
   write_npy_booleans(name_file(key), *values);
-  json_->add(key, name_file(key).filename().string());
+  add_file(key, describe_array({"equation"}, ""));
+}
+
+void ArrayWriter::add_file(std::string_view key, const Json& about) const {
+  const std::string name = name_file(key).filename().string();
+  json_->add(key, name);
+  json_->add_file(name, about);
 }
 
 std::filesystem::path ArrayWriter::name_file(std::string_view key) const {

@@ -11,6 +11,8 @@
 #include <string_view>
 #include <vector>
 
+#include <tanor/units.hpp>
+
 #include "report/output_file.hpp"
 
 /// JSON of the results, by nlohmann. Members keep their order, doubles read back to the same bits, a number that is not
@@ -55,7 +57,9 @@ class JsonObjectFile {
   void begin_object(std::string_view key = {});
   void begin_list(std::string_view key);
   void end();
-  /// Writes the rest. The file is complete only after this call.
+  /// Tells of an array in a file beside this one, which has no names itself.
+  void add_file(const std::string& name, const Json& about) { arrays_[name] = about; }
+  /// Writes the rest, with the files beside as `arrays`. The file is complete only after this call.
   void finish();
 
  private:
@@ -71,9 +75,15 @@ class JsonObjectFile {
 
   OutputFile* file_;
   fmt::memory_buffer text_;  ///< text that is not in the file yet
+  Json arrays_;              ///< about files beside this one
   std::string closing_;      ///< brackets that will close the open objects and lists
   bool is_empty_ = true;     ///< state of the innermost open object or list
 };
+
+/// Returns what lies along each axis of an array, and its unit.
+inline Json describe_array(const Json& axes, std::string_view unit) {
+  return {{"axes", axes}, {"unit", json_or_null(unit)}};
+}
 
 /// An array of a result in the user's order, or nothing if it was not computed.
 using Numbers = std::optional<std::span<const double>>;
@@ -88,21 +98,24 @@ class ArrayWriter {
   /// Writes all arrays inline.
   explicit ArrayWriter(JsonObjectFile* json) : json_(json) {}
   /// Writes arrays inline up to `largest_inline` points. `prefix` is the folder and the beginning of the files' names.
-  ArrayWriter(JsonObjectFile* json, std::filesystem::path prefix, std::size_t num_points);
+  ArrayWriter(JsonObjectFile* json, const Units& units, std::filesystem::path prefix, std::size_t num_points);
 
   /// Returns a writer that puts more words in front of the files' names.
   ArrayWriter with_prefix(std::string_view words) const;
 
-  void write_points(std::string_view key, const Numbers& numbers) const;  ///< n x 3
-  void write_list(std::string_view key, const Numbers& numbers) const;    ///< d
+  void write_points(std::string_view key, Dimension dimension, const Numbers& numbers) const;  ///< n x 3
+  void write_list(std::string_view key, const Numbers& numbers) const;  ///< d, of different units
   /// Writes rows of any width. With one column they are rows of one number inline and a plain vector in a file.
-  void write_rows(std::string_view key, const Numbers& numbers, std::size_t columns) const;
+  void write_rows(std::string_view key, const Numbers& numbers, std::size_t columns, const Json& about) const;
   void write_booleans(std::string_view key, const std::optional<std::vector<bool>>& values) const;
 
  private:
+  /// Adds the name of a file, and what is in it.
+  void add_file(std::string_view key, const Json& about) const;
   std::filesystem::path name_file(std::string_view key) const;
 
   JsonObjectFile* json_;
+  Units units_{};
   std::optional<std::filesystem::path> prefix_;
 };
 

@@ -84,12 +84,17 @@ void write_picture(const fs::path& directory, const System& system, const ShownP
 
 }  // namespace
 
-void add_modes(const fs::path& directory, const std::optional<Modes>& modes, JsonObjectFile* json) {
+std::string unit_of_shapes(const Units& units) {
+  return units.mass.empty() ? "" : "1/sqrt(" + units.mass + ")";
+}
+
+void add_modes(const fs::path& directory, const Units& units, const std::optional<Modes>& modes, JsonObjectFile* json) {
   for (const char* name : {shapes_name, imaginary_name}) remove_file(directory / name);
   if (!modes || !modes->outcome.ok()) return json->add("modes", {});
   const std::size_t count = modes->count(), points = count > 0 ? modes->shapes.size() / (3 * count) : 0;
   const auto write_shapes = [&](const char* name, const std::vector<double>& shapes) {
     replace_file(directory / name, [&](OutputFile* file) { write_npy(file, shapes, {count, points, 3}); });
+    json->add_file(name, describe_array({"mode", "point", "x, y, z"}, unit_of_shapes(units)));
   };
   write_shapes(shapes_name, modes->shapes);
   const bool is_damped = !modes->decay.empty();
@@ -119,7 +124,7 @@ void write_modes(const fs::path& directory, const scene::Scene& scene, const Mod
     json.add("supports", supports);
     json.add("equations", modes.multipliers.size());
     json.add("degrees_of_freedom", modes.outcome.ok() ? Json(modes.degrees_of_freedom) : Json());
-    add_modes(directory, modes, &json);
+    add_modes(directory, scene.system.units, modes, &json);
     if (buckling) json.add("buckling_load_factor", buckling->outcome.ok() ? Json(buckling->load_factor) : Json());
     json.add("left_out", modes.left_out);
     json.finish();

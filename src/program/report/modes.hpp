@@ -17,7 +17,10 @@ namespace tanor::report {
 
 /// Writes the member "modes" of a summary: its numbers, and the shapes [modes, n, 3] in `directory/shapes.npy`. The
 /// member is null if modes were not found.
-void add_modes(const std::filesystem::path& directory, const std::optional<Modes>& modes, JsonObjectFile* json);
+void add_modes(const std::filesystem::path& directory, const Units& units, const std::optional<Modes>& modes,
+               JsonObjectFile* json);
+/// Returns the letters of the moves q, of which q'Mq is 1.
+std::string unit_of_shapes(const Units& units);
 
 /// Writes `directory/summary.json` and the shapes beside it. `observed` is that at rest; there is no buckling where
 /// none was asked for.

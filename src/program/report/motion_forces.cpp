@@ -45,7 +45,7 @@ void write_forces(const std::filesystem::path& directory, const ForcesOfMotion& 
   make_folder(directory);
   replace_file(directory / forces_name, [&](OutputFile* file) {
     JsonObjectFile json(file);
-    const ArrayWriter arrays(&json, directory / "forces_", forces.num_points * forces.samples.size());
+    const ArrayWriter arrays(&json, forces.units, directory / "forces_", forces.num_points * forces.samples.size());
     json.add("scene", forces.scene);
     json.add("motion", forces.motion);
     json.add("units", json_of(forces.units));
@@ -63,7 +63,10 @@ void write_forces(const std::filesystem::path& directory, const ForcesOfMotion& 
       const std::vector<double> rows = is_known ? stack(forces, array, columns) : std::vector<double>();
       remove_file(directory /
                   fmt::format("forces_{}.npy", key));  // may be left from an earlier motion with more samples
-      arrays.write_rows(key, is_known ? Numbers(rows) : std::nullopt, columns);
+      const bool is_of_points = array != &MotionForces::multipliers;
+      arrays.write_rows(key, is_known ? Numbers(rows) : std::nullopt, columns,
+                        describe_array({"sample", is_of_points ? "x, y, z of each point" : "equation"},
+                                       is_of_points ? forces.units.force : ""));
     };
     write("multipliers", &MotionForces::multipliers, forces.num_equations);
     write("reactions", &MotionForces::reactions, 3 * forces.num_points);

@@ -31,19 +31,19 @@ void add_work(const MotionReport& report, JsonObjectFile* json) {
 }
 
 void add_final(const std::filesystem::path& directory, const RunFacts& facts, const RunEnd& end, JsonObjectFile* json) {
-  const ArrayWriter arrays(json, directory / arrays_prefix, end.plan.points);
+  const ArrayWriter arrays(json, end.units, directory / arrays_prefix, end.plan.points);
   const bool is_known = facts.has_started && end.arrays;
   const auto find = [&](std::span<const double> EndArrays::*which) {
     return is_known ? Numbers((*end.arrays).*which) : std::nullopt;
   };
   json->begin_object("final");
   json->add("t", if_started(facts, end.time));
-  arrays.write_points("positions", find(&EndArrays::positions));
-  arrays.write_points("velocities", find(&EndArrays::velocities));
-  arrays.write_points("accelerations", find(&EndArrays::accelerations));
+  arrays.write_points("positions", Dimension::Length, find(&EndArrays::positions));
+  arrays.write_points("velocities", Dimension::Velocity, find(&EndArrays::velocities));
+  arrays.write_points("accelerations", Dimension::Acceleration, find(&EndArrays::accelerations));
   arrays.write_list("multipliers", has_multipliers(end.plan) ? find(&EndArrays::multipliers) : std::nullopt);
-  arrays.write_points("reactions", find(&EndArrays::reactions));
-  arrays.write_points("support_forces", find(&EndArrays::support_forces));
+  arrays.write_points("reactions", Dimension::Forces, find(&EndArrays::reactions));
+  arrays.write_points("support_forces", Dimension::Forces, find(&EndArrays::support_forces));
   json->end();
 }
 
@@ -94,6 +94,7 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
     json.add("certificate", describe_certificate(facts.certificate));
     json.add("certificates", facts.certificates);
     json.add("friction", describe_friction_summary(end.contacts, report.friction));
+    for (const auto& [name, each] : facts.arrays.items()) json.add_file(name, each);
     json.add("left_out", list_left_out(facts.left_out, end.plan.left_out));
     if (facts.tensions) json.add(tension_colours_key, {facts.tensions->least, facts.tensions->most});
     json.finish();

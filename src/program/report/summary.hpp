@@ -36,6 +36,7 @@ struct RunFacts {
   std::size_t certificates = 0;            ///< made since the run began or was resumed
   std::optional<TensionScale> tensions;    ///< colours of report.html; none without it
   std::optional<Cell> cell;                ///< periodic box
+  Json arrays{};                           ///< in files beside, which have no names: `axes` and `unit` of each
   WallTimes wall;
 };
 

@@ -132,7 +132,7 @@ std::string cell(const std::string& text) {
   return text.find_first_of(",\"\n") == std::string::npos ? text : quote_csv(text);
 }
 
-std::string make_csv_head(const ShownParts& shown) {
+std::string make_csv_head(const ShownParts& shown, bool has_cell) {
   const Units& units = shown.units;
   std::string head = cell(name_with_unit("t", units.time));
   const std::pair<const char*, std::string> parts[] = {{"", units.length}, {"v", units.letters(Dimension::Velocity)}};
@@ -142,6 +142,9 @@ std::string make_csv_head(const ShownParts& shown) {
         head += "," + cell(name_with_unit(fmt::format("{}{}{}", part, axis, point), unit));
   for (const std::string& name : shown.rod_names())
     head += "," + cell(name_with_unit("tension(" + name + ")", units.force));
+  for (const char* part : {"box[0]", "box[1]", "box[2]", "origin"})
+    for (const char axis : {'x', 'y', 'z'})
+      if (has_cell) head += "," + cell(name_with_unit(fmt::format("{}.{}", part, axis), units.length));
   return head + "\n";
 }
 
@@ -171,16 +174,19 @@ std::unique_ptr<FrameFile> open_xyz(const FrameFileRequest& request) {
 }
 
 std::unique_ptr<FrameFile> open_csv(const FrameFileRequest& request) {
-  const auto print = [](const Frame& frame, fmt::appender out) {
+  std::string cell;
+  if (request.cell)
+    cell = fmt::format(",{},{}", fmt::join(edges_of(*request.cell), ","), fmt::join(request.cell->origin, ","));
+  const auto print = [cell](const Frame& frame, fmt::appender out) {
     fmt::format_to(out, "{}", frame.time);
     for (std::size_t k = 0; k < frame.positions.size(); k += 3) {
       for (const double number : frame.positions.subspan(k, 3)) fmt::format_to(out, ",{}", number);
       for (const double number : frame.velocities.subspan(k, 3)) fmt::format_to(out, ",{}", number);
     }
     for (const double tension : frame.tensions) fmt::format_to(out, ",{}", tension);
-    fmt::format_to(out, "\n");
+    fmt::format_to(out, "{}\n", cell);
   };
-  return std::make_unique<TextTrajectory>(request, make_csv_head(*request.shown), print);
+  return std::make_unique<TextTrajectory>(request, make_csv_head(*request.shown, request.cell.has_value()), print);
 }
 
 std::unique_ptr<FrameFile> open_lammps_dump(const FrameFileRequest& request) {

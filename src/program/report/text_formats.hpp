@@ -14,7 +14,8 @@ namespace tanor::report {
 std::unique_ptr<FrameFile> open_xyz(const FrameFileRequest& request);
 
 /// Opens a table of few points for spreadsheets. Each frame is a row with `t`, with `x<i>,y<i>,z<i>,vx<i>,vy<i>,vz<i>`
-/// for each point i, and with `tension<i>_<j>` for each rod between shown points i and j; all digits.
+/// for each point i, with `tension(<name>)` for each rod, and with the edges `box[0].x` … and the `origin` of a
+/// periodic cell, which a table has nowhere else; all digits.
 std::unique_ptr<FrameFile> open_csv(const FrameFileRequest& request);
 
 /// Opens a LAMMPS dump (for its read_dump, OVITO, ASE): id (the number of the point plus 1), type (1: moving, 2:

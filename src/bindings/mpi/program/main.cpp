@@ -168,6 +168,9 @@ class Run {
     const MotionReport& report = simulation_.report();
     report::RunFacts facts = report::facts_of(scene_, omp_get_max_threads(), outcome.ok() || report.steps > 0);
     facts.stopped_by = outcome.what;
+    const Units& units = division_.part().system.units;
+    facts.arrays = {{cli::mpi_trajectory_name, report::describe_array({"frame", "point", "x, y, z"}, units.length)},
+                    {cli::mpi_times_name, report::describe_array({"frame"}, units.time)}};
     const auto write_summary = [&] {
       facts.certificates = facts.certificate ? 1 : 0;
       facts.wall = {seconds_since(begin_), setup_, output_};
