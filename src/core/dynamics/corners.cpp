@@ -359,6 +359,7 @@ PointCorners::PointCorners(Workspace& work, Linearization& linearization, Projec
     : GuideCorners(work), linearization_(linearization), projector_(projector) {
   add_supports();
   const System& system = model_.system;
+  const Index first_outside = find_first_outside(system);
   for (std::size_t k = 0; k < system.constraints.size(); ++k) {
     std::visit([&](const auto& group) { add_functions(group); }, system.constraints[k]);
     const auto* const group = std::get_if<UserConstraints>(&system.constraints[k]);
@@ -366,6 +367,7 @@ PointCorners::PointCorners(Workspace& work, Linearization& linearization, Projec
     std::vector<std::size_t> numbers;
     for (const auto& tuple : group->tuples) {
       for (const Index point : tuple) {
+        if (point >= first_outside) continue;
         const auto inner = static_cast<std::size_t>(model_.numbering.inner_point[static_cast<std::size_t>(point)]);
         for (std::size_t c = 0; c < 3; ++c) numbers.push_back(3 * inner + c);
       }

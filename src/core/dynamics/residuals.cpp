@@ -21,7 +21,7 @@ Residuals::Residuals(const Workspace& work, const std::vector<double>& blocks)
     : work_(work),
       model_(work.model()),
       blocks_(blocks),
-      all_are_rods_(count_rods(work.constraints) == model_.num_rows()) {
+      all_are_rods_(count_rods(work.constraints) == work.constraints.num_blocks()) {
   terms_.reserve(model_.num_rows());
   if (work.scales.are_one()) return;
   // A step that is the first one to need these does not allocate.

@@ -24,12 +24,14 @@ namespace {
 /// Lists the formulas of constraints in which a step may pass a narrow feature unseen.
 Workspace::Formulas list_features(const System& system, const Numbering& numbering) {
   Workspace::Formulas result;
+  const Index first_outside = find_first_outside(system);
   for (std::size_t k = 0; k < system.constraints.size(); ++k) {
     const auto* const group = std::get_if<UserConstraints>(&system.constraints[k]);
     if (group == nullptr) continue;
     std::vector<Index> points;
     for (const auto& tuple : group->tuples)
-      for (const Index point : tuple) points.push_back(numbering.inner_point[static_cast<std::size_t>(point)]);
+      for (const Index point : tuple)
+        if (point < first_outside) points.push_back(numbering.inner_point[static_cast<std::size_t>(point)]);
     auto features = make_constraint_features(group->kernel, points);
     if (features == nullptr) continue;
     features->name = constraint_name(system, k);

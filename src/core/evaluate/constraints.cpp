@@ -73,14 +73,18 @@ struct Builder {
       : system(s), numbering(n), t(start), size(scene_size(s)), members_of_kind(std::variant_size_v<Constraint>) {
     std::vector<Member> member_of_row(numbering.num_rows(), {-1, -1, -1});  // [first row]
     std::vector<std::size_t> counts(members_of_kind.size());
+    const Index first_outside = find_first_outside(system);
     std::size_t counter = 0;
     for (std::size_t g = 0; g < system.constraints.size(); ++g) {
-      const std::size_t count = std::visit([](const auto& group) { return num_members(group); }, system.constraints[g]);
-      counts[system.constraints[g].index()] += count;
-      for (std::size_t k = 0; k < count; ++k) {
-        const Index row = numbering.member_row[counter++];
-        member_of_row[row] = {row, static_cast<Index>(g), static_cast<Index>(k)};
-      }
+      const auto add = [&](const auto& group) {
+        for (std::size_t k = 0; k < num_members(group); ++k) {
+          const Index row = numbering.member_row[counter++];
+          if (member_points(group, k)[0] >= first_outside) continue;
+          member_of_row[row] = {row, static_cast<Index>(g), static_cast<Index>(k)};
+          ++counts[system.constraints[g].index()];
+        }
+      };
+      std::visit(add, system.constraints[g]);
     }
     for (std::size_t kind = 0; kind < counts.size(); ++kind) members_of_kind[kind].reserve(counts[kind]);
     for (const Member& member : member_of_row) {

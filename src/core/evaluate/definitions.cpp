@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 #include "evaluate/dual.hpp"
 #include "system/members.hpp"
@@ -138,7 +139,9 @@ double along_gradient(const UserConstraints& group, const TupleValues& values, s
 }  // namespace
 
 Definitions::Definitions(const System& system, double t0, const double* positions)
-    : system_(system), starts_(system.constraints.size()) {
+    : system_(system),
+      starts_(system.constraints.size()),
+      first_outside_(system.supports.empty() ? std::numeric_limits<Index>::max() : find_first_outside(system)) {
   const PlacesIn at{positions == nullptr ? system.positions.data() : positions};
   for (std::size_t g = 0; g < starts_.size(); ++g) {
     std::visit(
@@ -236,6 +239,7 @@ void Definitions::for_each_row(const Parallel& parallel, double t, const double*
             const Rows<Group, T> rows(group, ClockOf<T>{t}, start.values);
             parallel.for_ranges(num_members(group), [&](std::size_t begin, std::size_t end) {
               for (std::size_t k = begin; k < end; ++k) {
+                if (member_points(group, k)[0] >= first_outside_) continue;
                 std::size_t row = start.first_row + k * rows_per_member<Group>();
                 for (const T& xi : rows.xi(k, at)) use(row++, xi);
               }
@@ -258,6 +262,7 @@ void Definitions::taylor(const Parallel& parallel, double t, std::span<const dou
       },
       [&](std::size_t first_row, const UserConstraints& group, const TupleValues& values) {
         for (std::size_t k = 0; k < values.count; ++k) {
+          if (group.tuples[values.first + k][0] >= first_outside_) continue;
           const std::size_t row = first_row + values.first + k;
           xi[row] = values.xi[k];
           rate[row] = values.rate[k];
@@ -273,6 +278,7 @@ void Definitions::transposed(const Parallel& parallel, double t, std::span<const
       [&](std::size_t row, const Dual<double>& xi) { y[row] = xi.d; },
       [&](std::size_t first_row, const UserConstraints& group, const TupleValues& values) {
         for (std::size_t k = 0; k < values.count; ++k) {
+          if (group.tuples[values.first + k][0] >= first_outside_) continue;
           y[first_row + values.first + k] = along_gradient(group, values, k, u.data());
         }
       });
@@ -317,8 +323,9 @@ void Definitions::for_each_gradient(double t, std::span<const double> r, const U
 
 void Definitions::for_each_reaction(double t, std::span<const double> r, std::span<const double> lambda,
                                     const UseReaction& use) const {
-  for_each_gradient(
-      t, r, [&](std::size_t row, Index point, const Vec3& gradient) { use(row, point, lambda[row] * gradient); });
+  for_each_gradient(t, r, [&](std::size_t row, Index point, const Vec3& gradient) {
+    if (point < first_outside_) use(row, point, lambda[row] * gradient);
+  });
 }
 
 void Definitions::reactions(double t, std::span<const double> r, std::span<const double> lambda,

@@ -77,6 +77,7 @@ class Definitions {
 
   const System& system_;
   std::vector<Start> starts_;  // [group]
+  Index first_outside_;        // points of members that were taken out
   std::size_t num_rows_ = 0;
 };
 

@@ -95,6 +95,15 @@ inline std::vector<char> find_supports(const System& system) {
   return result;
 }
 
+/// The name of the last entry of supports where there are members of constraints that were taken out: these join points
+/// of it, keep their numbers, and nothing of them is evaluated.
+inline constexpr const char* outside_name = "\x1foutside";
+/// Returns the first of these points; the number of points if there are none.
+inline Index find_first_outside(const System& system) {
+  const bool has_some = !system.supports.empty() && system.supports.back().name == outside_name;
+  return has_some ? system.supports.back().points.front() : static_cast<Index>(system.num_points());
+}
+
 /// Calls visit(points, rows) for every member, group by group, in the user's order.
 template <class Visit>
 void for_each_member(const System& system, const Visit& visit) {

@@ -380,8 +380,10 @@ class Validation {
   void check_names() const {
     std::unordered_map<std::string, std::string> owners;  // name -> JSON pointer
     check_name(system_.name, "/name");
-    for (std::size_t i = 0; i < system_.supports.size(); ++i)
-      check_name(system_.supports[i].name, element("/supports", i) + "/name");
+    for (std::size_t i = 0; i < system_.supports.size(); ++i) {
+      if (system_.supports[i].name != outside_name)
+        check_name(system_.supports[i].name, element("/supports", i) + "/name");
+    }
     const auto add = [&](const std::string& name, const std::string& where) {
       if (!name.starts_with('\x1f')) check_name(name, where + "/name");  // so hosts name what has no name
       const auto [owner, is_new] = owners.emplace(name, where);

@@ -61,22 +61,19 @@ std::optional<Thing> find_what_goes(const Things& things, const Event& event, co
   return thing;
 }
 
-/// Reads a condition and checks what it is to take out of a motion that begins at t; NaN if that is not known yet.
-std::unique_ptr<Condition> read_condition(const Things& things, const Event& event, double t) {
+/// Reads a condition and checks what it is to take out.
+std::unique_ptr<Condition> read_condition(const Things& things, const Event& event) {
   if (event.name != event.when) check_name(event.name, "/name");
   auto condition = std::make_unique<Condition>(things, event.when, event.parameters);
   check_enum(event.action, EventAction::Release, "/event/action");
-  if (takes(event)) {
-    const std::vector<Thing> taken{*find_what_goes(things, event, *condition)};
-    (void)without(things.system(), taken, t);
-  }
+  if (takes(event)) check_let_go(things.system(), *find_what_goes(things, event, *condition));
   return condition;
 }
 
 }  // namespace
 
 void check_event(const System& system, const Event& event) {
-  (void)read_condition(Things(system), event, std::numeric_limits<double>::quiet_NaN());
+  (void)read_condition(Things(system), event);
 }
 
 // ---- observables ----
@@ -255,7 +252,7 @@ std::size_t Simulation::Implementation::add_event(const Event& event) {
     if (!part.is_whole()) throw InputError("/event", "conditions need the whole system on one rank");
     if (forms.is_tangent() && takes(event))
       throw InputError("/event", "what coordinates place cannot be taken out; take solver.form normal");
-    conditions.push_back(read_condition(things(), event, t_begin));
+    conditions.push_back(read_condition(things(), event));
     events.push_back(event);
     const Condition* const condition = conditions.back().get();
     const Needs needs = condition->needs();
