@@ -16,14 +16,13 @@ class Pivoting {
  public:
   Pivoting(ContactState& state, const ModeSwitch& at, const std::vector<ContactChoice>& choices,
            const ContactIslands& islands);
-  Outcome run(const std::vector<ContactChoice>& choices, std::span<const char> are_counted);
+  Outcome run(std::span<const char> are_counted);
 
  private:
   Outcome look();
   void look_at_sliding(std::size_t contact, const Vec3& a);
   bool share_otherwise();
   void give_way_together();
-  bool set_limits(const std::vector<ContactChoice>& choices);
   void release_worst();
   void release_met();
   void release(std::size_t contact) {
@@ -41,7 +40,7 @@ class Pivoting {
   double last_load_ = std::numeric_limits<double>::infinity();  // the largest one at the last change of shares
   std::size_t pass_ = 0;
   int num_shares_ = 0;
-  bool has_given_way_ = false, has_set_limits_ = false;
+  bool has_given_way_ = false;
   // The members below belong to the present pass.
   bool has_changed_ = false, has_reached_limit_ = false;
   std::vector<std::pair<double, std::size_t>> too_much_;  // relative excess over the limit; contact
@@ -72,7 +71,7 @@ Pivoting::Pivoting(ContactState& state, const ModeSwitch& at, const std::vector<
   }
 }
 
-Outcome Pivoting::run(const std::vector<ContactChoice>& choices, std::span<const char> are_counted) {
+Outcome Pivoting::run(std::span<const char> are_counted) {
   constexpr std::size_t most_passes = 40;
   Request on_the_way = at_.request;
   on_the_way.gradients = Gradients::Evaluate;
@@ -85,10 +84,6 @@ Outcome Pivoting::run(const std::vector<ContactChoice>& choices, std::span<const
     if (outcome = look(); !outcome.ok()) return outcome;
     if (share_otherwise()) continue;
     give_way_together();
-    if (!has_set_limits_ && !too_much_.empty()) {
-      has_set_limits_ = true;
-      if (set_limits(choices)) continue;
-    }
     release_worst();
     release_met();
     if (!has_changed_) return {};
@@ -187,26 +182,6 @@ void Pivoting::give_way_together() {
   has_given_way_ = true;
 }
 
-/// Lets the contacts at their limit slide, so that the load which they shared with others becomes determined. Returns
-/// true if there are any.
-bool Pivoting::set_limits(const std::vector<ContactChoice>& choices) {
-  FrictionLaws& laws = state_.laws;
-  bool has_changed = false;
-  for (const ContactChoice& choice : choices) {
-    for (std::size_t c = 0; choice.has_solution() && c < choice.size(); ++c) {
-      const auto& [first, dimension, moves, mu] = choice.problem.contacts[c];
-      const std::size_t contact = choice.members[c];
-      const double limit = choice.limit(c, choice.x), size = choice.x.segment(first, dimension).norm();
-      if (moves || !state_.tangents.sticks(contact) || size < (1.0 - 1e-9) * limit || size == 0.0) continue;
-      laws.set_slip_direction(contact, -choice.combine(c, choice.x / size));
-      laws.set_at_limit(contact, laws.static_coefficient(contact) > laws.coefficient_of_sliding(contact));
-      state_.tangents.set_stick(contact, false);
-      has_changed = true;
-    }
-  }
-  return has_changed;
-}
-
 /// Releases many contacts at once in the first passes, then one by one.
 void Pivoting::release_worst() {
   constexpr std::size_t passes_at_once = 10;
@@ -238,7 +213,7 @@ void Pivoting::release_met() {
 
 Outcome find_complementary_modes(ContactState& state, const ModeSwitch& at, const std::vector<ContactChoice>& choices,
                                  const ContactIslands& islands, std::span<const char> are_counted) {
-  return Pivoting(state, at, choices, islands).run(choices, are_counted);
+  return Pivoting(state, at, choices, islands).run(are_counted);
 }
 
 }  // namespace tanor::detail
