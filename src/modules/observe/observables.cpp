@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/parallel.hpp"
 #include "evaluate/forces.hpp"
@@ -116,6 +117,9 @@ void Observables::take(const ObservedInstant& at, Which which, bool counts) {
     if (which == Which::OfEveryStep && !given_[k].every_step) continue;
     Observed& seen = found_[k];
     texts_[k].evaluate(at, &seen);
+    // A formula that divides by 0 has no number.
+    if (texts_[k].quantity() == nullptr && std::isinf(seen.values[0]))
+      seen.values[0] = std::numeric_limits<double>::quiet_NaN();
     for (std::size_t p = 0; counts && p < seen.least.size(); ++p)
       widen(seen, p, at.time, &seen.least[p], &seen.largest[p]);
   }

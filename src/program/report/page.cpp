@@ -11,6 +11,7 @@
 #include <tanor/version.hpp>
 
 #include "base/text.hpp"
+#include "base/vec3.hpp"
 #include "report/field_json.hpp"
 #include "report/output_file.hpp"
 #include "report/shared_parts.hpp"
@@ -223,8 +224,23 @@ std::function<double(const Observed&)> measure_rounding(std::span<const Observed
   const auto take = [&](const std::string& kind, double size) { sizes[kind] = std::max(sizes[kind], size); };
   for (const Observed& each : all) take(name_kind(each.unit, each.dimension), beside_others * size_of(each));
   take(name_kind(system.units.length, Dimension::Length), beside_others * measure_diagonal(system.positions));
-  if (motion != nullptr)
-    take(name_kind(system.units.energy, Dimension::Energy), beside_itself * motion->report().energy.scale);
+  // A moment cancels forces at their arms, and the weight is there where no force is observed.
+  double& largest_force = sizes[name_kind(system.units.force, Dimension::Forces)];
+  double weight = 0.0, arm = 0.0;
+  for (const double mass : system.masses) weight += mass * norm(make_vec3(find_gravity(system)));
+  for (std::size_t i = 0; i < system.num_points(); ++i) arm = std::max(arm, norm(load(system.positions.data(), i)));
+  take(name_kind(system.units.letters(Dimension::Moment), Dimension::Moment),
+       std::max(largest_force, beside_others * weight) * arm);
+  if (motion != nullptr) {
+    const double energy = beside_itself * motion->report().energy.scale;
+    take(name_kind(system.units.energy, Dimension::Energy), energy);
+    const PlanSummary& plan = motion->plan();
+    const double freedom =
+        3.0 * static_cast<double>(plan.points - plan.supports) - static_cast<double>(motion->report().rank_changes.now);
+    // T = 2 K/(k f)
+    take(name_kind(system.units.temperature, Dimension::Temperature),
+         2.0 * energy / (system.units.boltzmann * std::max(1.0, freedom)));
+  }
   sizes[""] = 0.0;  // what is not known to measure the same
   return [sizes](const Observed& observed) {
     const auto others = sizes.find(name_kind(observed.unit, observed.dimension));
