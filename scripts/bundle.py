@@ -3,8 +3,8 @@
 
     bundle.py BUILD ROOT
 
-Libraries of C and C++ are those of the system, as in manylinux (PEP 600); all others go into ROOT/lib, with their
-licences, and those of what is compiled in, in ROOT/share/doc/tanor/licences. Programs and libraries find each other by
+Libraries of C and C++ are those of the system, as in manylinux (PEP 600), but that the program brings the one of C++; all
+others go into ROOT/lib, with their licences, and those of what is compiled in, in ROOT/share/doc/tanor/licences. Programs and libraries find each other by
 paths relative to themselves. The package of Python becomes a wheel, ROOT/*.whl.
 """
 
@@ -88,6 +88,18 @@ def bundle(binaries: list, own: pathlib.Path, folder: pathlib.Path, licences: pa
         set_search_path(binary, folder)
 
 
+def bring_cxx(root: pathlib.Path, licences: pathlib.Path):
+    """Gives the program the library of C++ in a folder where it alone looks. Beside libtanor.so it would come before that of
+    a host's own system, which may be newer; linked statically, exceptions would pass between two of them."""
+    program, folder = root / "bin/tanor", root / "lib/tanor/c++"
+    folder.mkdir()
+    for name, file in re.findall(r"(libstdc\+\+\S+|libgcc_s\S+) => (\S+)", output_of("ldd", program)):
+        shutil.copy(file, folder / name)
+        copy_licence(find_package(pathlib.Path(file)), licences)
+        set_search_path(folder / name, folder)
+    subprocess.run(["patchelf", "--set-rpath", "$ORIGIN/../lib:$ORIGIN/../lib/tanor/c++", program], check=True)
+
+
 def make_wheel(root: pathlib.Path, version: str):
     """Moves the package of Python into a wheel (PEP 427) that holds its libraries, in the folder tanor.libs."""
     module = next(root.glob("lib/python3*/**/tanor/_core.cpython-*.so"))
@@ -140,7 +152,9 @@ def main():
     for page in (root / "share/doc/tanor/docs").glob("*.md"):  # of links to what stays behind the words are left
         page.write_text(re.sub(r"!?\[([^]]+)\]\(([\w./-]+\.\w+)(#[\w-]+)?\)",
                                lambda link: link[0] if (page.parent / link[2]).exists() else link[1], page.read_text()))
-    bundle(list_binaries(root), root, root / "lib", root / "share/doc/tanor/licences", COMPILED_IN)
+    licences = root / "share/doc/tanor/licences"
+    bundle(list_binaries(root), root, root / "lib", licences, COMPILED_IN)
+    bring_cxx(root, licences)
 
 
 main()
