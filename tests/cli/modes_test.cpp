@@ -101,10 +101,13 @@ TEST(ModesTest, DrawsEachModeForParaView) {
   const std::string rest = read_text(folder / "answer/picture.png");
   EXPECT_NE(read_text(folder / "answer/mode_1.png"), rest);
   EXPECT_NE(read_text(folder / "answer/mode_3.png"), read_text(folder / "answer/mode_1.png"));
-  EXPECT_TRUE(contains(draw({"--mode", "4"}),
-                       "answer: there is no mode_4.pvd; tanor modes SCENE --pictures --out answer makes it"));
+  const Ended beyond = run_program(folder, {"picture", "answer", "--mode", "4"});
+  EXPECT_EQ(beyond.code, 2);
+  EXPECT_TRUE(contains(beyond.err, "--mode: there is no mode 4 in answer; there are modes 1 to 3\n")) << beyond.err;
   ASSERT_EQ(run_modes(folder, hanging_scene, {}).code, 0);
   EXPECT_FALSE(std::filesystem::exists(folder / "answer/mode_1.png")) << "of the modes before";
+  EXPECT_TRUE(contains(draw({"--mode", "3"}),
+                       "answer: there is no mode_3.pvd; tanor modes SCENE --pictures --out answer makes it"));
 }
 
 TEST(ModesTest, TellsHowMuchOfALoadBuckles) {

@@ -86,6 +86,12 @@ StoredMotion::StoredMotion(const fs::path& directory, int mode) : directory_(dir
   const std::string name = directory.string();
   if (!fs::exists(directory)) throw InputError(name, "there is no such folder");
   if (!fs::is_directory(directory)) throw InputError(name, "is a file; wanted the folder of a run, such as net.out");
+  if (const Json modes = mode > 0 ? read_summary(directory).value("modes", Json()) : Json(); modes.is_object()) {
+    const int count = modes.value("count", 0);
+    if (count > 0 && mode > count)
+      throw InputError("--mode", fmt::format("there is no mode {} in {}; there {}", mode, name,
+                                             count > 1 ? fmt::format("are modes 1 to {}", count) : "is mode 1 alone"));
+  }
   if (!fs::exists(list)) {
     throw InputError(name, fmt::format("there is no {}; tanor {} makes it", list_name,
                                        mode > 0 ? "modes SCENE --pictures --out " + name
