@@ -105,7 +105,7 @@ TEST(DraggedChains, FixedStepsArriveOrNameTheMethodToTake) {
 
   const Ended ended = run_program(folder, {"run", scene.string(), "--t-end", "0.17", "--out", "out"});  // 72 events
   EXPECT_EQ(ended.code, 0) << ended.err;
-  EXPECT_GE(read_json(folder / "out" / "summary.json").at("events").get<int>(), 50);
+  EXPECT_GE(read_json(folder / "out" / "summary.json").at("contact_changes").get<int>(), 50);
   EXPECT_EQ(run_program(folder, {"run", scene.string(), "--step", "0.0016", "--out", "out"}).code, 0);
 
   const Ended stopped = run_program(folder, {"run", scene.string(), "--step", "0.0033", "--out", "out"});

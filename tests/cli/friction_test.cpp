@@ -129,7 +129,7 @@ TEST(FrictionTest, BeadsOfAChainOnARoughFloorGiveWayOneAfterAnother) {
   const json summary = json::parse(read_text(folder / "out" / "summary.json"));
   EXPECT_EQ(summary["t_reached"], 5.0);
   EXPECT_LT(std::abs(summary["energy"]["drift_relative"].get<double>()), 1e-8);
-  EXPECT_GE(summary["events"], count - 1) << "each gives way for itself";
+  EXPECT_GE(summary["contact_changes"], count - 1) << "each gives way for itself";
 }
 
 TEST(FrictionTest, TwoParallelPlanesAreNoWire) {
@@ -270,7 +270,7 @@ TEST(FrictionTest, UniquenessOfManyContactsIsSaidWithItsReason) {
 
     ASSERT_EQ(ended.code, 0) << ended.err;
     const nlohmann::json summary = read_json(folder / "o" / "summary.json");
-    EXPECT_GT(summary["events"].get<int>(), 0);
+    EXPECT_GT(summary["contact_changes"].get<int>(), 0);
     EXPECT_EQ(summary["friction"]["uniqueness"], row.uniqueness) << summary["friction"]["uniqueness_reason"];
     EXPECT_EQ(summary["friction"]["uniqueness_reason"].is_null(), std::string(row.uniqueness) == "proven");
   }

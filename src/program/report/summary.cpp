@@ -26,7 +26,8 @@ void add_sizes(const RunEnd& end, JsonObjectFile* json) {
 
 void add_work(const MotionReport& report, JsonObjectFile* json) {
   using M = MotionReport;
-  json->add_members(json_of_members<&M::steps, &M::rejected, &M::events>(report));
+  json->add_members(json_of_members<&M::steps, &M::rejected>(report));
+  json->add("contact_changes", report.events);
   json->add_members(json_of_members<&Counters::factorizations, &Counters::solves>(report.counters));
 }
 
