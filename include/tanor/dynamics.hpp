@@ -216,6 +216,9 @@ struct [[nodiscard]] Solution {
   std::vector<double> coordinate_rates;            ///< q_dot
   double position_violation = 0.0;                 ///< largest |xi|/|gradient|/length
   std::vector<std::size_t> first_row, row_counts;  ///< [group of constraints] first equation; equations per member
+  /// [equations] A state of self-stress: multipliers that act on no point that moves, with a part in each one that is
+  /// not unique; any multiple may be added. Empty if all are unique.
+  std::vector<double> self_stress;
 
   /// Returns the same state for another call.
   StateView state() const { return {.time = time, .positions = positions, .velocities = velocities}; }

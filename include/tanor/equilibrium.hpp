@@ -93,6 +93,7 @@ struct [[nodiscard]] EquilibriumResult {
   /// 3n, N: K lambda, and the load that each support carries; NaN where a multiplier that is NaN takes part.
   std::vector<double> reactions, support_forces;
   std::vector<bool> multipliers_unique;  ///< [equations]
+  std::vector<double> self_stress;       ///< [equations] as in Solution; empty also where a `prestress` says what holds
   std::size_t self_stress_states = 0;    ///< states in which rods pull against each other without a load
   std::vector<std::string> dependences;  ///< "rods[17] depends on rods[3], rods[9]"
   /// Largest |f + K lambda| of a point, N, and the largest force, N, to which tolerances are relative.

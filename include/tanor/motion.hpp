@@ -204,7 +204,7 @@ struct Passage {
   std::size_t event = 0;  ///< number that `add_event` returned
   double time = 0.0;      ///< s
   bool rises = false;
-  std::string name{};                        ///< of the event
+  std::string name{};                        ///< of the event, or its condition
   std::string member{};                      ///< of which the condition speaks, or what was taken out
   double energy_lost = 0.0;                  ///< J, held by what was taken out: energy before less energy after
   std::string rest{};                        ///< what is left without any constraint; empty if nothing is
@@ -263,6 +263,8 @@ class TANOR_API Simulation {
   /// Evaluates all observables at the present state, also inside an observer, and returns them with their extremes, for
   /// which this instant counts unless `counts` is false. The span is valid until the next call.
   std::span<const Observed> observe(bool counts = true);
+  /// Evaluates others at the present state, without keeping them.
+  std::vector<Observed> observe(std::span<const Observable> wanted);
 
   /// Verifies accelerations, multipliers and reactions at the present state, also inside an observer.
   Certificate certify();
@@ -307,6 +309,7 @@ class TANOR_API Simulation {
   std::span<const double> velocities() const;        ///< 3n, m/s
   std::span<const double> accelerations() const;     ///< 3n, m/s^2
   std::span<const double> multipliers() const;       ///< d
+  std::vector<double> self_stress() const;           ///< as in Solution
   std::span<const double> reactions() const;         ///< 3n, N: K lambda
   std::span<const double> support_forces() const;    ///< 3n, N: load that each support carries, 0 elsewhere
 

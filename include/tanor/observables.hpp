@@ -39,7 +39,8 @@ struct Observed {
   std::vector<std::string> members;  ///< names, such as "links[3]"; empty for one thing alone
   std::vector<std::string> parts;    ///< "x", "y", "z" and the like; empty for a number
   std::vector<double> values;
-  std::string member{};                 ///< whose value `max` or `min` took; else empty
+  std::string unknown{};  ///< why there are NaN among them, where that is known: "not unique", "broken at t = 2 s"
+  std::string member{};   ///< whose value `max` or `min` took; else empty
   std::vector<Extreme> least, largest;  ///< [parts], or one
 };
 
@@ -52,6 +53,10 @@ TANOR_API std::vector<std::string> column_names(const Observed& observed);
 /// Returns what is observed where nothing is asked for: the largest and the smallest tension of each group of rods, the
 /// load of each entry of supports and, with a periodic cell, temperature and pressure.
 TANOR_API std::vector<Observable> default_observables(const System& system);
+
+/// Returns the tensions of all members of each group of rods, pulleys, springs and bonds, with its name, which must be
+/// that of no other one.
+TANOR_API std::vector<Observable> tensions_of_groups(const System& system);
 
 /// Evaluates observables at one state, such as a state of rest, with the constraints' rank and the friction there (3n,
 /// N; empty without friction). Only temperatures need the rank. Throws InputError if a text cannot be read.

@@ -141,8 +141,8 @@ template <>
 inline constexpr ReportFields<&Extreme::value, keyed<"t", &Extreme::time>, &Extreme::member> fields_of<Extreme>{};
 template <>
 inline constexpr ReportFields<&Observed::name, keyed<"observable", &Observed::text>, &Observed::unit, &Observed::parts,
-                              &Observed::members, &Observed::values, &Observed::member, &Observed::least,
-                              &Observed::largest>
+                              &Observed::members, &Observed::values, &Observed::unknown, &Observed::member,
+                              &Observed::least, &Observed::largest>
     fields_of<Observed>{};
 template <>
 inline constexpr ReportFields<keyed<"event", &Passage::name>, keyed<"number", &Passage::event>,

@@ -40,7 +40,7 @@ const Asked asked[] = {
     {R"json("events": [{"when": "moment(hook, z) > 20", "do": "break"}])json",
      "/events/0/do: 'hook[0]' is a support and does not break"},
     {R"json("observe": [{"name": "t", "what": "kinetic()"}])json",
-     R"json(/observe/0/what: "t" is the name of the time)json"},
+     R"json(/observe/0/name: "t" is the name of the time)json"},
     {R"json("observe": [{"name": "a\nb", "what": "kinetic()"}])json",
      R"(/observe/0/name: the name "a\x0ab" holds a line break or another control character)"},
 };

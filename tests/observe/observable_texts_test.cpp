@@ -96,9 +96,9 @@ TEST(Observables, NamesMayHoldAnything) {
 TEST(Observables, NamesThatResultsCannotHoldAreRefused) {
   const System system = make_cable(2);
   EXPECT_EQ(error_of([&] { check_observable(system, {.name = "t", .text = "kinetic()"}); }),
-            "\"t\" is the name of the time in results; give another name");
+            "/name: \"t\" is the name of the time in results; give another name");
   EXPECT_EQ(error_of([&] { check_observable(system, {.text = "t"}); }),
-            "\"t\" is the name of the time in results; give another name");
+            "formula \"t\": column 1: \"t\" is the name of the time in results; give another name");
   for (const auto& [name, shown] : {std::pair("a\nb", "a\\x0ab"), {"\x7f", "\\x7f"}, {"\x1b[7m", "\\x1b[7m"}}) {
     const std::string problem =
         "the name \"" + std::string(shown) + "\" holds a line break or another control character";

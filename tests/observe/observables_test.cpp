@@ -318,6 +318,51 @@ TEST(Observables, ACertificateSeesEachNumberThatIsWrong) {
   EXPECT_FALSE(simulation.certify().passed());
 }
 
+/// A weight hangs on four legs, which could also pull with T0 + s, T1 - s, T2 + s, T3 - s. What that changes is not
+/// told, what it leaves as it is, and what three legs tell, is.
+TEST(Observables, ForcesThatAreNotUniqueAreNotTold) {
+  const double weight = 2.0 * of_earth, of_all = weight * 1.25 / 0.75;  // legs of 1.25 m, 0.75 m below their feet
+  System system;
+  system.positions = {1, 0, 0, 0, 1, 0, -1, 0, 0, 0, -1, 0, 0, 0, -0.75};
+  system.masses = {1, 1, 1, 1, 2};
+  system.supports = {{.name = "feet", .points = {0, 1, 2, 3}}};
+  system.constraints.push_back(Rods{.name = "legs", .pairs = {{0, 4}, {1, 4}, {2, 4}, {3, 4}}});
+  system.add_gravity({0.0, 0.0, -of_earth});
+  Simulation simulation(system);
+  for (const char* text : {"tension(legs)", "max tension(legs)", "load(feet[0])", "sum tension(legs)", "load(feet)",
+                           "tension(legs[0]) - tension(legs[2])", "reaction(4)", "tension(legs[0])"})
+    simulation.add_observable({.text = text});
+  const auto expect = [&](const std::string& name, const std::vector<double>& values, const std::string& unknown) {
+    const Observed& seen = find(simulation.observe(), name);
+    EXPECT_EQ(seen.unknown, unknown) << name;
+    ASSERT_EQ(seen.values.size(), values.size());
+    for (std::size_t k = 0; k < values.size(); ++k)
+      std::isnan(values[k]) ? EXPECT_TRUE(std::isnan(seen.values[k])) << name << k
+                            : EXPECT_NEAR(seen.values[k], values[k], 1e-11) << name << k;
+  };
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  expect("tension(legs)", {none, none, none, none}, "not unique");
+  expect("max tension(legs)", {none}, "not unique");
+  EXPECT_EQ(find(simulation.observe(), "max tension(legs)").member, "");
+  expect("load(feet[0])", {none, 0.0, none}, "not unique");
+  expect("sum tension(legs)", {of_all}, "");
+  expect("load(feet)", {0.0, 0.0, -weight}, "");
+  expect("tension(legs[0]) - tension(legs[2])", {0.0}, "");
+  expect("reaction(4)", {0.0, 0.0, weight}, "");
+  EXPECT_NEAR(simulation.multipliers()[0], -0.25 * of_all, 1e-11) << "the smallest ones";
+  EXPECT_TRUE(simulation.certify().passed()) << simulation.certify().line();
+  const Observable any{.text = "max tension(legs)"};
+  EXPECT_EQ(observe(system, std::span(&any, 1), simulation.solution())[0].unknown, "not unique");
+  EXPECT_EQ(simulation.observe(std::span(&any, 1))[0].unknown, "not unique");
+
+  simulation.add_event({.when = "t > 0.1", .action = EventAction::Break, .of = "legs[3]"});
+  ASSERT_TRUE(simulation.advance_to(0.2).ok());
+  EXPECT_EQ(simulation.passages()[0].name, "t > 0.1") << "what has no name has its condition";
+  expect("tension(legs[0])", {0.5 * of_all}, "");
+  expect("tension(legs)", {0.5 * of_all, 0.0, 0.5 * of_all, none}, "");
+  expect("max tension(legs)", {0.5 * of_all}, "");
+}
+
 TEST(Observables, AFormulaHasTheUnitThatIsGivenAndAQuantityItsOwn) {
   System system = make_cable(2);
   Simulation simulation(system);

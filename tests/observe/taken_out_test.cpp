@@ -54,6 +54,16 @@ TEST(TakenOut, APassageTellsThePlaceOfWhatWent) {
   }
 }
 
+TEST(TakenOut, WhyANumberIsNotKnownIsToldOfItsOwnThing) {
+  Simulation simulation(make_hooks("hook"));
+  for (const char* text : {"load(hook).z", "force(hook)"}) simulation.add_observable({.text = text});
+  for (const char* when : {"load(hook).z < t - 10.1", "force(hook).z > 10.2 - t"})  // 10 N both
+    simulation.add_event({.when = when, .action = EventAction::Release});
+  ASSERT_TRUE(simulation.advance_to(0.3).ok());
+  EXPECT_EQ(simulation.observe()[0].unknown, "released at t = 0.1");
+  EXPECT_EQ(simulation.observe()[1].unknown, "released at t = 0.2");
+}
+
 /// Nothing of what went is evaluated, also if the start was corrected, if the motion begins late, if a guide turns or
 /// is a formula with t that has corners, and after a snapshot.
 TEST(TakenOut, WhatWentIsLeftOutWhateverItWas) {

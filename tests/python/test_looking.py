@@ -69,6 +69,9 @@ class Plots(unittest.TestCase):
         self.assertEqual(axes.get_xlabel(), "tension of links [N]")
         run = tanor.run(tanor.Simulation(cable()), 0.2)
         self.assertEqual(tanor.plot.tensions(run, "links").get_xlabel(), "tension of links at t = 0.2 s [N]")
+        coils = tanor.System([[0, 0, 0], [0, 0, -1]], supports=[tanor.Support(0)], forces=[tanor.Springs([[0, 1]], stiffness=1, name="coil")])
+        for plot in (tanor.plot.tensions, tanor.plot.histories):
+            plot(tanor.run(tanor.Simulation(coils), 0.2), "coil")
         run.system.units = "none"
         self.assertEqual(tanor.plot.tensions(run, "links").get_xlabel(), "tension of links at t = 0.2")
 

@@ -97,6 +97,60 @@ class Observables(unittest.TestCase):
         self.assertEqual((passage.member, round(passage.time, 12)), ("links[2]", 0.15))
         self.assertEqual(tanor.run(simulation, 0.4).passages, [])
 
+    def test_springs_and_bonds_are_groups_by_name(self):
+        # Two points of 2 kg on springs of 1 m and 400 N/m, and one of 1 kg on a bond, at rest: m g.
+        coil = tanor.Springs([[0, 1], [1, 2]], stiffness=400, rest_length=1, name="coil")
+        bond = tanor.Bonds([[0, 3]], stiffness=100, rest_length=1, name="bond")
+        system = tanor.System([[0, 0, 0], [0, 0, -1], [0, 0, -2], [0, 0, -1]], [1, 2, 2, 1], supports=[tanor.Support(0)],
+                              forces=[coil, bond, tanor.Gravity((0, 0, -10))])
+        self.assertIs(system["coil"], coil)
+        with self.assertRaisesRegex(KeyError, "lid: there are .*coil, bond, gravity2"):
+            system["lid"]
+        rest = tanor.find_equilibrium(system)
+        for result in (rest, tanor.modes(system, rest.positions), tanor.Dynamics(system).solution(rest.positions)):
+            numpy.testing.assert_allclose(result["coil"].tension, [40, 20], rtol=1e-9)
+            numpy.testing.assert_allclose(result["bond[0]"].tension, 10, rtol=1e-9)
+            self.assertAlmostEqual(result["max tension(coil)"], 40, 7)
+            self.assertAlmostEqual(result["distance(0, 3)"], 1.1, 9)
+            self.assertEqual(repr(result["coil"]), "Group('coil', 2 members)")
+
+    def test_a_spring_that_swings_pulls_by_its_closed_form_until_it_breaks(self):
+        # From rest at its own length it pulls with m g (1 - cos w t), w^2 = k/m.
+        coil = tanor.Springs([[0, 1]], stiffness=8, rest_length=1, name="coil")
+        system = tanor.System([[0, 0, 0], [0, 0, -1]], 2.0, supports=[tanor.Support(0)], forces=[coil, tanor.Gravity((0, 0, -10))])
+        simulation = tanor.Simulation(system, rtol=1e-12)
+        simulation.add_event("t > 1.25", do="break", of="coil[0]")
+        run = tanor.run(simulation, 2, 0.5)
+        expected = 20 * (1 - numpy.cos(2 * run.times))
+        expected[run.times > 1.25] = math.nan
+        numpy.testing.assert_allclose(run["coil"].tension[:, 0], expected, atol=1e-9)
+        numpy.testing.assert_array_equal(pickle.loads(pickle.dumps(run))["coil[0]"].tension, run["coil"].tension[:, 0])
+        self.assertEqual((run.passages[0].name, run["coil"].multipliers.shape), ("t > 1.25", (5, 1, 0)))
+        self.assertTrue(math.isnan(simulation["coil"].tension[0]) and math.isnan(simulation.solution()["coil[0]"].tension))
+        self.assertAlmostEqual(simulation["distance(0, 1)"], numpy.linalg.norm(run.positions[-1, 1]), 12)
+
+    def test_tensions_that_are_not_unique_are_nan(self):
+        # The first two rods hold the weight of 4 kg together, in any share; the third holds 2 kg.
+        system = tanor.System([[0, 0, 0], [0, 0, -1], [0, 0, -2]], 2.0, supports=[tanor.Support(0, name="hook")],
+                              constraints=[tanor.Rods([[0, 1], [0, 1], [1, 2]], name="rods")], forces=[tanor.Gravity((0, 0, -10))])
+        simulation = tanor.Simulation(system)
+        rest = tanor.find_equilibrium(system)
+        modes = tanor.modes(system, rest.positions, multipliers=rest.multipliers)
+        for result in (simulation, simulation.solution(), rest, modes, tanor.Dynamics(system).solution(system.positions)):
+            numpy.testing.assert_allclose(result["rods"].tension, [math.nan, math.nan, 20], rtol=1e-9)
+            numpy.testing.assert_allclose(result["load(hook)"], [0, 0, -40], atol=1e-9)
+            self.assertTrue(math.isnan(result["max tension(rods)"]))
+            self.assertAlmostEqual(result["sum tension(rods)"], 60, 9)
+        numpy.testing.assert_allclose(tanor.run(simulation, 0.1)["rods[1]"].tension, [math.nan] * 2)
+        self.assertEqual([each.unknown for each in simulation.observe()], ["not unique", "not unique", ""])
+        constrainer = tanor.Constrainer([math.inf, 2, 2], [tanor.Rods([[0, 1], [0, 1], [1, 2]])], system.positions)
+        for text in ("tension(rod0)", "load(support0).z", "sum tension(rod0)"):
+            constrainer.add_observable(text)
+        force = numpy.array([[0, 0, 0], [0, 0, -20], [0, 0, -20.0]])
+        self.assertTrue(constrainer.observe(numpy.array(system.positions, float), numpy.zeros((3, 3)), force).ok)
+        numpy.testing.assert_allclose(constrainer["tension(rod0)"], [math.nan, math.nan, 20], rtol=1e-9)
+        numpy.testing.assert_allclose([constrainer["load(support0).z"], constrainer["sum tension(rod0)"]], [-40, 60], rtol=1e-9)
+
     def test_a_search_that_failed_knows_no_forces(self):
         cable = make_cable(2)
         cable.positions = [*cable.positions, [5, 0, 0]]  # a point that falls

@@ -96,10 +96,13 @@ auto at_state(Result (Dynamics::*call)(const StateView&)) {
   return [call](DynamicsProblem& self, const py::object& positions, const py::object& velocities, double time) {
     const GivenState at(self, positions, velocities, time);
     auto result = self.run([&](Dynamics& d) { return (d.*call)(at.view()); });
-    if constexpr (std::is_same_v<Result, Solution>)
-      return keep(std::move(result), self.system, self.description());
-    else
+    if constexpr (std::is_same_v<Result, Solution>) {
+      const System& system = self.description();
+      const std::vector<Observed> tensions = observe(system, tensions_of_groups(system), result);
+      return keep(std::move(result), self.system, system, tensions);
+    } else {
       return result;
+    }
   };
 }
 

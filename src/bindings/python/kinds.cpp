@@ -11,7 +11,6 @@
 #include "python/header_docs.hpp"
 #include "python/scene_file.hpp"
 #include "scene/scene.hpp"
-#include "system/members.hpp"
 
 namespace tanor::python {
 using namespace detail;
@@ -429,17 +428,6 @@ void add_requests_of_scene(const py::object& object, Simulation* simulation) {
   for (const Event& each : object.cast<SceneFile&>().read().events) simulation->add_event(each);
 }
 
-py::dict list_groups(const System& system) {
-  py::dict groups;
-  std::size_t row = 0;
-  for (std::size_t k = 0; k < system.constraints.size(); ++k) {
-    const auto [members, rows] = detail::shape_of(system.constraints[k]);
-    groups[py::str(constraint_name(system, k))] = py::make_tuple(row, members, rows);
-    row += members * rows;
-  }
-  return groups;
-}
-
 py::dict letters_of(const Units& units) {
   using namespace py::literals;
   return py::dict("length"_a = units.length, "mass"_a = units.mass, "time"_a = units.time, "force"_a = units.force,
@@ -463,9 +451,9 @@ void bind_system_functions(py::module_& module) {
       },
       arg("system"), arg("time") = 0.0,
       "Checks a System by every rule; what depends on time at `time`, s. Raises InputError with the place.");
-  module.def("_observe", [](const py::object& object, const Solution& at) {
+  module.def("_observe", [](const py::object& object, const Solution& at, const std::optional<std::string>& text) {
     const System system = read_system(object);
-    return observe(system, choose_observables(object, system), at);
+    return observe(system, text ? std::vector<Observable>{{.text = *text}} : choose_observables(object, system), at);
   });
   module.def("_letters", [](const py::object& system) { return letters_of(read_units(system)); });
   module.def(

@@ -25,8 +25,10 @@ double start_of_scene(const py::object& system_or_scene);
 void add_requests_of_scene(const py::object& system_or_scene, Simulation* simulation);
 /// Returns the observables of a scene, or those that a system has where nothing is asked for.
 std::vector<Observable> choose_observables(const py::object& system_or_scene, const System& system);
-/// Returns name -> (first equation, members, equations a member) of each group of constraints.
+/// Returns name -> (first equation, members, equations a member) of each group of constraints, springs and bonds.
 py::dict list_groups(const System& system);
+/// Returns name -> tensions [members], from observables of the groups.
+py::dict tensions_from(const std::vector<Observed>& of_groups);
 
 /// Returns the letters of each quantity by its name.
 py::dict letters_of(const Units& units);

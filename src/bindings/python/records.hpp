@@ -179,14 +179,18 @@ class Record {
 };
 
 inline constexpr const char* groups_doc =
-    "first equation, members and equations a member of each group of constraints, by name";
+    "first equation, members and equations a member of each group of constraints, by name; springs and bonds have none";
+inline constexpr const char* tensions_doc =
+    "float64 [members], N, of each group of rods, ropes, springs and bonds, by name";
 
-/// Returns a report as an object of Python with the system of which it speaks, and its groups of constraints.
+/// Returns a report as an object of Python with the system of which it speaks, its groups and their tensions.
 template <class Report>
-py::object keep(Report&& report, const py::object& system_as_given, const System& system) {
+py::object keep(Report&& report, const py::object& system_as_given, const System& system,
+                const std::vector<Observed>& tensions) {
   py::object result = py::cast(std::forward<Report>(report));
   result.attr("__dict__")["system"] = system_as_given;
   result.attr("__dict__")["groups"] = list_groups(system);
+  result.attr("__dict__")["tensions"] = tensions_from(tensions);
   return result;
 }
 

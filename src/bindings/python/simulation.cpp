@@ -121,6 +121,10 @@ std::vector<Observed> observe(Run& self) {
   return self.run([](Simulation& s) { return list_of(s.observe()); });
 }
 
+std::vector<Observed> tensions_now(Run& self) {
+  return self.run([](Simulation& s) { return s.observe(tensions_of_groups(s.system())); });
+}
+
 std::size_t add_event(Run& self, const py::object& function, const py::object& direction, bool stops,
                       const std::string& name, const std::string& when, const py::object& action,
                       const std::string& of) {
@@ -216,6 +220,14 @@ stops      ends the advance there
 when       a condition, "any tension(links) > 20", "t > 2" (docs/observables.md); may stand in place of the function
 do         "report", "stop", "break" (a rod, rope, spring or bond is taken out), "release" (a support or guide lets go)
 of         what is taken out; "": the member of which the condition speaks)doc")
+      .def("_observe",
+           [](Run& self, const std::string& text) {
+             const Observable wanted{.text = text};
+             return self.run([&](Simulation& s) { return s.observe(std::span(&wanted, 1)); });
+           })
+      .def_property_readonly(
+          "tensions", [](Run& self) { return tensions_from(tensions_now(self)); },
+          (std::string("(dict[str, numpy.ndarray]) ") + tensions_doc).c_str())
       .def_property_readonly(
           "groups", [](const Run& self) { return list_groups(self.now().system()); },
           (std::string("(dict[str, tuple]) ") + groups_doc).c_str())
@@ -227,7 +239,10 @@ of         what is taken out; "": the member of which the condition speaks)doc")
           "(list[Passage]) of events, in the order of time")
       .def(
           "solution",
-          [](Run& self) { return keep(ask<Run, &Simulation::solution>(self), self.system, self.now().system()); },
+          [](Run& self) {
+            const std::vector<Observed> tensions = tensions_now(self);
+            return keep(ask<Run, &Simulation::solution>(self), self.system, self.now().system(), tensions);
+          },
           "The present state as a value, also inside a progress callback.")
       .def(
           "friction_forces",

@@ -38,10 +38,14 @@ py::object rest(const py::object& object, const py::object& options, const py::o
   const auto chosen = read_options<EquilibriumOptions>("find_equilibrium", options, solver, named, object);
   const std::vector<Observable> wanted = choose_observables(object, system);
   const EquilibriumResult found = without_lock([&] { return find_equilibrium(system, chosen); });
-  py::object result = keep(found, object, system);
+  const Solution state = state_at_rest(found, chosen.at);
   // A search that failed knows places and no forces.
-  result.attr("__dict__")["observables"] =
-      found.positions.empty() ? std::vector<Observed>{} : observe(system, wanted, state_at_rest(found, chosen.at));
+  const auto see = [&](const std::vector<Observable>& these) {
+    return found.positions.empty() ? std::vector<Observed>{} : observe(system, these, state);
+  };
+  py::object result = keep(found, object, system, see(tensions_of_groups(system)));
+  result.attr("__dict__")["state"] = state;
+  result.attr("__dict__")["observables"] = see(wanted);
   return result;
 }
 
@@ -52,17 +56,26 @@ std::vector<bool> flags_to_read(const py::object& flags) {
   return std::vector<bool>(given.data(), given.data() + given.size());
 }
 
-/// Returns the state about which modes swing. Constraints that are open pull with nothing.
-Solution state_between(const System& system, System held, const std::vector<bool>& open, std::span<const double> at,
-                       const ModesOptions& options, const Modes& found) {
+/// Returns the state of what is held about which modes swing.
+Solution state_between(System held, std::span<const double> at, const ModesOptions& options, const Modes& found) {
   held.friction.clear();
   held.velocities.clear();
   Solution state = Dynamics(held, options.solver).solution({options.time, at});
   state.velocities.resize(at.size());
-  const std::vector<double> lambda = found.multipliers.empty() ? state.multipliers : found.multipliers;
-  state.multipliers.assign(num_equations(system), 0.0);
-  for (std::size_t row = 0, next = 0; row < state.multipliers.size(); ++row)
-    if (open.empty() || !open[row]) state.multipliers[row] = lambda[next++];
+  if (!found.multipliers.empty()) state.multipliers = found.multipliers;
+  if (!options.prestress.empty()) state.self_stress.clear();
+  return state;
+}
+
+/// Returns the state of all constraints, of which those that are open pull with nothing.
+Solution with_open(Solution state, const std::vector<bool>& open) {
+  if (open.empty()) return state;
+  for (std::vector<double>* const rows : {&state.multipliers, &state.self_stress}) {
+    if (rows->empty()) continue;
+    const std::vector<double> held = std::exchange(*rows, std::vector<double>(open.size()));
+    for (std::size_t row = 0, next = 0; row < open.size(); ++row)
+      if (!open[row]) (*rows)[row] = held[next++];
+  }
   return state;
 }
 
@@ -79,13 +92,17 @@ py::object vibrate(const py::object& object, const py::object& positions, const 
     if (open.empty() || !open[row]) chosen.multipliers.push_back(given.span()[row]);
   }
   const Modes found = without_lock([&] { return modes(held, at, chosen); });
-  py::object result = keep(found, object, held);
-  result.attr("__dict__")["positions"] = copy(at, 3);
-  std::vector<Observed> observed;
+  std::vector<Observed> tensions, observed;
+  Solution state;
   if (found.outcome.ok()) {
-    const Solution state = without_lock([&] { return state_between(system, held, open, at, chosen, found); });
+    state = without_lock([&] { return state_between(held, at, chosen, found); });
+    tensions = observe(held, tensions_of_groups(held), state);
+    state = with_open(std::move(state), open);
     observed = observe(system, choose_observables(object, system), state);
   }
+  py::object result = keep(found, object, held, tensions);
+  result.attr("__dict__")["positions"] = copy(at, 3);
+  result.attr("__dict__")["state"] = std::move(state);
   result.attr("__dict__")["observables"] = observed;
   return result;
 }
@@ -134,6 +151,7 @@ void bind_records(py::module_& module) {
       .fields<&E::left_out>()
       .kept("observables", "list", "Observed of the scene, or those of a run; empty if no equilibrium was accepted")
       .kept("groups", "dict", groups_doc)
+      .kept("tensions", "dict", tensions_doc)
       .kept("system", "System | Scene", "as it was given");
   using M = Modes;
   Record<M>(module)
@@ -145,6 +163,7 @@ void bind_records(py::module_& module) {
       .kept("positions", "numpy.ndarray", "float64 [n, 3], m, about which they swing")
       .kept("observables", "list", "Observed of the scene, or those of a run, at these positions; empty without modes")
       .kept("groups", "dict", groups_doc)
+      .kept("tensions", "dict", tensions_doc)
       .kept("system", "System | Scene", "as it was given");
   Record<Buckling>(module).table();
 }
@@ -155,10 +174,6 @@ void bind_statics(py::module_& module) {
   using py::arg;
   const py::none none;
   bind_records(module);
-  module.def("_observe_at_rest", [](const py::object& object, const EquilibriumResult& found, const std::string& text) {
-    const Observable wanted{.text = text};
-    return observe(read_system(object), std::span(&wanted, 1), state_at_rest(found)).front();
-  });
   module.def("find_equilibrium", &rest, arg("system"), arg("options") = none, py::kw_only(), arg("solver") = none,
              R"doc(
 Finds where a system rests, f + K lambda = 0, xi = 0, from its positions, which need not satisfy the constraints, and

@@ -305,8 +305,10 @@ Solution Dynamics::solution(const StateView& at) {
   self.numbering().scatter_points(self.now.r, now.positions);
   self.numbering().scatter_points(self.now.v, now.velocities);
   now.position_violation = self.work.position_violation(at.time, self.now.r.data());
-  if (self.forms.normal != nullptr && self.forms.normal->linearization().dependences().is_found())
+  if (self.forms.normal != nullptr && self.forms.normal->linearization().dependences().is_found()) {
     forget_equations(system(), list_prestress_rigid_equations(system(), rank(at, false).prestress_rigid_points), &now);
+    now.self_stress = find_self_stress(self.forms);
+  }
   return now;
 }
 

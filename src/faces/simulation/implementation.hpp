@@ -17,6 +17,7 @@ struct Simulation::Implementation final : SimulatedMotion {
   // Observables, in observing.cpp.
   std::size_t add_observable(const Observable& what);
   std::span<const Observed> observe(bool counts);
+  std::vector<Observed> observe(std::span<const Observable> wanted);
   void observe_step() override;
   void verify_observables(const Reactions& anew, Certificate* certificate) override;
   ObservedInstant describe(const Solution& at, double t, const Energy& energy) const;
@@ -27,7 +28,7 @@ struct Simulation::Implementation final : SimulatedMotion {
   void look_on_the_way(Needs needs);
 
   // Events.
-  std::size_t add_event(const Event& event);
+  std::size_t add_event(Event event);
   std::span<const Passage> list_passages();
   void collect_passages() override { list_passages(); }
   bool has_taken_its_thing(std::size_t event) const;
@@ -72,7 +73,7 @@ struct Simulation::Implementation final : SimulatedMotion {
   std::unique_ptr<Observables> observables;  // null if there are none
   struct {
     Solution at, known;
-    std::vector<double> friction;
+    std::vector<double> friction, self_stress;
   } seen;  // what observables read on the way
   std::vector<Event> events;
   std::vector<std::unique_ptr<Condition>> conditions;  // [event] null for a function

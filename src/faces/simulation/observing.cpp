@@ -88,8 +88,26 @@ std::size_t Simulation::Implementation::add_observable(const Observable& what) {
 
 std::span<const Observed> Simulation::Implementation::observe(bool counts) {
   if (observables == nullptr) return {};
-  if (outcome.ok()) observables->take(look_at(observables->needs(Which::All)), Which::All, counts);
+  if (!outcome.ok()) return observables->found();
+  observables->take(look_at(observables->needs(Which::All)), Which::All, counts);
+  observables->explain([this](const ObservedText& text_of) -> std::string {
+    const std::span<const Passage> all = list_passages();
+    const auto last = std::find_if(all.rbegin(), all.rend(), [&](const Passage& each) {
+      return !each.taken.empty() && text_of.speaks_of(each.taken);
+    });
+    if (last == all.rend()) return "";
+    constexpr int digits = 6;
+    return (last->action == EventAction::Release ? "released at t = " : "broken at t = ") +
+           with_unit(text(last->time, digits), system().units.time);
+  });
   return observables->found();
+}
+
+std::vector<Observed> Simulation::Implementation::observe(std::span<const Observable> wanted) {
+  Observables others(system(), taken);
+  for (const Observable& each : wanted) others.add(each);
+  if (outcome.ok()) others.take(look_at(others.needs(Which::All)), Which::All);
+  return {others.found().begin(), others.found().end()};
 }
 
 void Simulation::Implementation::observe_step() {
@@ -109,7 +127,8 @@ ObservedInstant Simulation::Implementation::describe(const Solution& at, double 
           .friction = seen.friction,
           .kinetic = energy.kinetic,
           .potential = energy.potential,
-          .rank = work.rank};
+          .rank = work.rank,
+          .self_stress = seen.self_stress};
 }
 
 /// Returns what observables read at the present state.
@@ -117,6 +136,7 @@ ObservedInstant Simulation::Implementation::look_at(Needs needs) {
   if (is_advancing) look_on_the_way(needs);
   const Solution& at = is_advancing ? seen.at : now;
   if (needs.friction) seen.friction = friction_forces();
+  if (needs.solves()) seen.self_stress = find_self_stress(forms);
   return describe(without_unknown(at), state.t, {report.energy.kinetic, report.energy.potential});
 }
 
@@ -181,6 +201,7 @@ void Simulation::Implementation::verify_observables(const Reactions& anew, Certi
   if (!write_solution(anew, &seen.at).ok()) return;
   seen.at.time = state.t;
   seen.friction = friction_of(anew);
+  if (needs.solves()) seen.self_stress = find_self_stress(forms);
   Observables second(system(), taken), nudged(system(), taken);
   second.add(*observables);
   nudged.add(*observables);
@@ -229,7 +250,8 @@ void Simulation::Implementation::verify_observables(const Reactions& anew, Certi
 
 // ---- events ----
 
-std::size_t Simulation::Implementation::add_event(const Event& event) {
+std::size_t Simulation::Implementation::add_event(Event event) {
+  if (event.name.empty()) event.name = event.when;
   check_enum(event.direction, Event::Direction::Falling, "/event/direction");
   const std::size_t number = events.size();
   Watch::Function function{{}, event.direction, event.stops, event.name, false};
@@ -266,7 +288,6 @@ std::size_t Simulation::Implementation::add_event(const Event& event) {
     function.direction = Event::Direction::Rising;
     function.stops = function.passes_at_start = true;
     function.solves = needs.solves();
-    if (function.name.empty()) function.name = event.when;
   }
   integration.watch().add(std::move(function));
   truths.emplace_back();

@@ -52,6 +52,10 @@ std::span<const Observed> Simulation::observe(bool counts) {
   const QuietTraps quiet;
   return live(implementation_, "Simulation").observe(counts);
 }
+std::vector<Observed> Simulation::observe(std::span<const Observable> wanted) {
+  const QuietTraps quiet;
+  return live(implementation_, "Simulation").observe(wanted);
+}
 std::span<const Passage> Simulation::passages() const {
   return const_cast<Implementation&>(live(implementation_, "Simulation")).list_passages();
 }
@@ -127,6 +131,7 @@ Solution Simulation::solution() {
   Solution at = live(implementation_, "Simulation").solution();
   implementation_->forget_what_is_gone(&at);
   forget_equations(system(), plan().prestress_rigid_equations, &at);
+  at.self_stress = self_stress();
   return at;
 }
 std::vector<double> Simulation::friction_forces() {
@@ -137,6 +142,9 @@ std::span<const double> Simulation::multipliers() const {
   auto& self = const_cast<Implementation&>(live(implementation_, "Simulation"));
   self.forget_what_is_gone(&self.now);
   return self.now.multipliers;
+}
+std::vector<double> Simulation::self_stress() const {
+  return find_self_stress(live(implementation_, "Simulation").forms);
 }
 std::span<const double> Simulation::reactions() const {
   return live(implementation_, "Simulation").of_users(&Solution::reactions);

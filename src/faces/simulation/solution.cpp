@@ -6,6 +6,7 @@
 #include <tanor/enum_names.hpp>
 
 #include "base/text.hpp"
+#include "dynamics/self_stress.hpp"
 #include "system/members.hpp"
 
 namespace tanor {
@@ -41,6 +42,15 @@ void detail::forget_equations(const System& system, std::span<const std::size_t>
     }
     row += rows;
   });
+}
+
+std::vector<double> detail::find_self_stress(const Forms& forms) {
+  if (forms.normal == nullptr || !forms.work.team().is_alone()) return {};  // one rank does not know them all
+  const std::vector<double> stress =
+      find_self_stress(forms.normal->linearization().dependences(), forms.model.numbering);
+  std::vector<double> result(stress.empty() ? 0 : forms.model.numbering.num_user_rows);
+  if (!stress.empty()) forms.model.numbering.scatter_rows(stress, result);
+  return result;
 }
 
 double Solution::multiplier(const Member& member, std::size_t k) const {

@@ -2,8 +2,11 @@
 
 #include <cstddef>
 #include <span>
+#include <vector>
 
 #include <tanor/dynamics.hpp>
+
+#include "dynamics/forms.hpp"
 
 namespace tanor::detail {
 
@@ -14,5 +17,8 @@ Solution make_solution(const System& system, std::size_t num_coordinates);
 /// Makes the multipliers of equations, and the forces on the points that they join, unknown (NaN). The equations
 /// increase.
 void forget_equations(const System& system, std::span<const std::size_t> equations, Solution* at);
+
+/// Returns the self-stress of Solution by the last decision on the rank, in the user's order.
+std::vector<double> find_self_stress(const Forms& forms);
 
 }  // namespace tanor::detail

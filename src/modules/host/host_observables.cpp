@@ -128,6 +128,8 @@ void HostObservables::evaluate(const HostState& at) {
     else if (at.forces)
       store(loads_.data(), i, load(reactions_.data(), i) + make_vec3(read_point(at.forces, i)));
   }
+  const std::vector<double> self_stress =
+      now_->observables->needs(Observables::Which::All).solves() ? parts_.find_self_stress() : std::vector<double>();
   now_->observables->take({.time = at.time,
                            .positions = positions_,
                            .velocities = velocities_,
@@ -137,7 +139,8 @@ void HostObservables::evaluate(const HostState& at) {
                            .support_forces = loads_,
                            .friction = {},
                            .kinetic = kinetic,
-                           .rank = now_->rank.value_or(0)},
+                           .rank = now_->rank.value_or(0),
+                           .self_stress = self_stress},
                           Observables::Which::All);
 }
 

@@ -16,7 +16,7 @@ namespace tanor::detail {
 class HostObservables {
  public:
   /// The parts outlive it.
-  explicit HostObservables(const HostParts& parts) : parts_(parts), now_(std::make_unique<Reading>(parts)) {}
+  explicit HostObservables(HostParts& parts) : parts_(parts), now_(std::make_unique<Reading>(parts)) {}
 
   /// Adds one. Throws InputError, after which nothing has changed, if its text cannot be read.
   std::size_t add(const Observable& what);
@@ -51,7 +51,7 @@ class HostObservables {
   void read(const ConstPointArray& positions);
   void evaluate(const HostState& at);
 
-  const HostParts& parts_;
+  HostParts& parts_;
   std::unique_ptr<Reading> now_;
   std::vector<double> positions_, velocities_, accelerations_;  // [3n]
   std::vector<double> multipliers_, reactions_, loads_, wrapped_;

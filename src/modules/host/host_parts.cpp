@@ -9,6 +9,7 @@
 
 #include "base/checksum.hpp"
 #include "base/memory.hpp"
+#include "dynamics/self_stress.hpp"
 
 namespace tanor::detail {
 
@@ -337,6 +338,19 @@ RankReport HostParts::find_rank(const ConstPointArray& positions, double time) {
   }
   if (smallest < std::numeric_limits<double>::infinity()) sum.smallest_singular_value = smallest;
   return sum;
+}
+
+std::vector<double> HostParts::find_self_stress() {
+  std::vector<double> result;
+  for (const auto& part : parts()) {
+    ConstrainedHost& host = *part->host;
+    if (!host.linearization.dependences().is_found()) continue;
+    (void)host.linearization.decide_rank_again(host.place.r.data());
+    const std::vector<double> own = detail::find_self_stress(host.linearization.dependences(), host.model.numbering);
+    if (!own.empty()) result.resize(inventory_.num_rows());
+    for (std::size_t a = 0; a < own.size(); ++a) result[static_cast<std::size_t>(host.host_row[a])] = own[a];
+  }
+  return result;
 }
 
 }  // namespace tanor::detail

@@ -66,6 +66,8 @@ class HostParts {
   }
   std::span<PartReport> reports() { return reports_; }
   RankReport find_rank(const ConstPointArray& positions, double time);
+  /// Returns the self-stress of Solution, [equations], where the last call stood.
+  std::vector<double> find_self_stress();
   /// Returns the text of a part's outcome with the host's names in it.
   std::string with_names(std::size_t part, const std::string& text) const { return with_names(*parts()[part], text); }
 

@@ -14,6 +14,7 @@ struct ObservedInstant {
   std::span<const double> friction;                              ///< 3n, N; empty without friction
   double kinetic = 0.0, potential = 0.0;                         ///< J
   std::size_t rank = 0;                                          ///< of K
+  std::span<const double> self_stress{};                         ///< as in Solution
 };
 
 /// Tells which parts of it some observables read.

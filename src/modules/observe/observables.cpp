@@ -1,8 +1,10 @@
 #include "observe/observables.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "base/parallel.hpp"
 #include "evaluate/forces.hpp"
@@ -30,6 +32,72 @@ void widen(const Observed& seen, std::size_t part, double time, Extreme* least, 
     if (!(value <= largest->value)) take(largest);
   }
 }
+
+/// Other answers of equations that do not tell all forces: a large self-stress is added to them, with either sign.
+/// Beside these two, one in which every force is another tells how much a number depends on forces at all.
+class OtherAnswers {
+ public:
+  OtherAnswers(const System& system, const Definitions& definitions, const ObservedInstant& at) {
+    constexpr double large = 1e9;  // beside the forces, so that it decides which member has the largest one
+    double size = 0.0, stress = 0.0;
+    for (const double each : at.multipliers) size = std::max(size, std::isnan(each) ? 0.0 : std::abs(each));
+    for (const double each : at.self_stress) stress = std::max(stress, std::abs(each));
+    const double change = large * (size > 0.0 ? size : 1.0);
+    std::vector<double> eta(at.positions.size());
+    definitions.reactions(at.time, at.positions, at.self_stress, eta);
+    std::vector<char> is_held(eta.size() / 3, 0);
+    for (const Support& support : system.supports)
+      for (const Index point : support.points) is_held[static_cast<std::size_t>(point)] = 1;
+    for (std::size_t i = 0; i < is_held.size(); ++i)  // where the rank was decided to fewer digits, some is left
+      if (is_held[i] == 0) rounding_ = std::max(rounding_, 10.0 * norm(load(eta.data(), i)) / stress);
+    for (std::size_t answer = 0; answer < answers_.size(); ++answer) {
+      Answer& to = answers_[answer];
+      to.instant = at;
+      to.multipliers.assign(at.multipliers.begin(), at.multipliers.end());
+      to.reactions.assign(at.reactions.begin(), at.reactions.end());
+      to.loads.assign(at.support_forces.begin(), at.support_forces.end());
+      if (answer == 2) {
+        for (std::vector<double>* const forces : {&to.multipliers, &to.reactions, &to.loads})
+          for (std::size_t i = 0; i < forces->size(); ++i)
+            (*forces)[i] += change * (1.5 + std::cos(2.3 * static_cast<double>(i)));
+      } else {
+        const double by = (answer == 0 ? change : -change) / stress;
+        for (std::size_t row = 0; row < to.multipliers.size(); ++row) to.multipliers[row] += by * at.self_stress[row];
+        for (std::size_t i = 0; i < is_held.size(); ++i)
+          for (std::vector<double>* const forces : {&to.reactions, &to.loads})
+            if (is_held[i] != 0 && !forces->empty()) add_to(forces->data(), i, by * load(eta.data(), i));
+      }
+      to.instant.multipliers = to.multipliers;
+      to.instant.reactions = to.reactions;
+      to.instant.support_forces = to.loads;
+    }
+  }
+
+  /// Makes the numbers NaN that are others in another answer.
+  void forget(const ObservedText& text, Observed* seen) const {
+    std::array<Observed, 3> other;
+    for (std::size_t answer = 0; answer < 3; ++answer) {
+      other[answer].values.resize(1);
+      text.evaluate(answers_[answer].instant, &other[answer]);
+    }
+    for (std::size_t i = 0; i < seen->values.size(); ++i) {
+      double& value = seen->values[i];
+      const auto change = [&](std::size_t answer) { return std::abs(other[answer].values[i] - value); };
+      if (!(std::max(change(0), change(1)) > rounding_ * change(2))) continue;
+      value = std::numeric_limits<double>::quiet_NaN();
+      seen->unknown = "not unique";
+      seen->member.clear();
+    }
+  }
+
+ private:
+  struct Answer {
+    ObservedInstant instant;
+    std::vector<double> multipliers, reactions, loads;
+  };
+  std::array<Answer, 3> answers_;
+  double rounding_ = 1e-8;
+};
 
 /// Returns the place of the comparison in a condition, outside of brackets and quotes.
 std::size_t find_comparison(std::string_view text) {
@@ -69,7 +137,11 @@ std::size_t Observables::add(const Observable& what) {
     if (!what.unit.empty()) given.unit = found_[same->second].unit = what.unit;
     return same->second;
   }
-  if (observed.name == "t") throw InputError("", "\"t\" is the name of the time in results; give another name");
+  if (observed.name == "t") {
+    const std::string problem = "\"t\" is the name of the time in results; give another name";
+    if (what.name.empty()) Formula::refuse(what.text, {0, problem});
+    throw InputError("/name", problem);
+  }
   check_name(what.name, "/name");
   numbers_.emplace(observed.name, found_.size());
   texts_.push_back(std::move(parsed));
@@ -113,6 +185,11 @@ bool Observables::has_of_every_step() const {
 
 void Observables::take(const ObservedInstant& at, Which which, bool counts) {
   if (which == Which::All) time_ = at.time;
+  std::optional<OtherAnswers> others;
+  if (!at.self_stress.empty() && needs(which).solves()) {
+    if (definitions_ == nullptr) definitions_ = std::make_unique<Definitions>(system_, 0.0);
+    others.emplace(system_, *definitions_, at);
+  }
   for (std::size_t k = 0; k < texts_.size(); ++k) {
     if (which == Which::OfEveryStep && !given_[k].every_step) continue;
     Observed& seen = found_[k];
@@ -120,8 +197,18 @@ void Observables::take(const ObservedInstant& at, Which which, bool counts) {
     // A formula that divides by 0 has no number.
     if (texts_[k].quantity() == nullptr && std::isinf(seen.values[0]))
       seen.values[0] = std::numeric_limits<double>::quiet_NaN();
+    if (which == Which::All) seen.unknown.clear();
+    if (others && texts_[k].needs().solves()) others->forget(texts_[k], &seen);
     for (std::size_t p = 0; counts && p < seen.least.size(); ++p)
       widen(seen, p, at.time, &seen.least[p], &seen.largest[p]);
+  }
+}
+
+void Observables::explain(const std::function<std::string(const ObservedText&)>& why) {
+  for (std::size_t k = 0; k < texts_.size(); ++k) {
+    const bool is_known = std::ranges::none_of(found_[k].values, [](double each) { return std::isnan(each); });
+    if (is_known || !found_[k].members.empty()) continue;
+    if (const std::string reason = why(texts_[k]); !reason.empty()) found_[k].unknown = reason;
   }
 }
 
@@ -158,7 +245,8 @@ std::vector<Observed> observe(const System& system, std::span<const Observable> 
                        friction.empty() ? none : friction,
                        0.0,
                        0.0,
-                       rank};
+                       rank,
+                       at.self_stress};
   if (observables.needs(Observables::Which::All).energy) find_energies(system, at, &seen);
   observables.take(seen, Observables::Which::All);
   return {observables.found().begin(), observables.found().end()};
@@ -189,7 +277,7 @@ std::vector<Observable> default_observables(const System& system) {
   };
   for (std::size_t k = 0; k < system.constraints.size(); ++k) {
     const Constraint& constraint = system.constraints[k];
-    if (std::holds_alternative<Rods>(constraint) || std::holds_alternative<Pulleys>(constraint))
+    if (has_tension(constraint))
       add("tension", {List::Constraints, k}, {List::Constraints, List::Forces});
     else if (std::visit([]<class Group>(const Group&) { return has_single_points<Group>; }, constraint))
       add("force", {List::Constraints, k}, {List::Constraints});
@@ -197,6 +285,23 @@ std::vector<Observable> default_observables(const System& system) {
   for (std::size_t k = 0; k < system.supports.size(); ++k) add("load", {List::Supports, k}, {List::Supports});
   if (!system.cell || !system.cell->is_periodic_everywhere()) return result;
   for (const char* const text : {"temperature()", "pressure()"}) result.push_back({.text = text});
+  return result;
+}
+
+std::vector<Observable> tensions_of_groups(const System& system) {
+  using List = Thing::List;
+  std::vector<Observable> result;
+  const Things things(system);
+  const auto add = [&]<class Entries>(List list, const Entries& entries) {
+    for (std::size_t k = 0; k < entries.size(); ++k) {
+      const std::string name = things.name({list, k});
+      if (has_tension(entries[k]) && things.find_all(name, {List::Constraints, List::Forces}).size() == 1 &&
+          name != "t" && things.num_members({list, k}) > 0)
+        result.push_back({.name = name, .text = "each tension(" + quoted_name(name) + ")"});
+    }
+  };
+  add(List::Constraints, system.constraints);
+  add(List::Forces, system.forces);
   return result;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <limits>
 #include <memory>
 #include <span>
@@ -9,6 +10,7 @@
 
 #include <tanor/observables.hpp>
 
+#include "evaluate/definitions.hpp"
 #include "observe/observed_text.hpp"
 
 namespace tanor::detail {
@@ -33,6 +35,8 @@ class Observables {
   bool has_of_every_step() const;
   /// Evaluates them and takes their numbers into the extremes, if the instant counts.
   void take(const ObservedInstant& at, Which which, bool counts = true);
+  /// Asks for the reason where an observable without members is not known.
+  void explain(const std::function<std::string(const ObservedText&)>& why);
   std::span<const Observed> found() const { return found_; }
   std::span<Observed> found() { return found_; }
   /// Returns the instant of the last look at all, s.
@@ -46,6 +50,7 @@ class Observables {
   std::vector<Observed> found_;
   std::unordered_map<std::string, std::size_t> numbers_;  // by names
   double time_ = std::numeric_limits<double>::quiet_NaN();
+  std::unique_ptr<Definitions> definitions_;  // null before forces are not unique
 };
 
 /// Writes the energies of an answer, from the system alone. Its supports have no kinetic energy.

@@ -240,6 +240,18 @@ double ObservedText::number(const ObservedInstant& at) const {
   return lone() ? variables_[1] : formula_->evaluate<double>(variables_);
 }
 
+bool ObservedText::speaks_of(std::string_view place) const {
+  for (const Term& term : terms_) {
+    const std::optional<Thing> first = term.quantity.thing(0);
+    const std::string entry = first ? place_in_system({first->list, first->index}) : "";
+    if (!first || !place.starts_with(entry)) continue;
+    if (place == entry) return true;
+    for (std::size_t k = 0; k < term.quantity.num_members; ++k)
+      if (place_in_system(*term.quantity.thing(k)) == place) return true;
+  }
+  return false;
+}
+
 void ObservedText::take_any(int sign) {
   for (Term& term : terms_)
     if (term.word == Word::Any) term.word = sign > 0 ? Word::Max : Word::Min;

@@ -129,8 +129,7 @@ Quantity make_tension(const Things& things, const Arguments& arguments) {
   const Thing thing = things.find(argument, {List::Constraints, List::Forces});
   if (thing.list == List::Constraints) {
     const Constraint& constraint = things.system().constraints[thing.index];
-    if (std::holds_alternative<Rods>(constraint) || std::holds_alternative<Pulleys>(constraint))
-      return multipliers_of(things, thing, Dimension::Forces, -1.0);
+    if (has_tension(constraint)) return multipliers_of(things, thing, Dimension::Forces, -1.0);
     argument.fail("'" + things.name(thing) + "' is a " + std::string(kind_name(constraint)) +
                   ", which has no tension; force(" + things.name(thing) + ") is its force");
   }
@@ -330,6 +329,14 @@ Quantity make_energy(const Things& things, const Arguments& arguments) {
 }
 
 }  // namespace
+
+bool has_tension(const Constraint& group) {
+  return std::holds_alternative<Rods>(group) || std::holds_alternative<Pulleys>(group);
+}
+
+bool has_tension(const Force& force) {
+  return std::holds_alternative<Springs>(force) || std::holds_alternative<Bonds>(force);
+}
 
 std::span<const QuantityKind> quantity_kinds() {
   static constexpr QuantityKind kinds[] = {

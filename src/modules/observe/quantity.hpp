@@ -47,6 +47,10 @@ struct QuantityKind {
   Quantity (*make)(const Things& things, const Arguments& arguments);
 };
 
+/// Return true for what pulls along a line: rods and pulleys; springs and bonds.
+bool has_tension(const Constraint& group);
+bool has_tension(const Force& force);
+
 Quantity make_temperature(const Things& things, const Arguments& arguments);
 Quantity make_pressure(const Things& things, const Arguments& arguments);
 Quantity make_virial(const Things& things, const Arguments& arguments);

@@ -153,6 +153,11 @@ class Search {
     scatter(loads, &result_.support_forces);
     result_.multipliers.assign(model_.numbering.num_user_rows, 0.0);
     model_.numbering.scatter_rows(state_.lambda, result_.multipliers);
+    if (const std::vector<double> stress = multipliers_.find_self_stress();
+        !stress.empty() && options_.prestress.empty()) {
+      result_.self_stress.resize(model_.numbering.num_user_rows);
+      model_.numbering.scatter_rows(stress, result_.self_stress);
+    }
     forget_idle_rows();
     if (!inertia_.shape.empty()) scatter(inertia_.shape, &result_.stability.lowest_shape);
   }
@@ -460,6 +465,7 @@ Solution state_at_rest(const EquilibriumResult& found, double time) {
   state.multipliers = found.multipliers;
   state.reactions = found.reactions;
   state.support_forces = found.support_forces;
+  state.self_stress = found.self_stress;
   for (std::vector<double>* array : {&state.velocities, &state.reactions, &state.support_forces})
     array->resize(found.positions.size());
   const bool moves = std::ranges::any_of(state.velocities, [](double each) { return each != 0.0; });

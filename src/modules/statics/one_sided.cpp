@@ -330,6 +330,7 @@ class OneSidedSearch {
       found.left_out.push_back("one-sided constraints that touch and carry nothing (" + rows_.name(weak) +
                                "): stability takes them as held both ways");
     found.multipliers = rows_.spread(found.multipliers);
+    if (!found.self_stress.empty()) found.self_stress = rows_.spread(found.self_stress);
     std::vector<bool> unique(rows_.open().size(), true);
     for (std::size_t row = 0, k = 0; row < unique.size(); ++row) {
       if (!rows_.open()[row] && k < found.multipliers_unique.size()) unique[row] = found.multipliers_unique[k++];

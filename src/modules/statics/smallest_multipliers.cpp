@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "dynamics/self_stress.hpp"
+
 namespace tanor::detail {
 
 namespace {
@@ -76,6 +78,10 @@ std::vector<double> SmallestMultipliers::keep_self_stress(std::vector<double> la
   if (dependences_ && dependences_->is_found()) dependences_->minimize_norm(rest.data());
   for (std::size_t a = 0; a < lambda.size(); ++a) lambda[a] -= rest[a];
   return lambda;
+}
+
+std::vector<double> SmallestMultipliers::find_self_stress() const {
+  return dependences_ ? detail::find_self_stress(*dependences_, equations_.model().numbering) : std::vector<double>();
 }
 
 /// Solves S dlambda = -K'M^-1(f + K lambda) without the dependent rows, and repeats that with the remaining residual.

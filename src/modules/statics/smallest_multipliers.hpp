@@ -25,6 +25,8 @@ class SmallestMultipliers {
                           RankReport* rank);
   /// Returns the part of lambda [rows] with K lambda = 0, which no load determines, by the last decision.
   std::vector<double> keep_self_stress(std::vector<double> lambda) const;
+  /// Returns a state of self-stress [rows], with a part in each multiplier that is not unique; empty if all are.
+  std::vector<double> find_self_stress() const;
   /// Returns the rank of K where `find` was called last.
   RankReport rank() const { return linearization_.dependences().report(); }
   /// The linearization there: K and the factor of S.

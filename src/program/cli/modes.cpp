@@ -65,6 +65,7 @@ Solution state_of(const scene::Scene& scene, const Modes& found, System* system)
   system->velocities.resize(system->positions.size());
   Solution state = Dynamics(*system, scene.solver).solution({scene.modes.time, system->positions, system->velocities});
   if (!found.multipliers.empty()) state.multipliers = found.multipliers;
+  if (!scene.equilibrium.prestress.empty()) state.self_stress.clear();
   return state;
 }
 

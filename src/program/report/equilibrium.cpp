@@ -365,10 +365,12 @@ void write_equilibrium(const fs::path& directory, const scene::Scene& scene, con
 
 void write_frame_at_rest(const fs::path& directory, const System& system, const tanor::Solution& rest) {
   const ShownParts shown = choose_parts(system, {});
-  const std::vector<double> still(rest.positions.size()), tensions = find_tensions(shown, rest.multipliers);
+  const std::vector<double> still(rest.positions.size());
   std::vector<double> forces;
   if (std::ranges::any_of(find_held_points(system), std::identity{}))
-    forces = find_guide_forces(shown, rest.positions, tensions, rest.reactions, rest.support_forces);
+    forces = find_guide_forces(shown, rest.positions, find_tensions(shown, rest.multipliers), rest.reactions,
+                               rest.support_forces);
+  const std::vector<double> tensions = find_tensions(shown, unique_multipliers(rest.multipliers, rest.self_stress));
   VtpTrajectory(directory, &shown, false)
       .write({.time = rest.time,
               .is_at_rest = true,

@@ -55,7 +55,7 @@ void write_picture(const fs::path& directory, const System& system, const ShownP
   const double size = measure_move(shape), amplitude = size > 0.0 ? largest_move * measure_size(positions) / size : 0.0;
   const double omega = modes.omega[mode] > 0.0 ? modes.omega[mode] : 2.0 * std::numbers::pi;
   std::vector<double> places(positions.size()), velocities(positions.size()), accelerations(positions.size());
-  const std::vector<double> tensions = find_tensions(shown, modes.multipliers);
+  const std::vector<double> tensions = find_tensions(shown, unique_multipliers(modes.multipliers, rest.self_stress));
   const std::vector<Guide> guides =
       list_guides(system, shown, list_guides_without_picture(system, shown, rest.time), rest.time, rest.time);
   std::string list(VtpTrajectory::list_head);

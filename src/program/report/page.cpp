@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <map>
 
 #include <tanor/enum_names.hpp>
@@ -168,32 +167,17 @@ std::string describe_extreme(const Extreme& extreme, const std::string& unit, co
   return extreme.member.empty() ? text : text + " in " + extreme.member;
 }
 
-/// Returns why an observable has no number: the last thing of which it speaks went, or nothing tells the number.
-std::string explain_nan(const Observed& observed, const Simulation* motion) {
-  const auto speaks_of = [&](const std::string& name) {
-    return std::ranges::any_of(std::array{"(" + name + ")", "(" + name + ",", "'" + name + "'"},
-                               [&](const std::string& each) { return observed.text.find(each) != std::string::npos; });
-  };
-  std::string why = "not known";
-  for (const Passage& each : motion == nullptr ? std::span<const Passage>() : motion->passages()) {
-    if (each.taken.empty()) continue;
-    if (speaks_of(each.member) || speaks_of(each.member.substr(0, each.member.rfind('['))))
-      why = (each.action == EventAction::Release ? "released at t = " : "broken at t = ") +
-            number_with_unit(each.time, motion->system().units.time);
-  }
-  return why;
-}
-
 std::string describe_part(const Observed& observed, std::size_t part, const Simulation* motion, double noise) {
   const Extreme &least = observed.least[part], &largest = observed.largest[part];
   std::string line;
   if (observed.members.empty() && std::isnan(observed.values[part])) {
-    line = explain_nan(observed, motion);
+    line = observed.unknown.empty() ? "not known" : observed.unknown;
   } else if (observed.members.empty()) {
     line = number_with_unit(observed.values[part], observed.unit);
     if (!observed.member.empty()) line += " in " + observed.member;
   } else {
-    line = text_of_count(observed.members.size(), "number");
+    line = text_of_count(observed.members.size(), "number") +
+           (observed.unknown.empty() ? "" : ", some " + observed.unknown);
   }
   const std::string least_text = number_with_unit(least.value, observed.unit);
   if (std::isnan(least.value) || largest.value - least.value <= noise ||

@@ -58,6 +58,7 @@ Recording::Recording(const System& system, std::span<const Index> chosen, Output
 
 void Recording::take_frame(const Simulation& simulation, std::span<const double> friction,
                            std::span<const Observed> observables) {
+  const std::vector<double> self_stress = simulation.self_stress();
   take(
       simulation.system(),
       {.state = {.time = simulation.time(), .positions = simulation.positions(), .velocities = simulation.velocities()},
@@ -65,6 +66,7 @@ void Recording::take_frame(const Simulation& simulation, std::span<const double>
        .reactions = simulation.reactions(),
        .support_forces = simulation.support_forces(),
        .friction = friction,
+       .self_stress = self_stress,
        .observables = observables});
   if (recorded_.steps.is_empty()) take_step(simulation.report());  // so that histories begin at the start
 }
@@ -76,6 +78,7 @@ void Recording::take_frame(const System& system, const Solution& between, std::s
                 .reactions = between.reactions,
                 .support_forces = between.support_forces,
                 .friction = friction,
+                .self_stress = between.self_stress,
                 .observables = observables});
 }
 
@@ -93,11 +96,11 @@ RecordedFrame Recording::record(const System& system, const Instant& instant) {
   std::vector<double> rows;
   gather_points(shown_, instant.state.positions, &rows);
   frame.positions.assign(rows.begin(), rows.end());
-  const std::vector<double> tensions = find_tensions(shown_, instant.multipliers),
-                            tie_tensions = find_tie_tensions(shown_, instant.multipliers);
+  if (!held_.empty()) add_reactions(instant, &frame);
+  const std::vector<double> unique = unique_multipliers(instant.multipliers, instant.self_stress),
+                            tensions = find_tensions(shown_, unique), tie_tensions = find_tie_tensions(shown_, unique);
   frame.tensions.assign(tensions.begin(), tensions.end());
   frame.tie_tensions.assign(tie_tensions.begin(), tie_tensions.end());
-  if (!held_.empty()) add_reactions(instant, &frame);
   for (const Observed& each : instant.observables)
     if (is_recorded(each)) frame.observed.insert(frame.observed.end(), each.values.begin(), each.values.end());
   std::vector<Guide> guides = place_guides(system, t_start_, frame.time);
@@ -107,10 +110,9 @@ RecordedFrame Recording::record(const System& system, const Instant& instant) {
 }
 
 void Recording::add_reactions(const Instant& instant, RecordedFrame* frame) {
-  const std::vector<double> positions(frame->positions.begin(), frame->positions.end()),
-      tensions(frame->tensions.begin(), frame->tensions.end());
-  const std::vector<double> rows =
-      find_guide_forces(shown_, positions, tensions, instant.reactions, instant.support_forces);
+  const std::vector<double> positions(frame->positions.begin(), frame->positions.end());
+  const std::vector<double> rows = find_guide_forces(shown_, positions, find_tensions(shown_, instant.multipliers),
+                                                     instant.reactions, instant.support_forces);
   for (const std::int32_t k : held_) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       frame->normal_reactions.push_back(static_cast<float>(rows[3 * k + axis]));

@@ -135,7 +135,7 @@ class Recording {
   /// A state of the motion with its forces.
   struct Instant {
     StateView state;
-    std::span<const double> multipliers, reactions, support_forces, friction;
+    std::span<const double> multipliers, reactions, support_forces, friction, self_stress;
     std::span<const Observed> observables;
   };
   void take(const System& system, const Instant& instant);

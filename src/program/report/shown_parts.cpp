@@ -149,6 +149,13 @@ std::vector<double> find_tensions(const ShownParts& shown, std::span<const doubl
   return tensions;
 }
 
+std::vector<double> unique_multipliers(std::span<const double> multipliers, std::span<const double> self_stress) {
+  std::vector<double> unique(multipliers.begin(), multipliers.end());
+  for (std::size_t row = 0; row < self_stress.size(); ++row)
+    if (self_stress[row] != 0.0) unique[row] = std::numeric_limits<double>::quiet_NaN();
+  return unique;
+}
+
 std::vector<double> find_tie_tensions(const ShownParts& shown, std::span<const double> multipliers) {
   std::vector<double> tensions;
   for (const ShownParts::Tie& tie : shown.ties) tensions.push_back(find_tension(tie.row, multipliers));

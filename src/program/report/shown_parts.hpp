@@ -122,6 +122,8 @@ void gather_points(const ShownParts& shown, std::span<const double> all, std::ve
 /// their end has NaN.
 std::vector<double> find_tensions(const ShownParts& shown, std::span<const double> multipliers);
 
+/// Returns multipliers with NaN in place of those that are not unique, by the self-stress of Solution.
+std::vector<double> unique_multipliers(std::span<const double> multipliers, std::span<const double> self_stress);
 /// Returns the tensions of the ties, N, likewise: -lambda, which a pulley has at its first point.
 std::vector<double> find_tie_tensions(const ShownParts& shown, std::span<const double> multipliers);
 

@@ -180,6 +180,8 @@ void Trajectory::gather(const Simulation& simulation) {
   if (has_held_points_)
     guide_forces_ =
         find_guide_forces(*shown_, positions_, tensions_, simulation.reactions(), simulation.support_forces());
+  if (const std::vector<double> stress = simulation.self_stress(); !stress.empty())
+    tensions_ = find_tensions(*shown_, unique_multipliers(simulation.multipliers(), stress));
 }
 
 void Trajectory::write_frame(Simulation& simulation, std::span<const double> friction) {

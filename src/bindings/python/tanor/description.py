@@ -200,10 +200,13 @@ def count(number: int, noun: str) -> str:
     return f"{number} {noun}" + "s" * (number != 1)
 
 
+def _name_of(group: Any, number: int, what: str) -> str:
+    return getattr(group, "name", "") or f"{getattr(group, 'kind', what.removesuffix('s'))}{number}"
+
+
 def _group_in_words(group: Any, number: int, what: str) -> str:
     """"links (4 rods)", "gravity0": the name of a group with the count of its members."""
-    kind = getattr(group, "kind", what.removesuffix("s"))
-    name = getattr(group, "name", "") or f"{kind}{number}"
+    kind, name = getattr(group, "kind", what.removesuffix("s")), _name_of(group, number, what)
     nouns = {"points": "point", "at": "guide", "tuples": "tuple", "pairs": kind, "triples": kind, "quadruples": kind}
     for field in dataclasses.fields(group) if dataclasses.is_dataclass(group) else ():
         members = getattr(group, field.name)
@@ -352,6 +355,14 @@ class System:
     name: str = dataclasses.field(default="system", kw_only=True)
     cell: Any = dataclasses.field(default=None, kw_only=True)
     units: str = dataclasses.field(default="none", kw_only=True)
+
+    def __getitem__(self, name: str) -> Any:
+        """The group of a name: system["coil"].stiffness."""
+        lists = ("coordinates", "friction", "forces", "supports", "constraints")
+        found = {_name_of(group, number, what): group for what in lists for number, group in enumerate(getattr(self, what))}
+        if name not in found:
+            raise KeyError(f"{name}: there are {', '.join(found)}")
+        return found[name]
 
     def __repr__(self) -> str:
         parts = [count(len(self.positions), "point"), _masses_in_words(self)]

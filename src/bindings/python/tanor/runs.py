@@ -36,18 +36,22 @@ class Failed(RuntimeError):
 
 @dataclasses.dataclass(eq=False, repr=False)
 class Member:
-    """A member of a group of constraints along a run, or at one instant: run["links[3]"] or run["links"][3].
+    """A member of a group of constraints, springs or bonds along a run, or at one instant: run["links[3]"] or run["links"][3].
 
     name         as in results, links[3]
     multipliers  float64 [k, equations a member], at one instant without k; NaN once an event has taken it out
+    pulls        float64 [k], of rods, ropes, springs and bonds; else None
     """
 
     name: str
     multipliers: numpy.ndarray
+    pulls: numpy.ndarray | None = None
 
     @property
     def tension(self) -> numpy.ndarray:
-        """float64 as multipliers, without equations, N: -lambda, of rods and ropes."""
+        """float64 as multipliers, without equations, N: of rods, ropes, springs and bonds; -lambda of other constraints."""
+        if self.pulls is not None:
+            return self.pulls
         if self.multipliers.shape[-1] != 1:
             raise AttributeError(f"{self.name} has {self.multipliers.shape[-1]} equations a member and no tension")
         return -self.multipliers[..., 0]
@@ -60,10 +64,11 @@ class Member:
 
 @dataclasses.dataclass(eq=False, repr=False)
 class Group(Member):
-    """A group of constraints along a run, or at one instant.
+    """A group of constraints, springs or bonds along a run, or at one instant.
 
     name         as in the system
     multipliers  float64 [k, members, equations a member], at one instant without k; NaN of what events have taken out
+    pulls        float64 [k, members], likewise
     """
 
     def __len__(self) -> int:
@@ -76,16 +81,16 @@ class Group(Member):
         if not -members <= operator.index(number) < members:
             raise IndexError(f"{self.name} has {count(members, 'member')}, counted from 0")
         number %= members
-        return Member(f"{self.name}[{number}]", self.multipliers[..., number, :])
+        return Member(f"{self.name}[{number}]", self.multipliers[..., number, :], None if self.pulls is None else self.pulls[..., number])
 
 
 def _look_up(name: str, observed: dict[str, numpy.ndarray], columns: dict[str, list[str]], groups: dict[str, tuple],
-             multipliers: numpy.ndarray):
-    """What result[name] is: a group of constraints, an observable, a column of one ("load(hook).x"), or a member."""
+             multipliers: numpy.ndarray, tensions: dict[str, numpy.ndarray]):
+    """What result[name] is: a group, an observable, a column of one ("load(hook).x"), or a member."""
     if name in groups:
         row, members, rows = groups[name]
         part = multipliers[..., row:row + members * rows]
-        return Group(name, part.reshape(*part.shape[:-1], members, rows))
+        return Group(name, part.reshape(*part.shape[:-1], members, rows), tensions.get(name))
     if name in observed:
         return observed[name]
     for each, names in columns.items():
@@ -95,7 +100,7 @@ def _look_up(name: str, observed: dict[str, numpy.ndarray], columns: dict[str, l
     group, _, number = str(name).removesuffix("]").rpartition("[")
     if group in groups and number.isdecimal():
         if int(number) < groups[group][1]:
-            return _look_up(group, {}, {}, groups, multipliers)[int(number)]
+            return _look_up(group, {}, {}, groups, multipliers, tensions)[int(number)]
         raise KeyError(f"{name}: {group} has {count(groups[group][1], 'member')}, counted from 0")
     known = [*observed, *groups]
     near = difflib.get_close_matches(str(name), known, 1)
@@ -115,12 +120,13 @@ class Trajectory:
     units        units of `t` and of the observables by name
     columns      names of the numbers of each observable, as in observables.csv: "load(hook).x"
     multipliers  float64 [k, equations]; NaN of what events have taken out
-    groups       first equation, members and equations a member of each group of constraints, by name
+    groups       first equation, members and equations a member of each group of constraints, by name; springs and bonds have none
+    tensions     float64 [k, members], N, of each group of rods, ropes, springs and bonds, by name
     system       System or Scene, as it was given
     passages     list[Passage]: what events told on the way
 
     run["torque"] is an observable over time, run["load(hook).x"] a column of one, run["links"].tension that of a group
-    of rods, run["links[3]"].tension that of one. A name of both is the group; `observables` has the other.
+    of rods, springs or bonds, run["links[3]"].tension that of one. A name of both is the group; `observables` has the other.
     """
 
     times: numpy.ndarray
@@ -133,12 +139,13 @@ class Trajectory:
     columns: dict[str, list[str]]
     multipliers: numpy.ndarray
     groups: dict[str, tuple]
+    tensions: dict[str, numpy.ndarray]
     system: "System | Scene"  # noqa: F821
     passages: list[_core.Passage] = dataclasses.field(default_factory=list)
 
     def __getitem__(self, name: str) -> "numpy.ndarray | Group | Member":
         observed = {each: self.observables[each] for each in self.observables.dtype.names}
-        return _look_up(name, observed, self.columns, self.groups, self.multipliers)
+        return _look_up(name, observed, self.columns, self.groups, self.multipliers, self.tensions)
 
     def _ipython_key_completions_(self) -> list[str]:
         return [*self.observables.dtype.names, *self.groups]
@@ -178,18 +185,18 @@ def _record_of(observed: list) -> numpy.dtype:
 def _at_one_instant(self, name: str) -> "numpy.ndarray | float | Group | Member":
     """report["load(hook)"] is an observable of a state, report["links"].tension that of a group of rods."""
     if isinstance(self, Constrainer):
-        groups, multipliers, observed = {}, numpy.zeros(0), self.observed
+        groups, multipliers, tensions, observed = {}, numpy.zeros(0), {}, self.observed
     else:
-        groups, multipliers = self.groups, self.multipliers
-        observed = []
+        groups, multipliers, tensions, observed = self.groups, self.multipliers, self.tensions, []
         if name not in groups:
-            observed = (self.observe() if isinstance(self, Simulation) else _core._observe(self.system, self) if isinstance(self, Solution)
+            observed = (self.observe() if isinstance(self, Simulation) else _core._observe(self.system, self, None) if isinstance(self, Solution)
                         else self.observables or [])
-    if isinstance(self, EquilibriumResult) and "(" in str(name) and name not in [each.name for each in observed]:
-        with contextlib.suppress(InputError):  # _look_up says what there is
-            observed = [*observed, _core._observe_at_rest(self.system, self, str(name))]
+        if "(" in str(name) and name not in [column for each in observed for column in (each.name, *each.columns)]:
+            with contextlib.suppress(InputError):  # _look_up says what there is
+                observed = [*observed, *(self._observe(name) if isinstance(self, Simulation) else
+                                         _core._observe(self.system, self if isinstance(self, Solution) else self.state, name))]
     values = {each.name: numpy.reshape(each.values, _shape_of(each))[()] for each in observed}
-    return _look_up(name, values, {each.name: each.columns for each in observed}, groups, multipliers)
+    return _look_up(name, values, {each.name: each.columns for each in observed}, groups, multipliers, tensions)
 
 
 Constrainer.__getitem__ = _at_one_instant
@@ -200,6 +207,7 @@ for _kind in (Simulation, Solution, EquilibriumResult, Modes):
 
 
 Scene.__repr__ = lambda self: f"Scene({self.file!r}, {self.system!r})"
+Scene.__getitem__ = lambda self, name: self.system[name]
 Scene._repr_html_ = lambda self: self.system._repr_html_()
 Simulation.__repr__ = lambda self: (f"Simulation({self.system.name!r}, {count(len(self.positions), 'point')}, t = {self.time:g}, "
                                     f"{self.report.method})")
@@ -249,7 +257,7 @@ def run(simulation: Simulation, t_end: "float | ArrayLike", every: float = 0.0, 
     instants = _instants(simulation.time, t_end, every)
     if progress is True:
         progress = _Line(simulation.time, max(instants, default=0.0))
-    times, positions, velocities, rows, multipliers = [], [], [], [], []
+    times, positions, velocities, rows, multipliers, tensions = [], [], [], [], [], []
     before = len(simulation.passages)
     observed = simulation.observe()
     record = _record_of(observed)
@@ -259,6 +267,7 @@ def run(simulation: Simulation, t_end: "float | ArrayLike", every: float = 0.0, 
         positions.append(simulation.positions.copy())
         velocities.append(simulation.velocities.copy())
         multipliers.append(simulation.multipliers.copy())
+        tensions.append(simulation.tensions)
         values = [numpy.reshape(each.values, record[each.name].shape) for each in simulation.observe()]
         rows.append((simulation.time, *values))
 
@@ -277,7 +286,8 @@ def run(simulation: Simulation, t_end: "float | ArrayLike", every: float = 0.0, 
     units = {"t": simulation.units["time"], **{each.name: each.unit for each in observed}}
     result = Trajectory(numpy.array(times), numpy.array(positions), numpy.array(velocities), outcome, simulation.report,
                         numpy.array(rows, record), units, {each.name: each.columns for each in observed},
-                        numpy.array(multipliers), simulation.groups, simulation.system, simulation.passages[before:])
+                        numpy.array(multipliers), simulation.groups, {name: numpy.array([each[name] for each in tensions]) for name in tensions[0]},
+                        simulation.system, simulation.passages[before:])
     if check and not outcome.ok:
         raise Failed(outcome, result)
     return result
