@@ -44,7 +44,7 @@ py::object rest(const py::object& object, const py::object& options, const py::o
     return found.positions.empty() ? std::vector<Observed>{} : observe(system, these, state);
   };
   py::object result = keep(found, object, system, see(tensions_of_groups(system)));
-  result.attr("__dict__")["state"] = state;
+  if (!found.positions.empty()) result.attr("__dict__")["state"] = state;
   result.attr("__dict__")["observables"] = see(wanted);
   return result;
 }
@@ -102,7 +102,7 @@ py::object vibrate(const py::object& object, const py::object& positions, const 
   }
   py::object result = keep(found, object, held, tensions);
   result.attr("__dict__")["positions"] = copy(at, 3);
-  result.attr("__dict__")["state"] = std::move(state);
+  if (found.outcome.ok()) result.attr("__dict__")["state"] = std::move(state);
   result.attr("__dict__")["observables"] = observed;
   return result;
 }

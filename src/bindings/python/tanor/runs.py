@@ -191,10 +191,11 @@ def _at_one_instant(self, name: str) -> "numpy.ndarray | float | Group | Member"
         if name not in groups:
             observed = (self.observe() if isinstance(self, Simulation) else _core._observe(self.system, self, None) if isinstance(self, Solution)
                         else self.observables or [])
-        if "(" in str(name) and name not in [column for each in observed for column in (each.name, *each.columns)]:
+        state = self if isinstance(self, (Simulation, Solution)) else getattr(self, "state", None)  # none where a search failed
+        known = [column for each in observed for column in (each.name, *each.columns)]
+        if "(" in str(name) and state is not None and name not in known:
             with contextlib.suppress(InputError):  # _look_up says what there is
-                observed = [*observed, *(self._observe(name) if isinstance(self, Simulation) else
-                                         _core._observe(self.system, self if isinstance(self, Solution) else self.state, name))]
+                observed = [*observed, *(self._observe(name) if isinstance(self, Simulation) else _core._observe(self.system, state, name))]
     values = {each.name: numpy.reshape(each.values, _shape_of(each))[()] for each in observed}
     return _look_up(name, values, {each.name: each.columns for each in observed}, groups, multipliers, tensions)
 
