@@ -143,11 +143,12 @@ class Observables(unittest.TestCase):
             self.assertAlmostEqual(result["sum tension(rods)"], 60, 9)
         numpy.testing.assert_allclose(tanor.run(simulation, 0.1)["rods[1]"].tension, [math.nan] * 2)
         self.assertEqual([each.unknown for each in simulation.observe()], ["not unique", "not unique", ""])
-        constrainer = tanor.Constrainer([math.inf, 2, 2], [tanor.Rods([[0, 1], [0, 1], [1, 2]])], system.positions)
+        positions = numpy.array(system.positions, float)
+        constrainer = tanor.Constrainer([math.inf, 2, 2], [tanor.Rods([[0, 1], [0, 1], [1, 2]])], positions)
         for text in ("tension(rod0)", "load(support0).z", "sum tension(rod0)"):
             constrainer.add_observable(text)
         force = numpy.array([[0, 0, 0], [0, 0, -20], [0, 0, -20.0]])
-        self.assertTrue(constrainer.observe(numpy.array(system.positions, float), numpy.zeros((3, 3)), force).ok)
+        self.assertTrue(constrainer.observe(positions, numpy.zeros((3, 3)), force).ok)
         numpy.testing.assert_allclose(constrainer["tension(rod0)"], [math.nan, math.nan, 20], rtol=1e-9)
         numpy.testing.assert_allclose([constrainer["load(support0).z"], constrainer["sum tension(rod0)"]], [-40, 60], rtol=1e-9)
 

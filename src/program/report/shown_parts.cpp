@@ -40,7 +40,8 @@ void add_ties(const Group& group, const std::string& name, const std::string& pl
 }
 
 double find_tension(std::size_t row, std::span<const double> multipliers) {
-  return row < multipliers.size() ? -multipliers[row] : std::numeric_limits<double>::quiet_NaN();
+  const bool is_known = row < multipliers.size() && !std::isnan(multipliers[row]);  // no -nan in tables
+  return is_known ? -multipliers[row] : std::numeric_limits<double>::quiet_NaN();
 }
 
 /// Adds the image of a point and returns its position behind the points.

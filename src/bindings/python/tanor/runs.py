@@ -9,6 +9,7 @@ import os
 import sys
 import time
 from collections.abc import Callable
+from typing import Any
 
 import numpy
 
@@ -207,8 +208,13 @@ for _kind in (Simulation, Solution, EquilibriumResult, Modes):
     _kind._repr_html_ = lambda self: _html_of(self, self.positions)
 
 
+def _named(self, name: str) -> Any:
+    """The group of a name: scene["coil"].stiffness."""
+    return self.system[name]
+
+
 Scene.__repr__ = lambda self: f"Scene({self.file!r}, {self.system!r})"
-Scene.__getitem__ = lambda self, name: self.system[name]
+Scene.__getitem__ = _named
 Scene._repr_html_ = lambda self: self.system._repr_html_()
 Simulation.__repr__ = lambda self: (f"Simulation({self.system.name!r}, {count(len(self.positions), 'point')}, t = {self.time:g}, "
                                     f"{self.report.method})")
