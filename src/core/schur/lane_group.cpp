@@ -45,17 +45,6 @@ void LaneGroups::Group::hand_over_roots(const Pack3<>* points) {
   if (may_hang()) points[group_.num_rods].write(&own_joint().dw);
 }
 
-void LaneGroups::Group::take_joints(Pack3<>* points) {
-  for (std::size_t lane = 0; is_path() && lane < group_.num_members; ++lane) {
-    if (group_.behind[lane] < 0) continue;
-    const auto slot = static_cast<std::size_t>(group_.behind[lane]);
-    set_lane(&points[group_.num_rods], lane, lane_of(all_.borders_[slot / num_lanes].r_of_first, slot % num_lanes));
-  }
-  if (!group_.has_joints()) return;
-  lanes::take_from_joints(joints(), all_.joints_.data(), &Joint::dw, points);
-  hand_over_roots(points);  // one that is a joint itself has several pieces, one after the other
-}
-
 void LaneGroups::Group::hand_over_ends(const Pack3<>* points) {
   if (!is_path()) return;
   const Pack3<> nothing{};
@@ -100,67 +89,11 @@ void LaneGroups::Group::evaluate_and_eliminate(const lanes::Motion& motion) {
   hand_over_answers();
 }
 
-void LaneGroups::Group::solve(const lanes::Motion& motion, const Vec3* uniform, FactorUse use, double* w) {
-  const bool is_in_one_pass = use == FactorUse::Renew && is_tree();
-  if (is_in_one_pass) {
-    evaluate_and_eliminate(motion);
-  } else {
-    evaluate(motion);
-    // It is made as elsewhere, so that its bits do not tell what was solved before.
-    if (use == FactorUse::Renew) eliminate();
-    if (is_tree()) std::memset(in_.points.s, 0, group_.num_places * sizeof(Pack3<>));
-  }
-  lanes::finish(in_, is_in_one_pass, motion.w0, uniform != nullptr ? *uniform : Vec3{},
-                w != nullptr ? work_.w.data() : nullptr, own_.right_side, &work_.found);
-  if (w != nullptr) lists_.points.write(work_.w.data(), w);
-  if (next_ != nullptr) {
-    const Pack<>* const factor = all_.factor_.data() + all_.plan_.groups[number_ + 1].first_factor;
-    call_for(factor, static_cast<std::size_t>(factor - in_.rods.factor));  // the next one is mostly as large
-  }
-}
-
 void LaneGroups::Group::substitute_up() {
   if (is_tree()) std::memset(in_.points.s, 0, group_.num_places * sizeof(Pack3<>));
   answer_at_joints(nullptr);
   lanes::substitute_up(in_);
   hand_over_answers();
-}
-
-// ---- down ----
-
-void LaneGroups::Group::substitute_down(Pack3<>* points, const Pack3<>* known, bool lambda_is_known) {
-  if (is_path() && points != nullptr) {
-    lanes::accelerate_pieces(in_, lambda_is_known, {}, points, {}, points, nullptr);
-    (points[0] + in_.rods.border->r_joined).write(&points[0]);
-    return points[0].write(&in_.rods.border->r_of_first);
-  }
-  Pack3<> force = may_hang() ? own_joint().dw : Pack3<>{};
-  for (std::size_t lane = 0; lane < num_lanes && may_hang(); ++lane) {
-    const std::size_t own = std::min(lane, group_.num_members - 1);
-    set_lane(&force, lane, group_.ends_tree[lane] ? Vec3{} : Vec3{force.x[own], force.y[own], force.z[own]});
-  }
-  lanes::substitute_down(in_, lambda_is_known, may_hang() ? &force : nullptr, points);
-  if (group_.has_joints()) pull_joints(known);
-  if (points != nullptr) hand_over_roots(points);
-}
-
-void LaneGroups::Group::substitute_down(const double* blocks, const Vec3* uniform, double* w) {
-  const Vec3 everywhere = uniform != nullptr ? *uniform : Vec3{};
-  if (is_path()) {
-    read_directions(blocks);
-    lanes::accelerate_pieces(in_, false, upcoming({w, nullptr, blocks}), nullptr, everywhere,
-                             uniform != nullptr ? work_.w.data() : nullptr, own_.residual);
-    in_.dw[0].write(&in_.rods.border->dw_of_first);
-    in_.dw[group_.num_rods - 1].write(&in_.rods.border->dw_of_last);
-    return uniform != nullptr ? lists_.points.write(work_.w.data(), w) : add_points(in_.dw, w);
-  }
-  if (uniform == nullptr) lists_.points.read(w, work_.w.data());
-  substitute_down();
-  lanes::accelerate(in_, uniform != nullptr ? nullptr : work_.w.data(), everywhere, work_.w.data(),
-                    group_.has_joints() ? nullptr : own_.residual);
-  hand_over_roots(in_.dw);
-  if (group_.has_joints()) std::copy_n(in_.dw, group_.num_places, own_.points);
-  lists_.points.write(work_.w.data(), w);
 }
 
 // ---- projections ----

@@ -1,3 +1,5 @@
+#include <cstring>
+
 #include "schur/lane_groups.hpp"
 
 #include "base/distance.hpp"
@@ -108,17 +110,6 @@ void evaluate(const Arrays& arrays, const Motion& motion_of, bool eliminates, Pa
       });
 }
 
-void finish(const Arrays& arrays, bool is_substituted, const Pack3<>* w0, Vec3 uniform, Pack3<>* w,
-            const Pack<>* right_side, Findings* found) {
-  for_group(
-      arrays, [=](const auto& part, auto ends, const Arrays& in) __attribute__((always_inline)) {
-        if (!is_substituted) substitute_up(part, ends, in.shape, in.points, in.rods);
-        substitute_down(part, ends, in.shape, in.rods, false, nullptr, in.dw);
-        add_dw(part, in.shape, in.points.inverse_mass, in.dw, w0, uniform, w);
-        found->include(part, part.of(*right_side), largest_residual(part, ends, in.shape, in.rods, in.dw));
-      });
-}
-
 void accelerate_pieces(const Arrays& arrays, bool lambda_is_known, const Upcoming& upcoming, const Pack3<>* w0,
                        Vec3 uniform, Pack3<>* w, Pack<>* residual) {
   for_each_part(
@@ -150,29 +141,11 @@ void accelerate_pieces(const Arrays& arrays, bool lambda_is_known, const Upcomin
       });
 }
 
-void substitute_down(const Arrays& arrays, bool lambda_is_known, const Pack3<>* on_roots, Pack3<>* points) {
-  for_group(
-      arrays, [=](const auto& part, auto ends, const Arrays& in) __attribute__((always_inline)) {
-        substitute_down(part, ends, in.shape, in.rods, lambda_is_known, on_roots, in.dw);
-        for (std::size_t i = 0; points != nullptr && i < in.shape.num_places; ++i)
-          part.write(part.of(points[i]) + part.of(in.points.inverse_mass[i]) * part.of(in.dw[i]), &points[i]);
-      });
-}
-
-void accelerate(const Arrays& arrays, const Pack3<>* w0, Vec3 uniform, Pack3<>* w, Pack<>* residual) {
-  for_group(
-      arrays, [=](const auto& part, auto ends, const Arrays& in) __attribute__((always_inline)) {
-        add_dw(part, in.shape, in.points.inverse_mass, in.dw, w0, uniform, w);
-        if (residual != nullptr) part.of(*residual) = largest_residual(part, ends, in.shape, in.rods, in.dw);
-      });
-}
-
 // ---- joints ----
 
 namespace {
 
-/// Packs of some number of each lane's joint, which begin at `first` in the first joint. Lanes without a joint have
-/// those of `others`.
+/// Packs of each lane's joint, which begin at `first` in the first joint, or those of `others` where there is none.
 struct OfJoints {
   const double* at[num_lanes];
   [[gnu::always_inline]] OfJoints(const JointPlace& place, const void* first, const void* others) {
@@ -191,8 +164,7 @@ struct OfJoints {
   [[gnu::always_inline]] Mobility mobility() const { return {get(0), get(1), get(2), get(3), get(4), get(5)}; }
 };
 
-}  // namespace
-
+/// Takes W, s or dw of joints at their places.
 template <class Cell>
 void take_from_joints(std::span<const JointPlace> places, const Joint* joints, Cell Joint::*what, Cell* to) {
   dispatch([=] {
@@ -203,8 +175,8 @@ void take_from_joints(std::span<const JointPlace> places, const Joint* joints, C
     }
   });
 }
-template void take_from_joints(std::span<const JointPlace>, const Joint*, Mobility Joint::*, Mobility*);
-template void take_from_joints(std::span<const JointPlace>, const Joint*, Pack3<> Joint::*, Pack3<>*);
+
+}  // namespace
 
 }  // namespace tanor::detail::lanes
 
@@ -224,7 +196,7 @@ void LaneGroups::Group::take_mobilities() {
       none.write(&points.s[i]);
     }
   });
-  take_from_joints(joints(), all_.joints_.data(), &Joint::mobility, in_.points.mobility);
+  lanes::take_from_joints(joints(), all_.joints_.data(), &Joint::mobility, in_.points.mobility);
 }
 
 void LaneGroups::Group::eliminate() {
@@ -248,6 +220,82 @@ void LaneGroups::Group::eliminate() {
                  part.of(found->largest_inverse) = largest;
                });
   if (may_hang()) own_joint().mobility = in_.points.mobility[group_.num_rods];
+}
+
+void LaneGroups::Group::solve(const lanes::Motion& motion, const Vec3* uniform, FactorUse use, double* w) {
+  const bool is_in_one_pass = use == FactorUse::Renew && is_tree();
+  if (is_in_one_pass) {
+    evaluate_and_eliminate(motion);
+  } else {
+    evaluate(motion);
+    // It is made as elsewhere, so that its bits do not tell what was solved before.
+    if (use == FactorUse::Renew) eliminate();
+    if (is_tree()) std::memset(in_.points.s, 0, group_.num_places * sizeof(Pack3<>));
+  }
+  // It ends with lambda, unless z is there, and all that follows from it.
+  for_group(
+      in_, [
+        is_in_one_pass, w0 = motion.w0, everywhere = uniform != nullptr ? *uniform : Vec3{},
+        w = w != nullptr ? work_.w.data() : nullptr, right_side = own_.right_side, found = &work_.found
+      ](const auto& part, auto ends, const Arrays& in) __attribute__((always_inline)) {
+        if (!is_in_one_pass) lanes::substitute_up(part, ends, in.shape, in.points, in.rods);
+        lanes::substitute_down(part, ends, in.shape, in.rods, false, nullptr, in.dw);
+        lanes::add_dw(part, in.shape, in.points.inverse_mass, in.dw, w0, everywhere, w);
+        found->include(part, part.of(*right_side), lanes::largest_residual(part, ends, in.shape, in.rods, in.dw));
+      });
+  if (w != nullptr) lists_.points.write(work_.w.data(), w);
+  if (next_ != nullptr) {
+    const Pack<>* const factor = all_.factor_.data() + all_.plan_.groups[number_ + 1].first_factor;
+    call_for(factor, static_cast<std::size_t>(factor - in_.rods.factor));  // the next one is mostly as large
+  }
+}
+
+void LaneGroups::Group::substitute_down(Pack3<>* points, const Pack3<>* known, bool lambda_is_known) {
+  if (is_path() && points != nullptr) {
+    lanes::accelerate_pieces(in_, lambda_is_known, {}, points, {}, points, nullptr);
+    (points[0] + in_.rods.border->r_joined).write(&points[0]);
+    return points[0].write(&in_.rods.border->r_of_first);
+  }
+  Pack3<> force = may_hang() ? own_joint().dw : Pack3<>{};
+  for (std::size_t lane = 0; lane < num_lanes && may_hang(); ++lane) {
+    const std::size_t own = std::min(lane, group_.num_members - 1);
+    set_lane(&force, lane, group_.ends_tree[lane] ? Vec3{} : Vec3{force.x[own], force.y[own], force.z[own]});
+  }
+  const Pack3<>* const on_roots = may_hang() ? &force : nullptr;
+  for_group(
+      in_, [ lambda_is_known, on_roots, points ](const auto& part, auto ends, const Arrays& in)
+               __attribute__((always_inline)) {
+                 lanes::substitute_down(part, ends, in.shape, in.rods, lambda_is_known, on_roots, in.dw);
+                 for (std::size_t i = 0; points != nullptr && i < in.shape.num_places; ++i)
+                   part.write(part.of(points[i]) + part.of(in.points.inverse_mass[i]) * part.of(in.dw[i]), &points[i]);
+               });
+  if (group_.has_joints()) pull_joints(known);
+  if (points != nullptr) hand_over_roots(points);
+}
+
+void LaneGroups::Group::substitute_down(const double* blocks, const Vec3* uniform, double* w) {
+  const Vec3 everywhere = uniform != nullptr ? *uniform : Vec3{};
+  if (is_path()) {
+    read_directions(blocks);
+    lanes::accelerate_pieces(in_, false, upcoming({w, nullptr, blocks}), nullptr, everywhere,
+                             uniform != nullptr ? work_.w.data() : nullptr, own_.residual);
+    in_.dw[0].write(&in_.rods.border->dw_of_first);
+    in_.dw[group_.num_rods - 1].write(&in_.rods.border->dw_of_last);
+    return uniform != nullptr ? lists_.points.write(work_.w.data(), w) : add_points(in_.dw, w);
+  }
+  if (uniform == nullptr) lists_.points.read(w, work_.w.data());
+  substitute_down();
+  for_group(
+      in_, [
+        w0 = uniform != nullptr ? nullptr : work_.w.data(), everywhere, w = work_.w.data(),
+        residual = group_.has_joints() ? nullptr : own_.residual
+      ](const auto& part, auto ends, const Arrays& in) __attribute__((always_inline)) {
+        lanes::add_dw(part, in.shape, in.points.inverse_mass, in.dw, w0, everywhere, w);
+        if (residual != nullptr) part.of(*residual) = lanes::largest_residual(part, ends, in.shape, in.rods, in.dw);
+      });
+  hand_over_roots(in_.dw);
+  if (group_.has_joints()) std::copy_n(in_.dw, group_.num_places, own_.points);
+  lists_.points.write(work_.w.data(), w);
 }
 
 void LaneGroups::Group::find_directions(const double* r, Pack3<>* u) {
@@ -300,9 +348,20 @@ void LaneGroups::Group::evaluate_rates() {
       });
 }
 
+void LaneGroups::Group::take_joints(Pack3<>* points) {
+  for (std::size_t lane = 0; is_path() && lane < group_.num_members; ++lane) {
+    if (group_.behind[lane] < 0) continue;
+    const auto slot = static_cast<std::size_t>(group_.behind[lane]);
+    set_lane(&points[group_.num_rods], lane, lane_of(all_.borders_[slot / num_lanes].r_of_first, slot % num_lanes));
+  }
+  if (!group_.has_joints()) return;
+  lanes::take_from_joints(joints(), all_.joints_.data(), &Joint::dw, points);
+  hand_over_roots(points);  // one that is a joint itself has several pieces, one after the other
+}
+
 void LaneGroups::Group::answer_at_joints(const Pack3<>* force) {
   if (!group_.has_joints()) return;
-  if (force == nullptr) return take_from_joints(joints(), all_.joints_.data(), &Joint::s, in_.points.s);
+  if (force == nullptr) return lanes::take_from_joints(joints(), all_.joints_.data(), &Joint::s, in_.points.s);
   static constexpr lanes::Mobility nothing{};
   dispatch([places = joints(), joints = all_.joints_.data(), s = in_.points.s, force] {
     for (const JointPlace& each : places) {

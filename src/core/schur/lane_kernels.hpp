@@ -12,8 +12,7 @@
 #include "schur/lane_plan.hpp"
 #include "schur/path_separators.hpp"
 
-/// \file Arithmetic of rods in groups of eight equal islands, or of eight pieces of trees or paths, side by side in the
-/// lanes of a vector. See instruction_sets.hpp.
+/// \file Arithmetic of rods in groups of eight equal islands, or pieces of trees or paths, side by side in lanes.
 ///
 /// Three programs eliminate S. That of equal islands is written down in a schedule. Pieces of trees (tree_pieces.cpp)
 /// are eliminated from the leaves to the roots: a point whose branches are eliminated answers a force F of the rods
@@ -41,8 +40,7 @@ struct MobilityOf {
   }
 };
 using Mobility = MobilityOf<num_lanes>;
-/// The factor of a rod of a tree: h = W u of the parent (before the rod) over the pivot d, and 1/d. Its direction u
-/// from the child to the parent is stored apart.
+/// The factor of a rod of a tree: h = W u of the parent (before the rod) over the pivot d, and 1/d. u points to it.
 struct RodFactor {
   Pack3<> h;
   Pack<> inverse_pivot;
@@ -107,25 +105,10 @@ struct Arrays {
 void evaluate(const Arrays& arrays, const Motion& motion, bool eliminates, Pack<>* right_side, Findings* found);
 /// Solves S lambda = -(b + K's), of trees the way up to the roots: z, and s_p -= z h/d; of paths y = -L^-1 b.
 void substitute_up(const Arrays& arrays);
-/// Ends a solve of whole islands with the factor that there is: lambda, unless `is_substituted` up to the roots, then
-/// F, and the rest as `accelerate`. Includes the residual and the right side of islands in what was found.
-void finish(const Arrays& arrays, bool is_substituted, const Pack3<>* w0, Vec3 uniform, Pack3<>* w,
-            const Pack<>* right_side, Findings* found);
-/// Ends that of pieces of paths: lambda, unless it is known, and dw = M^-1 K lambda. Also computes w := w0 + dw, with
-/// w0 as in `accelerate`, and the residual, but for that of separators, unless these are null. `upcoming` are arrays
-/// for the next pieces.
+/// Ends a solve of pieces of paths: lambda, unless it is known, and dw = M^-1 K lambda. Also computes w := w0 + dw,
+/// with w0 as in Motion, and the residual, but for that of separators, unless these are null.
 void accelerate_pieces(const Arrays& arrays, bool lambda_is_known, const Upcoming& upcoming, const Pack3<>* w0,
                        Vec3 uniform, Pack3<>* w, Pack<>* residual);
-/// Computes the forces F, and points += F/m unless these are null; of paths, lambda alone. On the way down pieces,
-/// lambda = -z/d - (h/d).F_p, or L'^-1 D^-1 y, takes z's place, unless it is known. If there is a force on the roots
-/// from outside, it is added to F.
-void substitute_down(const Arrays& arrays, bool lambda_is_known, const Pack3<>* on_roots, Pack3<>* points);
-/// Computes dw = F/m and w := w0 + dw. If w0 is null, it is `uniform` for all points. Finds the residual as
-/// `find_residual` does, unless it is null.
-void accelerate(const Arrays& arrays, const Pack3<>* w0, Vec3 uniform, Pack3<>* w, Pack<>* residual);
-/// Takes W, s or dw of joints at their places.
-template <class Cell>
-void take_from_joints(std::span<const JointPlace> places, const Joint* joints, Cell Joint::*what, Cell* to);
 
 // ---- the ends of rods: each kernel is run for some lanes after the others, see lane_parts.hpp ----
 
@@ -251,8 +234,7 @@ template <class Body>
 }
 
 /// Runs body(part, ends, arrays) for the kind of ends that the group has. Each kind has a function of its own for each
-/// instruction set, which gcc optimizes better than all kinds in one. The arrays, whose `in` has the shape, are copied
-/// inside, since a body is copied twice.
+/// instruction set, which gcc optimizes better than all in one. Arrays are copied inside, since a body is copied twice.
 template <class All, class Body>
 void for_group(const All& arrays, const Shape& shape, const Body& body) {
   with_ends(shape, [&](auto ends) {

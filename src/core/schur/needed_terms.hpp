@@ -89,13 +89,6 @@ class TermCounter {
   /// Counts those of islands in so many lanes.
   explicit TermCounter(const SeriesDemand& step, std::size_t num_islands) : step_(step), num_islands_(num_islands) {}
 
-  /// Returns the weight of points at r, or with the velocities r. It is that of an error up to the square root of 2
-  /// smaller than the allowed one, which needs no root: (atol + rtol |r|)^2 >= atol^2 + rtol^2 r.r.
-  template <class Vector, class Lane>
-  [[gnu::always_inline]] static Lane weigh(const Vector& r, const Lane& atol, double rtol) {
-    return 1.0 / (atol * atol + (rtol * rtol) * dot(r, r));
-  }
-
   /// The largest squares of an order's ratios in each lane.
   struct Largest {
     Pack<> position{}, velocity{};
