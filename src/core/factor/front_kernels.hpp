@@ -3,20 +3,17 @@
 #include <cstddef>
 #include <span>
 
-/// \file Dense arithmetic of Multifrontal, compiled for each instruction set. Columns stand `stride` numbers apart,
-/// which is a multiple of `front_width`, and are padded with zeros. Kernels may read up to `front_width` numbers behind
-/// an array.
+/// \file Dense arithmetic of Multifrontal for each instruction set. Columns stand `stride` numbers apart, a multiple of
+/// `front_width`, and are padded with zeros. Kernels may read up to `front_width` numbers behind an array.
 namespace tanor::detail::kernels {
 
 inline constexpr std::size_t front_width = 8;
 
-/// Replaces the first columns of a front, whose lower triangle stands in `panel` [rows, columns], by those of L. The
-/// entries above the diagonal, in its lanes, become 0; those further up are of no use. Returns the first column without
-/// a positive pivot, or `columns`.
+/// Replaces the first columns of a front, whose lower triangle stands in `panel` [rows, columns], by those of L, with 0
+/// above the diagonal in its lanes. Returns the first column without a positive pivot, or `columns`.
 std::size_t factorize_panel(std::size_t columns, std::size_t rows, std::size_t stride, double* panel);
 
-/// The lower triangle of an update, stored in blocks of columns that begin at the diagonal. It takes little more than
-/// half of a square.
+/// The lower triangle of an update, in blocks of columns that begin at the diagonal: little more than half of a square.
 struct Triangle {
   static constexpr std::size_t width = 32;  ///< columns of a block, whole lanes
 
@@ -77,29 +74,25 @@ struct TrianglePart {
 /// Adds a part of the child's update to the front.
 void add_to_front(const TrianglePart& part, const ChildUpdate& child, const FrontNumbers& front);
 /// Adds the updates of the children, replaces the panel, which holds the entries of S, by L and writes the front's own
-/// update of `below` rows, all in one call: small fronts take less time than several calls. Returns the first column
-/// without a positive pivot, or all columns.
+/// update of `below` rows. Returns the first column without a positive pivot, or all columns.
 std::size_t eliminate_front(const FrontNumbers& front, std::size_t below, std::span<const ChildUpdate> children);
 
-/// Computes y := L11^-1 y in the first columns, then y -= L21 y in the rows below. y [rows] is padded with zeros.
-/// Prefetches columns that stand `ahead` numbers further on, unless `ahead` is 0.
-void substitute_forwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
-                         const double* inverse_pivots, std::size_t ahead, double* y);
-/// Computes y := L11'^-1 (y - L21' y below) in the first columns. Prefetches columns that stand `ahead` numbers before,
-/// unless `ahead` is 0.
-void substitute_backwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
-                          const double* inverse_pivots, std::size_t ahead, double* y);
-/// Computes y -= a x with a [rows, columns] in `panel`.
-void subtract_product(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel, const double* x,
-                      double* y);
+/// Columns of L in a front, or a tile of them. y [rows] is padded with zeros.
+struct Panel {
+  std::size_t columns, rows, stride;
+  const double *numbers, *inverse_pivots;
+};
+/// Computes y := L11^-1 y in the first columns, then y -= L21 y below. Prefetches `ahead` numbers on unless that is 0.
+void substitute_forwards(const Panel& panel, std::size_t ahead, double* y);
+/// Computes y := L11'^-1 (y - L21' y below) in the first columns. Prefetches `ahead` numbers before.
+void substitute_backwards(const Panel& panel, std::size_t ahead, double* y);
+/// Computes y -= a x with a [rows, columns] in the panel.
+void subtract_product(const Panel& panel, const double* x, double* y);
 /// Computes sums = a' y.
-void find_products(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel, const double* y,
-                   double* sums);
+void find_products(const Panel& panel, const double* y, double* sums);
 
-/// Does both substitutions for eight right-hand sides at once. Those of row i stand side by side at x[8 numbers[i]].
-void substitute_pack_forwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
-                              const double* inverse_pivots, const int* numbers, double* x);
-void substitute_pack_backwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
-                               const double* inverse_pivots, const int* numbers, double* x);
+/// Does both substitutions for eight right-hand sides at once. Those of row i stand side by side at x[8 places[i]].
+void substitute_pack_forwards(const Panel& panel, const int* places, double* x);
+void substitute_pack_backwards(const Panel& panel, const int* places, double* x);
 
 }  // namespace tanor::detail::kernels

@@ -12,14 +12,10 @@
 
 namespace tanor::detail {
 
-/// Factorizes L L' = S by the multifrontal method (Duff & Reid 1983; Liu 1992). Each supernode has a front, a dense
-/// lower triangle of its rows,
+/// Factorizes L L' = S by the multifrontal method (Duff & Reid 1983; Liu 1992). A supernode has a front of its rows,
 ///
 ///   [ L11    ]   its columns, from S and the updates of its children
 ///   [ L21  U ]   U = updates of its children - L21 L21',   for its parent
-///
-/// CHOLMOD's supernodal numeric factorization enters several parallel regions for each supernode and BLAS for each
-/// small block. This takes three quarters of its time on nets.
 ///
 /// Some last rows, G, may be kept for the caller. The last front is then assembled and handed over:
 ///
@@ -88,6 +84,11 @@ class Multifrontal {
     const std::size_t row = FrontTree::tile * task.row, column = FrontTree::tile * task.column;
     return {row, std::min(row + FrontTree::tile, front.stride), column,
             std::min(column + FrontTree::tile, front.columns)};
+  }
+  kernels::Panel panel_of(const Front& front, const Tile& tile) const {
+    return {tile.end_column - tile.column, tile.end_row - tile.row, front.stride,
+            panels_.data() + front.panel + tile.column * front.stride + tile.row,
+            inverse_pivots_.data() + front.first_column + tile.column};
   }
   kernels::Triangle update(const Front& front, Workspace& workspace) {
     LargeArray<double>& home = front.home == Front::Home::Stack    ? workspace.stacks[front.depth % 2]

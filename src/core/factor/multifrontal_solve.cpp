@@ -46,16 +46,12 @@ void Multifrontal::forwards(const FrontTask& task, double* x, Workspace& workspa
   if (is_first && is_kept(front)) std::copy_n(y, front.columns, x + front.first_column);
   if (is_kept(front)) return;
   const Tile tile = tile_of(task, front);
-  const std::size_t rows = tile.end_row - tile.row, columns = tile.end_column - tile.column, first = tile.column;
-  const double* const numbers = panels_.data() + front.panel + first * front.stride + tile.row;
-  const double* const inverse_pivots = inverse_pivots_.data() + front.first_column + first;
-  if (task.row > task.column)
-    return kernels::subtract_product(columns, rows, front.stride, numbers, y + first, y + tile.row);
-  kernels::substitute_forwards(columns, rows, front.stride, numbers, inverse_pivots, front.is_tiled ? 0 : ahead_,
-                               y + first);
+  const kernels::Panel panel = panel_of(front, tile);
+  if (task.row > task.column) return kernels::subtract_product(panel, y + tile.column, y + tile.row);
+  kernels::substitute_forwards(panel, front.is_tiled ? 0 : ahead_, y + tile.column);
   if (front.is_tiled) return;
-  std::copy_n(y, columns, x + front.first_column);
-  std::copy_n(y + columns, front.below(), left_over(front, workspace));
+  std::copy_n(y, front.columns, x + front.first_column);
+  std::copy_n(y + front.columns, front.below(), left_over(front, workspace));
 }
 
 void Multifrontal::backwards(const FrontTask& task, double* x, Workspace& workspace) {
@@ -69,20 +65,16 @@ void Multifrontal::backwards(const FrontTask& task, double* x, Workspace& worksp
     std::fill(y + front.rows, y + front.stride, 0.0);
   }
   const Tile tile = tile_of(task, front);
-  const std::size_t rows = tile.end_row - tile.row, columns = tile.end_column - tile.column, first = tile.column;
-  const double* const numbers = panels_.data() + front.panel + first * front.stride + tile.row;
-  if (task.row > task.column) {
-    return kernels::find_products(columns, rows, front.stride, numbers, y + tile.row,
-                                  partial_sums(front, task.row, task.column));
-  }
+  const kernels::Panel panel = panel_of(front, tile);
+  if (task.row > task.column)
+    return kernels::find_products(panel, y + tile.row, partial_sums(front, task.row, task.column));
+  double* const own = y + tile.column;
   for (std::size_t row = task.row + 1; front.is_tiled && row * FrontTree::tile < front.stride; ++row) {
     const double* const sums = partial_sums(front, row, task.column);
-    for (std::size_t j = 0; j < columns; ++j) y[first + j] -= sums[j];
+    for (std::size_t j = 0; j < panel.columns; ++j) own[j] -= sums[j];
   }
-  kernels::substitute_backwards(columns, rows, front.stride, numbers,
-                                inverse_pivots_.data() + front.first_column + first, front.is_tiled ? 0 : ahead_,
-                                y + first);
-  std::copy_n(y + first, columns, x + front.first_column + first);
+  kernels::substitute_backwards(panel, front.is_tiled ? 0 : ahead_, own);
+  std::copy_n(own, panel.columns, x + front.first_column + tile.column);
 }
 
 bool Multifrontal::solves_by_threads() const {
@@ -106,8 +98,7 @@ void Multifrontal::solve_packs(double* x, std::size_t groups) const {
   const auto for_groups = [&](const auto& substitute, std::size_t s) {
     const Front& front = tree_.fronts[s];
     for (double* own = x; own != x + groups * size; own += size)
-      substitute(front.columns, front.rows, front.stride, panels_.data() + front.panel,
-                 inverse_pivots_.data() + front.first_column, supernodes_.rows_of(s).data(), own);
+      substitute(panel_of(front, {0, front.rows, 0, front.columns}), supernodes_.rows_of(s).data(), own);
   };
   for (std::size_t s = 0; s < tree_.fronts.size(); ++s) for_groups(kernels::substitute_pack_forwards, s);
   for (std::size_t s = tree_.fronts.size(); s-- > 0;) for_groups(kernels::substitute_pack_backwards, s);

@@ -46,8 +46,7 @@ template <class Lanes, std::size_t columns>
   for (std::size_t q = 0; q < columns; ++q) sums[q] = sum[q].sum();
 }
 
-/// Writes x to the first lanes at y, as a whole, since a load of these lanes that follows soon would wait until single
-/// numbers had reached the cache.
+/// Writes x to the first lanes at y, as a whole: a load that follows soon would wait for single numbers.
 template <class Lanes, std::size_t columns>
 [[gnu::always_inline]] inline void write_lanes(const double (&x)[columns], double* y) {
   const Lanes all = Lanes::of([&](auto lane) __attribute__((always_inline)) {
@@ -61,45 +60,42 @@ template <class Lanes, std::size_t columns>
 
 /// Calls work(j, count) for columns [j, j + count) of a panel, a few at a time, and prefetches those after the next.
 template <class Work>
-[[gnu::always_inline]] inline void for_columns_of(const double* panel, std::size_t columns, std::size_t rows,
-                                                  std::size_t stride, const Work& work) {
-  for (std::size_t j = 0; j < columns; j += tile) {
+[[gnu::always_inline]] inline void for_columns_of(const Panel& panel, const Work& work) {
+  for (std::size_t j = 0; j < panel.columns; j += tile) {
     with_columns(
-        columns - j, [&](auto count) __attribute__((always_inline)) {
-          for (std::size_t q = 0; q < count; ++q) fetch(panel + (j + 2 * tile + q) * stride, rows);
+        panel.columns - j, [&](auto count) __attribute__((always_inline)) {
+          for (std::size_t q = 0; q < count; ++q) fetch(panel.numbers + (j + 2 * tile + q) * panel.stride, panel.rows);
           work(j, count);
         });
   }
 }
 }  // namespace
 
-void subtract_product(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel, const double* x,
-                      double* y) {
+void subtract_product(const Panel& panel, const double* x, double* y) {
   dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
     for_columns_of(
-        panel, columns, rows, stride, [=](std::size_t j, auto count) __attribute__((always_inline)) {
-          subtract_columns<Lanes, count>(panel + j * stride, stride, 0, rows, x + j, y);
+        panel, [=](std::size_t j, auto count) __attribute__((always_inline)) {
+          subtract_columns<Lanes, count>(panel.numbers + j * panel.stride, panel.stride, 0, panel.rows, x + j, y);
         });
   });
 }
 
-void find_products(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel, const double* y,
-                   double* sums) {
+void find_products(const Panel& panel, const double* y, double* sums) {
   dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
     for_columns_of(
-        panel, columns, rows, stride, [=](std::size_t j, auto count) __attribute__((always_inline)) {
-          multiply_columns<Lanes, count>(panel + j * stride, stride, 0, rows, y, sums + j);
+        panel, [=](std::size_t j, auto count) __attribute__((always_inline)) {
+          multiply_columns<Lanes, count>(panel.numbers + j * panel.stride, panel.stride, 0, panel.rows, y, sums + j);
         });
   });
 }
 
-void substitute_forwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
-                         const double* inverse_pivots, std::size_t ahead, double* y) {
+void substitute_forwards(const Panel& panel, std::size_t ahead, double* y) {
   dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
+    const auto [columns, rows, stride, numbers, inverse_pivots] = panel;
     for (std::size_t j = 0; j < columns; j += front_width) {
       with_columns<front_width>(
           columns - j, [&](auto count) __attribute__((always_inline)) {
-            const double* const c = panel + j * stride;
+            const double* const c = numbers + j * stride;
             if (ahead > 0) fetch(c + ahead, count * stride);
             // x_q = (y_q - sum over k < q of c_qk x_k)/pivot, with one operation a row from x_k to x_q
             double x[count];
@@ -117,13 +113,13 @@ void substitute_forwards(std::size_t columns, std::size_t rows, std::size_t stri
   });
 }
 
-void substitute_backwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
-                          const double* inverse_pivots, std::size_t ahead, double* y) {
+void substitute_backwards(const Panel& panel, std::size_t ahead, double* y) {
   dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
+    const auto [columns, rows, stride, numbers, inverse_pivots] = panel;
     for (std::size_t end = columns, j = lanes_of(columns - 1);; end = j, j -= front_width) {
       with_columns<front_width>(
           end - j, [&](auto count) __attribute__((always_inline)) {
-            const double* const c = panel + j * stride;
+            const double* const c = numbers + j * stride;
             if (ahead > 0) fetch_downwards(c - ahead, count * stride);
             double x[count];
             for (std::size_t q = 0; q < count; ++q) x[q] = y[j + q];
@@ -152,16 +148,16 @@ void substitute_backwards(std::size_t columns, std::size_t rows, std::size_t str
   });
 }
 
-void substitute_pack_forwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
-                              const double* inverse_pivots, const int* numbers, double* x) {
+void substitute_pack_forwards(const Panel& panel, const int* places, double* x) {
   dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
+    const auto [columns, rows, stride, numbers, inverse_pivots] = panel;
     const auto row = [&](std::size_t i) __attribute__((always_inline)) {
-      return x + front_width * static_cast<std::size_t>(numbers[i]);
+      return x + front_width * static_cast<std::size_t>(places[i]);
     };
     for (std::size_t j = 0; j < columns; j += tile) {
       with_columns(
           columns - j, [&](auto count) __attribute__((always_inline)) {
-            const double* const c = panel + j * stride;
+            const double* const c = numbers + j * stride;
             Lanes own[count];
             for (std::size_t q = 0; q < count; ++q) {
               own[q] = Lanes::at(row(j + q));
@@ -179,16 +175,16 @@ void substitute_pack_forwards(std::size_t columns, std::size_t rows, std::size_t
   });
 }
 
-void substitute_pack_backwards(std::size_t columns, std::size_t rows, std::size_t stride, const double* panel,
-                               const double* inverse_pivots, const int* numbers, double* x) {
+void substitute_pack_backwards(const Panel& panel, const int* places, double* x) {
   dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
+    const auto [columns, rows, stride, numbers, inverse_pivots] = panel;
     const auto row = [&](std::size_t i) __attribute__((always_inline)) {
-      return x + front_width * static_cast<std::size_t>(numbers[i]);
+      return x + front_width * static_cast<std::size_t>(places[i]);
     };
     for (std::size_t end = columns, j = (columns - 1) / tile * tile;; end = j, j -= tile) {
       with_columns(
           end - j, [&](auto count) __attribute__((always_inline)) {
-            const double* const c = panel + j * stride;
+            const double* const c = numbers + j * stride;
             Lanes own[count];
             for (std::size_t q = 0; q < count; ++q) own[q] = Lanes::at(row(j + q));
             for (std::size_t i = j + count; i < rows; ++i) {
