@@ -25,8 +25,7 @@ Groups<int> list_rows_of_points(const RowsInSpace& rows) {
           }};
 }
 
-/// Returns the rows node by node of the tree of cuts. The rows of a node are in the order in which `points` lists the
-/// first of their points.
+/// Returns the rows node by node of the tree of cuts, those of a node as `points` lists the first of their points.
 std::vector<int> order_by_nodes(const RowsInSpace& rows, const std::vector<int>& points,
                                 const std::vector<int>& node_of_row, int num_nodes) {
   const Groups<int> rows_of_point = list_rows_of_points(rows);
@@ -76,8 +75,7 @@ class AxisCuts {
     int met = 0, points = 0;
   };
 
-  /// Leaves out the axes along which all points lie nearer than those of a line as long as the longest axis would, as
-  /// across a flat net. A cut across them would not be tried.
+  /// Leaves out axes along which all points lie nearer than those of a line as long as the longest: across a flat net.
   void find_axes() {
     std::array<double, 3> extent{};
     for (std::size_t axis = 0; axis < 3 && rows_.num_points() > 0; ++axis) {
@@ -274,8 +272,7 @@ Dissection dissect_graph(const RowsInSpace& rows) {
   const Groups<int> by_part(std::size_t{1} << depth, [&](const auto& add) {
     for (std::size_t point = 0; point < part.size(); ++point) add(part[point], static_cast<int>(point));
   });
-  // Nodes are numbered children first: before the end of a node lie 2 end - popcount(end) nodes, its parents among
-  // them.
+  // Nodes are numbered children first: before the end of a node lie 2 end - popcount(end), its parents among them.
   std::vector<int> node_of_row(rows.num_rows());
   for (std::size_t row = 0; row < node_of_row.size(); ++row) {
     const std::span<const int> points = rows.points_of_row[row];

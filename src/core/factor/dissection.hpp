@@ -23,12 +23,10 @@ struct Dissection {
   double first_cut = 0.0;  ///< rows that the first cut parts, over the product of the points on its sides
 };
 
-/// Dissects by planes across an axis. Each plane parts the fewest rows for the balance that it leaves. The cost is O(n
-/// log n).
+/// Dissects by planes across an axis, each of which parts the fewest rows for the balance that it leaves: O(n log n).
 Dissection dissect_along_axes(const RowsInSpace& rows);
 
-/// Dissects the graph of points by the halves that METIS finds (G. Karypis, V. Kumar, SIAM J. Sci. Comput. 20, 1998).
-/// Throws std::bad_alloc.
+/// Dissects the graph of points by halves of METIS (G. Karypis, V. Kumar, SISC 20, 1998). Throws std::bad_alloc.
 Dissection dissect_graph(const RowsInSpace& rows);
 /// Returns `first_cut` of dissect_graph without the rest of the dissection.
 double first_cut_of_graph(const RowsInSpace& rows);

@@ -16,9 +16,8 @@ namespace tanor::detail {
 
 namespace {
 
-/// Returns an order of C's columns in which R has little fill, with each subtree of the column elimination tree
-/// together: COLAMD (T. A. Davis, J. R. Gilbert, S. I. Larimore, E. G. Ng, ACM TOMS 30, 2004). The result is [place in
-/// the elimination] -> column.
+/// Returns [place in the elimination] -> column of C, in an order of little fill with each subtree of the column
+/// elimination tree together: COLAMD (T. A. Davis, J. R. Gilbert, S. I. Larimore, E. G. Ng, ACM TOMS 30, 2004).
 std::vector<int> find_order(const SparseColumns& C) {
   std::vector<int> order(C.num_columns());
   std::iota(order.begin(), order.end(), 0);

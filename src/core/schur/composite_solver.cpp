@@ -14,29 +14,6 @@ namespace tanor::detail {
 
 namespace {
 
-const char* obstacle_to_all(const Constraints& constraints, const Numbering& numbering) {
-  if (numbering.num_rows() == 0) return "there are no constraints";
-  if (numbering.first_idle_row() < numbering.num_rows()) return "some constraints join supports alone";
-  if (constraints.tangents().size() > 0) return "contacts with friction have rows that come and go";
-  return nullptr;
-}
-
-/// Each solver takes the islands that it serves out of `islands`.
-std::vector<std::unique_ptr<SchurSolver>> serve_special_islands(const SchurProblem& problem,
-                                                                const SolverOptions& wanted,
-                                                                std::vector<Index>* islands) {
-  std::vector<std::unique_ptr<SchurSolver>> solvers;
-  const auto add = [&](LinearSolver kind, const auto& make) {
-    if (wanted.linear_solver != LinearSolver::Auto && wanted.linear_solver != kind) return;
-    if (std::unique_ptr<SchurSolver> solver = make()) solvers.push_back(std::move(solver));
-  };
-  const bool eagerly = wanted.linear_solver != LinearSolver::Auto;
-  add(LinearSolver::ClosedForm, [&] { return PointSolver::make(problem, islands); });
-  for (const LinearSolver kind : {LinearSolver::Batches, LinearSolver::Paths, LinearSolver::Trees})
-    add(kind, [&] { return LaneSolver::make(problem, kind, wanted.threads, eagerly, islands); });
-  return solvers;
-}
-
 /// Makes sparse factors of the islands that are left over. Returns null if they are too much of the system.
 std::unique_ptr<SchurSolver> make_sparse_solver(const SchurProblem& problem, const std::vector<Index>& left) {
   IslandGroup group(problem, left);
@@ -71,11 +48,21 @@ CompositeSolver make_composite_solver(const SchurProblem& problem, const SolverO
       (!is_forced && numbering.num_rows() < plan::fewest_rows))
     return CompositeSolver();
   if (wanted.ordering != Ordering::Auto) return refuse("an ordering is asked for, which belongs to the general solver");
-  if (const char* obstacle = obstacle_to_all(problem.constraints, numbering)) return refuse(obstacle);
+  if (numbering.num_rows() == 0) return refuse("there are no constraints");
+  if (numbering.first_idle_row() < numbering.num_rows()) return refuse("some constraints join supports alone");
+  if (problem.constraints.tangents().size() > 0) return refuse("contacts with friction have rows that come and go");
 
+  // Each solver takes the islands that it serves out of those that are left.
   std::vector<Index> left(numbering.num_islands());
   std::iota(left.begin(), left.end(), 0);
-  std::vector<std::unique_ptr<SchurSolver>> solvers = serve_special_islands(problem, wanted, &left);
+  std::vector<std::unique_ptr<SchurSolver>> solvers;
+  const auto add = [&](LinearSolver kind, const auto& make) {
+    if (is_forced && wanted.linear_solver != kind) return;
+    if (std::unique_ptr<SchurSolver> solver = make()) solvers.push_back(std::move(solver));
+  };
+  add(LinearSolver::ClosedForm, [&] { return PointSolver::make(problem, &left); });
+  for (const LinearSolver kind : {LinearSolver::Batches, LinearSolver::Paths, LinearSolver::Trees})
+    add(kind, [&] { return LaneSolver::make(problem, kind, wanted.threads, is_forced, &left); });
   if (!left.empty()) {
     if (is_forced) return refuse("some islands have another structure");
     std::unique_ptr<SchurSolver> sparse = solvers.empty() ? nullptr : make_sparse_solver(problem, left);

@@ -9,8 +9,7 @@
 
 namespace tanor::detail {
 
-/// Returns |A| of a symmetric matrix A by power iterations x, A x, A^2 x, …; apply() overwrites x by A x. For |S^-1| it
-/// solves with S. The answer is 0 if x is empty.
+/// Returns |A| of a symmetric matrix A by power iterations; apply() overwrites x by A x. The answer is 0 if x is empty.
 template <class Apply>
 double estimate_norm(std::vector<double>* x, int iterations, const Apply& apply) {
   const auto norm = [&] { return std::sqrt(std::inner_product(x->begin(), x->end(), x->begin(), 0.0)); };

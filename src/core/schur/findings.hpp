@@ -9,8 +9,7 @@
 
 namespace tanor::detail::lanes {
 
-/// Includes a diagonal over its pivot in the largest one. A pivot that is 0, negative or NaN makes it
-/// infinite.
+/// Includes a diagonal over its pivot in the largest one. A pivot that is 0, negative or NaN makes it infinite.
 template <class Lane>
 [[gnu::always_inline]] inline void include(const Lane& ratio, Lane* largest) {
   const Lane checked = ratio > 0.0 ? ratio : Lane{} + HUGE_VAL;

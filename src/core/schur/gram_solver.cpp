@@ -104,8 +104,7 @@ void GramSolver::add_part(std::span<const Product> products, Index first_row, In
   GatherPlan plan(products, num_rows, place, analysis.supernodal ? Triangle::Lower : Triangle::Upper, squared_norms);
   Cholesky factor({plan.column_start(), plan.rows()}, analysis.supernodal, is_by_cholmod_);
 
-  // Dense fronts do ten multiplications in the time of one, measured on nets of 24 to 300 and lattices of 6 to 20
-  // points a side.
+  // Dense fronts do ten multiplications in the time of one, on nets of 24 to 300 and lattices of 6 to 20 points a side.
   const double products_a_flop = analysis.supernodal ? 0.1 : 1.0;
   const double part_products = 10.0 * static_cast<double>(plan.rows().size()) + products_a_flop * analysis.flops +
                                6.0 * analysis.factor_nonzeros;

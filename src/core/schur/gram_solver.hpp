@@ -13,8 +13,7 @@
 
 namespace tanor::detail {
 
-/// Islands of rows, which no product joins: the first row of each island, then the number of rows that take part. The
-/// rows after those are idle.
+/// Islands of rows, which no product joins: the first row of each, then the number of rows that take part.
 struct RowIslands {
   std::span<const Index> start;
   std::size_t num_rows;
@@ -36,9 +35,7 @@ inline bool runs_alone(double cost, double all, int threads, bool gains_by_threa
 }
 
 /// Solves X'WX x = b for a basis X in blocks and diagonal weights W. S = K'M^-1K, Gamma = K'K, H = A'MA and G = A'A are
-/// the paper's four such matrices. The solver works part by part; a part is a group of islands. A part is assembled and
-/// factorized (Cholesky). The symbolic work is done once, in the constructor; `factorize` and `solve_negative` only
-/// compute numbers.
+/// the paper's four such matrices. The solver works part by part (Cholesky); a part is a group of islands.
 class GramSolver {
  public:
   /// Takes the incidences of all points and the weights [point], which are 0 for points that take no part (supports).
@@ -58,8 +55,7 @@ class GramSolver {
   /// becomes a unit row of the same pattern, and its x is 0.
   void set_active(std::span<const char> active);
 
-  /// Allows rows from `first` on (in the user's numbers, `user_row` [row]) to have gradient 0; they then become unit
-  /// rows.
+  /// Lets rows from `first` on (in the user's numbers, `user_row` [row]) that have gradient 0 become unit rows.
   void allow_zero_rows(std::span<const Index> user_row, std::size_t first);
 
   /// Sets the scaled diagonal of those rows, where they take part, to 1 + compliance from the next `assemble` on. The
@@ -75,12 +71,10 @@ class GramSolver {
   /// Estimates 1/cond of the scaled matrix by a few inverse iterations with the last factor, for certificates. It is
   /// closer than the estimate of `factorize`, which is a cheap bound from above.
   double estimate_reciprocal_condition();
-  /// Returns the rows [first, end) of each part that the last factorization found singular, or worse than
-  /// `reciprocal_condition`.
+  /// Returns the rows [first, end) of each part that was found singular, or worse than `reciprocal_condition`.
   std::vector<std::pair<Index, Index>> weak_parts(double reciprocal_condition) const;
 
-  /// Computes x = -(X'WX)^-1 b with the last factor. (31) and every projection want this sign. x may be b. Idle rows
-  /// get 0.
+  /// Computes x = -(X'WX)^-1 b, the sign that (31) and every projection want. x may be b. Idle rows get 0.
   void solve_negative(const Parallel& parallel, const double* b, double* x);
 
   struct Summary {

@@ -48,8 +48,7 @@ IslandSchedule::IslandSchedule(const IslandTopology& topology) {
   }
 }
 
-/// Chooses the order of elimination by minimum degree. The neighbours that a row still has when its turn comes form its
-/// column.
+/// Chooses the order by minimum degree. The neighbours that a row still has when its turn comes form its column.
 IslandSchedule::Slots IslandSchedule::eliminate(std::vector<std::set<int>> neighbours) {
   const std::size_t num_rods = neighbours.size();
   Slots slots;

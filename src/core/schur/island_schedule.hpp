@@ -19,10 +19,8 @@ struct IslandTopology {
 };
 
 /// The elimination of S = K'M^-1K of one island, written down once for all islands of its topology: S = L D L' in an
-/// order of little fill. The numbers of a column stand together, the diagonal first.
-///
-/// Among rows of equal degree, the one that waits for the fewest others goes first, so that a path is eliminated from
-/// both ends at once.
+/// order of little fill. The numbers of a column stand together, the diagonal first. Among rows of equal degree, the
+/// one that waits for the fewest others goes first, so that a path is eliminated from both ends at once.
 class IslandSchedule {
  public:
   explicit IslandSchedule(const IslandTopology& topology);

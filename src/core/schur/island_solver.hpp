@@ -9,8 +9,7 @@
 
 namespace tanor::detail {
 
-/// Some islands of a system with all that belongs to them. Each function reads and writes only the rows and the moving
-/// points of these islands.
+/// Some islands of a system. Each function reads and writes only their rows and moving points.
 struct IslandGroup {
   IslandGroup(const SchurProblem& problem, std::span<const Index> islands);
 

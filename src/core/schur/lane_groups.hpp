@@ -15,13 +15,11 @@
 
 namespace tanor::detail {
 
-/// Says what groups keep in lanes while a call is in other groups: of paths, in a `Single` pass, no more than b and
-/// what was found, since they go through memory; in `Repeated` passes rods and points, as all others do in any case,
-/// directions and sums.
+/// Says what groups keep in lanes while a call is in other ones. In `Repeated` passes these are rods and points, which
+/// all but paths keep in any case, directions and sums; in a `Single` one paths keep no more than b and what was found.
 enum class Pass { Single, Repeated };
 
-/// Groups of islands, or of pieces of trees and paths, in lanes: their rods with the factor, and what pieces hand to
-/// one another.
+/// Groups in lanes (LaneGroup): their rods with the factor, and what pieces hand to one another.
 class LaneGroups {
  public:
   /// Reads the rods. `inverse_mass` is [inner point].
@@ -115,8 +113,7 @@ class LaneGroups::Group {
   /// Finds lambda, unless it is known, and the forces of the rods, which joints hand down with the `known` ones [place]
   /// unless these are null, and computes points += dw [place] unless these are null.
   void substitute_down(Pack3<>* points = nullptr, const Pack3<>* known = nullptr, bool lambda_is_known = false);
-  /// Finds lambda and computes w := w0 + dw, and the residual unless there are joints. w0 is in w unless it is
-  /// `uniform`.
+  /// Finds lambda, w := w0 + dw, and the residual unless there are joints. w0 is in w unless it is `uniform`.
   void substitute_down(const double* blocks, const Vec3* uniform, double* w);
   /// Finds the residual, the largest |K'dw + b|, once all pieces below joints are through.
   void find_residual();

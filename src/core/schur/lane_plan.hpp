@@ -18,17 +18,15 @@ namespace tanor::detail {
 /// Says how S is eliminated, see lane_kernels.hpp.
 enum class Program { Islands, Trees, Paths };
 
-/// Eight members side by side in the lanes: equal islands of rods, or pieces of trees or of a path. Where members are
-/// too few, the last one fills several lanes.
+/// Eight members side by side: equal islands of rods, or pieces of trees or of a path. The last of fewer fills lanes.
 ///
 /// A piece of a tree is a point, its root, with rods below it, the lower ones first. Pieces share points only where the
 /// root of one, eliminated before, stands among the points of another one: at a joint. Rod k joins the point at place k
 /// to that at its parent's place; the roots are at place `num_rods`. A shorter piece begins with rods of nobody: their
 /// lanes have row -1, and they hang on one place more, behind the roots.
 ///
-/// Pieces of a path follow one another. Rod k joins the points at the places k and k + 1, and the last rod is a
-/// separator. The last point is the next piece's to write, but for the end of the path. Lanes without a piece have a
-/// rod of nobody, row -1.
+/// Pieces of a path follow one another. Rod k joins the points at the places k and k + 1; the last rod is a separator,
+/// the last point the next piece's to write, but for the end of the path. Other lanes have a rod of nobody, row -1.
 struct LaneGroup {
   std::size_t num_rods = 0, num_places = 0;
   std::size_t first_rod = 0, first_place = 0, first_factor = 0, first_offset = 0;  ///< starts in the arrays of lanes
@@ -44,16 +42,14 @@ struct LaneGroup {
   bool has_joints() const { return end_joint > first_joint; }
 };
 
-/// Says which joints are at a place of a group. A joint has the number of the group and lane whose root it is,
-/// num_lanes group + lane.
+/// The joints at a place of a group. A joint has the number of the group and lane of its root, num_lanes group + lane.
 struct JointPlace {
   std::size_t place;
   std::array<Index, num_lanes> joint;  ///< [lane]; -1 where there is none
 };
 
 /// Islands of rods in lanes. What is solved at once, while it is in the cache, is a grove: a group that needs no other
-/// one, all pieces of trees that follow one another, or those of a path. The groups of a level wait for those of lower
-/// levels.
+/// one, pieces of trees that follow one another, or those of a path. The groups of a level wait for lower levels.
 struct LanePlan {
   struct Island {
     Index first_point, end_point;
@@ -128,8 +124,7 @@ LanePlan take_equal_islands(const RodRows& rods, const Numbering& numbering, boo
 LanePlan take_paths(const RodRows& rods, const Numbering& numbering, bool eagerly, std::vector<Index>* islands);
 
 /// Takes trees of rods out of `islands`: all if `eagerly` is true, else those that leave few lanes empty, of several
-/// pieces each by itself, of one piece all together. The answer and the bits of a tree do not depend on the order of
-/// islands.
+/// pieces each by itself, of one piece all together. The bits of a tree do not depend on the order of islands.
 LanePlan take_trees(const RodRows& rods, const Numbering& numbering, bool eagerly, std::vector<Index>* islands);
 
 }  // namespace tanor::detail

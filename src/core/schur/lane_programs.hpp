@@ -152,8 +152,7 @@ template <class Lanes>
   for (const auto& [slot, a, b, point, sign] : schedule.products) factor(slot) += sign * mass(point) * dot(u(a), u(b));
   for (const auto& [row, first, end, first_target] : schedule.columns) {
     const auto [i, j] = topology.rods[static_cast<std::size_t>(row)];
-    // The diagonal is g.g (1/m_i + 1/m_j) with g as it was rounded; its slot holds what earlier columns have
-    // subtracted.
+    // The diagonal is u.u (1/m_i + 1/m_j) with u as it was rounded; its slot holds what earlier columns subtract.
     const Lane diagonal = dot(u(row), u(row)) * (mass(i) + mass(j));
     const Lane pivot = diagonal + factor(first), inverse = 1.0 / pivot;
     include(diagonal * inverse, largest);

@@ -21,10 +21,6 @@ std::unique_ptr<LaneSolver> LaneSolver::make(const SchurProblem& problem, Linear
   return result;
 }
 
-LaneSolver::LaneSolver(const SchurProblem& problem, const RodRows& rods, LanePlan plan, int threads)
-    : groups_(std::move(plan), rods, problem.inverse_mass, problem.numbering.num_moving, threads),
-      of_island_(groups_.plan().islands.size()) {}
-
 // ---- grove by grove ----
 
 /// Calls work(visit) for all groves, with findings that are cleared before.
@@ -189,8 +185,7 @@ void LaneSolver::add_reactions(const Parallel& parallel, const double* blocks, c
 
 // ---- projections ----
 
-/// Iterates with points that stay in lanes. `evaluate` finds the violation of a group. `was_moved` says that joints do
-/// not have theirs yet.
+/// Iterates with points that stay in lanes; joints do not have theirs yet if it `was_moved`.
 void LaneSolver::project(const GroveVisit& grove, double target, bool was_moved, void (Group::*evaluate)(),
                          double* points, double* sum) {
   LaneGroups::Workspace& work = groups_.workspaces()[grove.workspace()];

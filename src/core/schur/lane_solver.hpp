@@ -10,17 +10,13 @@
 
 namespace tanor::detail {
 
-/// Solves islands of rods in groups of eight islands or pieces, side by side in the lanes of a vector. The system alone
-/// decides which of them share a vector.
-///
-/// Batches are islands of which many have one topology. Their elimination is written down once for a topology. Trees
-/// are cut into pieces; S has no fill and is eliminated from the leaves to the root point by point (the
-/// articulated-body method of R. Featherstone 1983, with mobilities in place of inertias, so that supports may stand at
-/// any leaf). Multipliers come back the other way.
+/// Solves islands of rods in groups of eight islands or pieces, side by side in the lanes of a vector. Batches are
+/// islands of which many have one topology, with an elimination that is written down once for it. Trees are cut into
+/// pieces; S has no fill and is eliminated from the leaves to the root point by point (the articulated-body method of
+/// R. Featherstone 1983, with mobilities in place of inertias, so that supports may stand at any leaf).
 class LaneSolver final : public SchurSolver {
  public:
-  /// Takes islands out of `islands` as batches, paths or trees, see take_equal_islands, take_paths and take_trees.
-  /// Returns null if there are none.
+  /// Takes batches, paths or trees out of `islands`, see lane_plan.hpp. Returns null if there are none.
   static std::unique_ptr<LaneSolver> make(const SchurProblem& problem, LinearSolver kind, int threads, bool eagerly,
                                           std::vector<Index>* islands);
 
@@ -39,7 +35,9 @@ class LaneSolver final : public SchurSolver {
 
  private:
   using Group = LaneGroups::Group;
-  LaneSolver(const SchurProblem& problem, const RodRows& rods, LanePlan plan, int threads);
+  LaneSolver(const SchurProblem& problem, const RodRows& rods, LanePlan plan, int threads)
+      : groups_(std::move(plan), rods, problem.inverse_mass, problem.numbering.num_moving, threads),
+        of_island_(groups_.plan().islands.size()) {}
 
   template <class Work>
   void visit(const Parallel& parallel, const Work& work, Pass pass = Pass::Single);

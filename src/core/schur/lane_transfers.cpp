@@ -85,8 +85,7 @@ Sequences find_sequences(const Index* numbers, std::size_t count) {
 
 namespace {
 
-/// Calls tile(k) for four numbers of each lane from the k-th on; there are no fewer. The last tile overlaps the one
-/// before it if needed.
+/// Calls tile(k) for four numbers from the k-th on; there are no fewer. The last tile may overlap the one before.
 template <class Tile>
 [[gnu::always_inline]] inline void for_each_tile(std::size_t count, const Tile& tile) {
   for (std::size_t k = 0; k + 4 <= count; k += 4) tile(k);

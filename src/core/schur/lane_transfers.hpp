@@ -8,8 +8,7 @@
 
 #include "base/pack.hpp"
 
-/// \file Moves numbers between arrays of the system and lanes. The same number of eight islands, or pieces of them,
-/// stands in the lanes of one vector.
+/// \file Moves numbers between arrays of the system and lanes: one of each of eight islands, or pieces of them.
 namespace tanor::detail {
 
 /// Says what stands in the lanes. Points have three numbers; ~p stands for point p, which is not written. Blocks of K
@@ -40,8 +39,7 @@ class LaneList {
   void read_at(std::size_t place, const double* from, Pack<>* to) const;
   void write(const Pack<>* from, double* to) const;
   void write(const Pack3<>* from, double* to) const { write(&from->x, to); }
-  /// Prefetches sequences while something else is computed. The function is inlined, since gcc drops the call of a
-  /// function that does nothing else if it sees the body.
+  /// Prefetches sequences while something else is computed. It is inlined, since gcc drops calls that do nothing else.
   [[gnu::always_inline]] void call_for(const double* array) const {
     constexpr std::size_t line = 8;
     for (std::size_t lane = 0; lane < num_lanes; ++lane) {

@@ -20,8 +20,7 @@ double Separators::factorize() const {
     own(&B::coupling) = -own(&B::inverse_mass_before) * dot(before(&B::u), own(&B::first));
   });
   double largest = 1.0, of_last_row = 0.0, spike = 0.0;
-  // Returns what a separator has less the part of the piece behind it. The last one of an open path is followed by a
-  // piece with a coupling of 0.
+  // Returns a pivot less the part of the piece behind it, whose coupling is 0 behind the last one of an open path.
   const auto pivot_of = [](const One& own, const One& next) {
     return own(&B::pivot) - next(&B::coupling) * next(&B::coupling) * next(&B::taken);
   };

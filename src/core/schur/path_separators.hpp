@@ -16,8 +16,7 @@ struct PointsOfPieces {
   Pack3<> r_joined;                 ///< what the piece before adds to r of the first point
 };
 
-/// The rods of a path that are eliminated after its pieces: the last one of each. These separators are a path
-/// themselves; eight pieces have theirs side by side.
+/// The rods of a path that are eliminated after its pieces: the last one of each. They are a path themselves.
 ///
 /// A piece is eliminated as if its first rod had the product 1 with the separator before it, so that it needs to know
 /// nothing of that one. The true product is `coupling`.
@@ -44,9 +43,8 @@ class Separators {
   Separators(Border* borders, std::span<const Index> slots, bool is_ring)
       : borders_(borders), slots_(slots), is_ring_(is_ring) {}
 
-  /// Factorizes S, after the pieces. The last one is eliminated after all others, since that of a ring closes it and is
-  /// coupled with the first one; the coupling is 0 in an open path. Returns the largest S_aa/pivot, infinite if a pivot
-  /// is not positive.
+  /// Factorizes S, after the pieces, the last one after all others: that of a ring is coupled with the first one; the
+  /// coupling is 0 in an open path. Returns the largest S_aa/pivot, infinite if a pivot is not positive.
   double factorize() const;
   /// Lets each piece know r of the points between pieces, to which the pieces on both sides add.
   void join_points() const;

@@ -21,9 +21,8 @@ struct PointGroups {
   double* w = nullptr;            ///< may be w0
 };
 
-/// Evaluates gradients and phi of points on spheres: u = a/|a|, phi = (v.v - (u.v)^2)/|a| with a = r - center. If
-/// `normals` are not null, the points are on circles: the same in the plane of the normal; the first row is the
-/// plane's.
+/// Evaluates gradients and phi of points on spheres: u = a/|a|, phi = (v.v - (u.v)^2)/|a| with a = r - center. On
+/// circles, with `normals`, the first row is that of the plane of the normal, and the other the same in that plane.
 void evaluate_distances(const PointGroups& points, const Pack3<>* centers, const Pack3<>* normals, Pack3<>* gradients,
                         Pack<>* phi) {
   for_each_part([ =, count = points.count, r = points.r, v = points.v ]<class Lanes>(const Lanes& part)
@@ -299,8 +298,7 @@ class PointSolver::Work {
       std::copy_n(own + width * (count - 1), width, copy + width * k);
     return copy;
   }
-  /// Calls visit(row, group, lane) for the rows [first, first + count) of each point; groups are counted on from row to
-  /// row.
+  /// Calls visit(row, group, lane) for the rows [first, first + count) of each point; groups count on from row to row.
   template <class Visit>
   void for_each_lane(std::size_t first, std::size_t count, const Visit& visit) const {
     for (std::size_t m = 0; m < count; ++m) {
@@ -311,8 +309,8 @@ class PointSolver::Work {
       }
     }
   }
-  /// Evaluates one kind of guide, from row m of each point on. Spheres and circles that stand still run in lanes; the
-  /// gradients of other guides that do are constant.
+  /// Evaluates one kind of guide, from row m of each point on. If it stands still, spheres and circles run in lanes,
+  /// and gradients of others are constant.
   template <class Kernel>
   void evaluate(const Family<Kernel>& family, const FreeMotion& motion, const PointGroups& points, std::size_t m) {
     const Kernel& kernel = family.kernel;

@@ -13,8 +13,7 @@ constexpr double good_enough(bool is_exact) {
   return is_exact ? rounding_of_terms : 1e-12;
 }
 
-/// Limits of a refinement. It ends after `most_passes` corrections, or once the residual was `patience` times in a row
-/// no less than half of the least one.
+/// A refinement ends after `most_passes` corrections, or `patience` residuals in a row of half the least or more.
 struct RefinementLimits {
   int most_passes;
   int patience = 1;

@@ -109,10 +109,8 @@ class SchurFactor {
 };
 
 /// Solves S lambda = -b at one configuration for all islands of a system or for some of them, from the evaluation of K
-/// on. A solver reads and writes only the rows and the moving points of its islands.
-///
-/// RankRevealingFactor answers if S is singular or looks so, if rows come and go, and if pivots are wanted in another
-/// order.
+/// on. A solver reads and writes only the rows and the moving points of its islands. RankRevealingFactor answers if S
+/// is singular or looks so, if rows come and go, and if pivots are wanted in another order.
 class SchurSolver : public SchurFactor {
  public:
   /// Computes blocks := K at r, the factor of S = K'M^-1K, lambda := -S^-1 b [d] with b = phi + K'w0, and w := w0 +
@@ -133,8 +131,7 @@ class SchurSolver : public SchurFactor {
   /// there is no guess and no sum is wanted. `source` is as in FreeMotion.
   virtual Projection project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
                                        const PointSource* source, double* sum) = 0;
-  /// Does the same for velocities v at r, until |K'v + xi_t| <= target, m/s. There is no guess. All multipliers are
-  /// added to `sum` [d], unless it is null.
+  /// Does so for velocities v at r, until |K'v + xi_t| <= target, m/s. Adds all multipliers to `sum` unless it is null.
   virtual Projection project_velocities(const Parallel& parallel, const double* blocks, double target, const double* r,
                                         double* v, double* sum) = 0;
 

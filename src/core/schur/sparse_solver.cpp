@@ -58,8 +58,8 @@ Elimination SparseSolver::solve(const Parallel& parallel, const FreeMotion& moti
   result.reciprocal_condition = reciprocal_condition_;
   if (!(reciprocal_condition_ > 0.0)) return result;
   solve_negative(parallel, b, lambda);
-  // dw = M^-1 K lambda, rho = K'dw + b, and lambda -= S^-1 rho while rho is more than rounding. The refinement happens
-  // here, so that the other islands need not wait for these.
+  // dw = M^-1 K lambda, rho = K'dw + b, and lambda -= S^-1 rho while rho is more than rounding: other islands need
+  // none.
   constexpr int most_passes = 3;
   group().gather.write_scaled(parallel, blocks, lambda, group().inverse_mass.data(), group().points, dw_.data());
   result.refinements = refine_solution(

@@ -7,8 +7,7 @@
 
 namespace tanor::detail {
 
-/// Solves the islands that no special solver serves, beside others that one does. It assembles and factorizes their own
-/// rows alone (see GramSolver).
+/// Solves the islands that no special solver serves, beside others that one does, by a GramSolver of their rows alone.
 class SparseSolver final : public IslandSolver {
  public:
   SparseSolver(const SchurProblem& problem, IslandGroup group);

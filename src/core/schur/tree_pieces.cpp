@@ -21,8 +21,7 @@ struct RodTree {
   Index island = -1, first_point = 0, end_point = 0;
   std::vector<Rod> rods;  ///< by row
 
-  /// Returns true if the tree is one piece. Trees of several pieces stand apart, since all of these wait for one
-  /// another.
+  /// Returns true if the tree is one piece. Others stand apart, since their pieces wait for one another.
   bool is_small() const { return rods.size() <= plan::most_rods_of_branch; }
   std::size_t num_points() const { return static_cast<std::size_t>(end_point - first_point); }
   /// Reads an island. Returns nothing if it has other constraints or rings.
@@ -149,8 +148,7 @@ class Cut {
     }
     return own.empty() || root == own.front().child + count;
   }
-  /// Sorts rods by what hangs below them, so that few wait for the rod before them. The order is the piece's own: a
-  /// tree has the same bits whatever stands beside it.
+  /// Sorts rods by what hangs below them, so that few wait for the rod before them, whatever stands beside the tree.
   void sort_by_height(std::span<RodTree::Rod> own) {
     const auto height = [&](const RodTree::Rod& rod) { return at(rod.child).height; };
     for (const RodTree::Rod& rod : own) at(rod.parent).height = std::max(at(rod.parent).height, height(rod) + 1);
