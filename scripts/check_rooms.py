@@ -67,8 +67,8 @@ ROOMS = {
                      "dynamics/instant.hpp dynamics/power.hpp", "motion", ""),
     # modules
     "friction": Sees("base system evaluate schur dynamics", "dynamics", "Eigen/"),
-    "contact":  Sees("base factor/sparse_lu.hpp", "error", ""),
-    "statics":  Sees("base system evaluate assembly factor plan schur dynamics", "modes", "Eigen/ Spectra/"),
+    "contact":  Sees("base system evaluate schur dynamics factor/sparse_lu.hpp", "dynamics", ""),
+    "statics":  Sees("base system evaluate assembly factor plan schur dynamics contact/exchange.hpp", "modes", "Eigen/ Spectra/"),
     "certificate": Sees("base system evaluate assembly factor schur dynamics", "certificate", "Eigen/"),
     "observe":  Sees("base system evaluate", "observables", ""),
     "host":     Sees("base system evaluate assembly schur dynamics observe", "velocity_verlet", "tanor.h"),

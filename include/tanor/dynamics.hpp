@@ -144,6 +144,26 @@ struct SingularPassages {
   std::size_t count = 0;
 };
 
+/// What happens to a constraint that acts to one side.
+enum class ContactChange {
+  Snap,     ///< a rope, or another one that joins points, becomes taut with an impact
+  Slack,    ///< it carries nothing from now on
+  Touch,    ///< a point meets a guide with an impact
+  LiftOff,  ///< it leaves the guide
+  Zeno,     ///< bounces that follow ever faster are taken to have ended: the row closes without another one
+};
+
+/// A change of some constraints to one side at one instant.
+struct ContactEvent {
+  double time = 0.0;  ///< s
+  ContactChange change = ContactChange::Touch;
+  std::vector<std::size_t>
+      equations{};                     ///< in the user's numbers, those of the change first, then others that take part
+  std::vector<double> impulses{};      ///< N s, >= 0, of each of them; empty if they have none
+  std::vector<double> rates_before{};  ///< m/s: the speed at which each gap closed
+  double energy_lost = 0.0;            ///< J, by the impact, with the work of what is moved by functions of time
+};
+
 struct [[nodiscard]] ProjectionReport {
   Outcome outcome;
   double correction = 0.0;  ///< largest move of a point (m or m/s)

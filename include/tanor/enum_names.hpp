@@ -41,6 +41,17 @@ inline constexpr std::array<EnumName<EventAction>, 4> enum_names<EventAction>{{{
                                                                                {EventAction::Release, "release"}}};
 
 template <>
+inline constexpr std::array<EnumName<OneSide>, 2> enum_names<OneSide>{
+    {{OneSide::AtLeast, "at_least"}, {OneSide::AtMost, "at_most"}}};
+
+template <>
+inline constexpr std::array<EnumName<ContactChange>, 5> enum_names<ContactChange>{{{ContactChange::Snap, "snap"},
+                                                                                   {ContactChange::Slack, "slack"},
+                                                                                   {ContactChange::Touch, "touch"},
+                                                                                   {ContactChange::LiftOff, "lift_off"},
+                                                                                   {ContactChange::Zeno, "zeno"}}};
+
+template <>
 inline constexpr std::array<EnumName<Ordering>, 7> enum_names<Ordering>{{{Ordering::Auto, "auto"},
                                                                          {Ordering::Amd, "amd"},
                                                                          {Ordering::Metis, "metis"},

@@ -36,10 +36,6 @@ struct Prestress {
   std::vector<double> tensions;  ///< N, one for each rod or one for all
 };
 
-/// Side to which the members of a constraint with one equation may open: xi >= 0, such as points on a floor that does
-/// not hold them down, or xi <= 0, such as ropes that may be slack.
-enum class OneSide { AtLeast, AtMost };
-
 /// A group of constraints that act to one side. A member whose xi is not 0 carries nothing.
 struct OneSided {
   std::string constraint;  ///< name of a group whose members have one equation each

@@ -20,6 +20,7 @@
 #include <tanor/kinds/constraint/plane.hpp>
 #include <tanor/kinds/constraint/pulley.hpp>
 #include <tanor/kinds/constraint/rod.hpp>
+#include <tanor/kinds/constraint/rope.hpp>
 #include <tanor/kinds/constraint/sphere.hpp>
 #include <tanor/kinds/coordinates/chain_angles.hpp>
 #include <tanor/kinds/coordinates/circle.hpp>
@@ -46,8 +47,8 @@
 namespace tanor {
 
 /// Constraints xi(r, t) = 0. The built-in ones are lengths (m) with unit gradients, so multipliers are forces (N).
-using Constraint =
-    std::variant<Rods, Planes, Spheres, Lines, Circles, Angles, Pulleys, Linears, Ellipsoids, Helices, UserConstraints>;
+using Constraint = std::variant<Rods, Planes, Spheres, Lines, Circles, Angles, Pulleys, Linears, Ellipsoids, Helices,
+                                Ropes, UserConstraints>;
 
 /// Active forces f(r, v, t), N.
 using Force =

@@ -94,6 +94,7 @@ struct TANOR_API EnergyReport {
   double work_of_forces = 0.0;      ///< done by forces without potential: drag, damping, time-dependent ones
   double work_of_potentials = 0.0;  ///< for time-dependent energies, the integral of their explicit dU/dt
   double work_of_friction = 0.0;    ///< done at contacts; on moving guides it may be positive
+  double work_of_impacts = 0.0;     ///< of one-sided constraints; what they take is negative
   /// The largest value, at any step, of the kinetic energy, of the change of the potential energy since the start and
   /// of each work; at least 1e8 roundings of the energies themselves, since smaller values cannot be told from
   /// rounding.
@@ -145,6 +146,7 @@ struct EventReport {
   /// rounding there, has more turns in one step than can be followed, or a bump that few places have seen. Empty if
   /// there is none.
   std::string events_may_be_missed{};
+  std::vector<ContactEvent> contact_events{};  ///< of one-sided constraints, in the order of time
 };
 
 /// Report of a motion since its start.

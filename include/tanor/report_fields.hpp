@@ -150,11 +150,17 @@ inline constexpr ReportFields<keyed<"event", &Passage::name>, keyed<"number", &P
                               &Passage::member, &Passage::taken, &Passage::energy_lost, &Passage::rest>
     fields_of<Passage>{};
 template <>
+inline constexpr ReportFields<keyed<"t", &ContactEvent::time>, keyed<"kind", &ContactEvent::change>,
+                              &ContactEvent::equations, &ContactEvent::impulses, &ContactEvent::rates_before,
+                              &ContactEvent::energy_lost>
+    fields_of<ContactEvent>{};
+template <>
 inline constexpr ReportFields<&EnergyReport::start, keyed<"end", &EnergyReport::now>, &EnergyReport::kinetic,
                               &EnergyReport::potential, &EnergyReport::drift_relative, &EnergyReport::work_of_friction,
-                              &EnergyReport::work_of_supports, &EnergyReport::work_of_forces,
-                              &EnergyReport::work_of_potentials, &EnergyReport::potential_at_start,
-                              &EnergyReport::scale, &EnergyReport::largest_drift, &EnergyReport::largest_drift_time>
+                              &EnergyReport::work_of_impacts, &EnergyReport::work_of_supports,
+                              &EnergyReport::work_of_forces, &EnergyReport::work_of_potentials,
+                              &EnergyReport::potential_at_start, &EnergyReport::scale, &EnergyReport::largest_drift,
+                              &EnergyReport::largest_drift_time>
     fields_of<EnergyReport>{};
 template <>
 inline constexpr ReportFields<&FrictionSummary::solves, &FrictionSummary::iterations_mean,
@@ -216,10 +222,11 @@ template <>
 inline constexpr ReportFields<
     &MotionReport::method, &MotionReport::method_reason, &MotionReport::time, &MotionReport::steps,
     &MotionReport::rejected, &MotionReport::last_step, &MotionReport::accuracy_warning, &MotionReport::events,
-    &MotionReport::last_event, &MotionReport::last_change, &MotionReport::events_may_be_missed, &MotionReport::start,
-    &MotionReport::violation, &MotionReport::last_violation, &MotionReport::nearest_to_singular,
-    &MotionReport::last_reciprocal_condition, &MotionReport::rank_changes, &MotionReport::singular_passages,
-    &MotionReport::energy, &MotionReport::friction, &MotionReport::counters, &MotionReport::times>
+    &MotionReport::last_event, &MotionReport::last_change, &MotionReport::events_may_be_missed,
+    &MotionReport::contact_events, &MotionReport::start, &MotionReport::violation, &MotionReport::last_violation,
+    &MotionReport::nearest_to_singular, &MotionReport::last_reciprocal_condition, &MotionReport::rank_changes,
+    &MotionReport::singular_passages, &MotionReport::energy, &MotionReport::friction, &MotionReport::counters,
+    &MotionReport::times>
     fields_of<MotionReport>{};
 template <>
 inline constexpr ReportFields<&StabilityReport::status, &StabilityReport::unstable_directions,

@@ -27,8 +27,4 @@ inline constexpr std::array<EnumName<AcceptedEquilibria>, 3> enum_names<Accepted
      {AcceptedEquilibria::Marginal, "marginal"},
      {AcceptedEquilibria::Any, "any"}}};
 
-template <>
-inline constexpr std::array<EnumName<OneSide>, 2> enum_names<OneSide>{
-    {{OneSide::AtLeast, "at_least"}, {OneSide::AtMost, "at_most"}}};
-
 }  // namespace tanor

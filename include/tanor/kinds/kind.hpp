@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string_view>
 #include <tuple>
 #include <type_traits>
@@ -85,6 +86,21 @@ struct FieldOf {
 
   constexpr FieldOf(const char* n, Value Group::*v, FieldData d = {}) : name(n), value(v), data(d) {}
 };
+
+// ---- constraints to one side ----
+
+/// Side to which the members of a constraint with one equation may open: xi >= 0, such as points on a floor that does
+/// not hold them down, or xi <= 0, such as ropes that may be slack.
+enum class OneSide { AtLeast, AtMost };
+
+/// The part of the speed of closing that an impact gives back.
+inline constexpr ValueRange restitution_range = {
+    [](double e) { return 0.0 <= e && e <= 1.0 ? nullptr : "is not in [0, 1]"; }, "a number in [0, 1]"};
+
+/// The fields of a constraint that may act to one side: `side`, both if there is none, and Newton's `restitution`.
+template <class Group>
+inline constexpr std::tuple one_sided_fields{FieldOf("side", &Group::side),
+                                             FieldOf("restitution", &Group::restitution, {.range = restitution_range})};
 
 // ---- definitions ----
 

@@ -25,6 +25,8 @@ void ConsistentStart::check(const double* r, const double* v) const {
             " of its length; at most 0.001 is corrected (\"start\": \"project\" finds the nearest admissible start)");
   }
   const Scales& scales = work_.scales;
+  for (const OneSidedRow& each : model_.numbering.one_sided)
+    velocity[static_cast<std::size_t>(each.row)] = 0.0;  // a gap may open or close
   std::vector<double> relative = velocity;
   for (std::size_t a = 0; a < relative.size(); ++a) relative[a] /= scales.speed(scales.of_row(a));
   const auto worst = static_cast<std::size_t>(std::max_element(relative.begin(), relative.end()) - relative.begin());
@@ -46,6 +48,7 @@ StartReport ConsistentStart::find(double t, double* r, double* v, StartMode mode
 
   work_.measure_velocity_scale(t, r, v);
   if (!work_.has_rows()) return report;
+  if (unilateral_ != nullptr) unilateral_->close_touching(t, r, mode);
 
   if (mode == StartMode::Check) {
     (void)team.together([&] {
@@ -69,7 +72,8 @@ StartReport ConsistentStart::find(double t, double* r, double* v, StartMode mode
   report.position_correction = model_.largest_move(r, r_given.data());
   // Where nothing has moved, S is that of the given positions, from which the projection began.
   const bool has_moved = team.any(!std::ranges::equal(r_given, std::span(r, r_given.size())));
-  if (has_moved) report.outcome = linearization_.update(t, r);
+  if (unilateral_ != nullptr) unilateral_->open_moving(t, r, v);
+  if (has_moved || unilateral_ != nullptr) report.outcome = linearization_.update(t, r);
   if (!report.outcome.ok()) return report;
   const std::vector<double> v_given(v, v + 3 * model_.num_points());
   report.outcome = projector_.project_velocities(t, r, v).outcome;

@@ -22,6 +22,10 @@ ConstraintArms::ConstraintArms(const Model& model) : model_(model) {
       for (std::size_t k = 0; k < angles->triples.size(); ++k)
         for (const std::size_t end : {0, 2})
           arms_.push_back({group, k, inner(angles->triples[k][1]), inner(angles->triples[k][end]), {}});
+    } else if (const auto* const ropes = std::get_if<Ropes>(&constraint)) {
+      for (std::size_t k = 0; k < ropes->paths.size(); ++k)
+        for (std::size_t p = 1; p < ropes->paths[k].size(); ++p)
+          arms_.push_back({group, k, inner(ropes->paths[k][p - 1]), inner(ropes->paths[k][p]), {}});
     } else if (const auto* const rods = std::get_if<Rods>(&constraint)) {
       // Rods that share one function run out together.
       const auto& lengths = rods->length.functions;

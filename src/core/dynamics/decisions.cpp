@@ -27,9 +27,9 @@ void Decisions::take_largest(std::span<double> numbers) {
 }
 
 Power Decisions::sum(const Power& own) {
-  std::array<double, 4> all{own.supports, own.forces, own.potentials, own.friction};
+  std::array<double, 5> all{own.supports, own.forces, own.potentials, own.friction, own.impacts};
   add(all);
-  return {.supports = all[0], .forces = all[1], .potentials = all[2], .friction = all[3]};
+  return {.supports = all[0], .forces = all[1], .potentials = all[2], .friction = all[3], .impacts = all[4]};
 }
 
 Share Decisions::share(std::size_t own) {

@@ -39,13 +39,13 @@ SparseColumns Dependences::columns(const double* blocks, Rows rows, Scaling scal
   return C;
 }
 
-/// Makes each contact row without gradient, which takes no part, a unit column of its own, so that it depends on
-/// nothing.
+/// Makes each row that comes and goes and has no gradient now a unit column of its own, so that it depends on nothing.
 void Dependences::stand_alone(Index first_row, SparseColumns* C) const {
   for (std::size_t k = 0; k < C->num_columns(); ++k) {
     const auto begin = C->values.begin() + C->start[k], end = C->values.begin() + C->start[k + 1];
-    const bool is_contact = model_.numbering.is_contact_row(static_cast<std::size_t>(first_row) + k);
-    if (!is_contact || std::any_of(begin, end, [](double x) { return x != 0.0; })) continue;
+    if (!model_.numbering.comes_and_goes(static_cast<std::size_t>(first_row) + k) ||
+        std::any_of(begin, end, [](double x) { return x != 0.0; }))
+      continue;
     *begin = 1.0;
     C->rows[static_cast<std::size_t>(C->start[k])] = C->num_rows++;
   }

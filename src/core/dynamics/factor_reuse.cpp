@@ -12,7 +12,9 @@ namespace tanor::detail {
 
 std::unique_ptr<FactorReuse> FactorReuse::make(Workspace& work, const GramSolver::Summary& factor) {
   const Model& model = work.model();
-  if (model.has_friction() || model.num_rows() == 0 || work.constraints.gradients_are_constant()) return nullptr;
+  if (model.has_friction() || !model.numbering.one_sided.empty() || model.num_rows() == 0 ||
+      work.constraints.gradients_are_constant())
+    return nullptr;
   // An iteration takes two products with K, sums of vectors, and the preconditioner.
   const double products = 9.0 * static_cast<double>(model.incidences.size()) +
                           5.0 * static_cast<double>(model.numbering.first_idle_row()) +

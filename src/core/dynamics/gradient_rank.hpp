@@ -23,6 +23,7 @@ class GradientRank final : public RankMonitor {
   const Model& model_;
   Linearization& linearization_;
   std::vector<double> before_;        // the K that is remembered; empty if there is none, or rows depended
+  std::size_t openings_ = 0;          // of one-sided rows, where it was
   std::vector<double> x_, y_, move_;  // [d], [d], [3n] scratch
 };
 

@@ -13,6 +13,7 @@ MultiplierForm::MultiplierForm(Workspace& work, const SolverOptions& options)
       response_(work, linearization_),
       system_(linearization_, residuals_, projector_, dynamics_, response_),
       contacts_(work.model().has_friction() ? make_contacts(work, options.friction, system_) : nullptr),
+      unilateral_(model_.numbering.one_sided.empty() ? nullptr : make_unilateral(work, system_)),
       linearization_(work, options, contacts_.get()),
       residuals_(work, linearization_.blocks()),
       projector_(work, linearization_, residuals_, contacts_.get()),
@@ -83,6 +84,7 @@ void MultiplierForm::write_friction(const Reactions& found, double* tau) const {
 Outcome MultiplierForm::begin(double t, const double* r, double* v, const Request& request,
                               const AccelerationOutput& to) {
   if (contacts_ != nullptr) return solve_together(to, [&] { return contacts_->begin(t, r, v, request, to); });
+  if (unilateral_ != nullptr) return unilateral_->begin(t, r, v, request, to);
   return accelerations({t, r, v}, request.evaluated_anew(), to);
 }
 
@@ -127,7 +129,7 @@ ProjectionReport MultiplierForm::project_point_velocities(double t, const double
 
 StartReport MultiplierForm::start(double t, double* r, double* v, StartMode mode) {
   corners_->choose_sides(t, r, v);
-  StartReport report = ConsistentStart(work_, linearization_, projector_).find(t, r, v, mode);
+  StartReport report = ConsistentStart(work_, linearization_, projector_, unilateral_.get()).find(t, r, v, mode);
   if (report.outcome.ok()) report.outcome = work_.team().check_start(*this, {t, r, v});
   return report;
 }
@@ -146,9 +148,10 @@ Roles MultiplierForm::roles_here() {
   if (has_no_friction_but_viscous_ && work_.team().is_alone()) {
     // The state of other friction depends on the last call, so extra calls are ruled out with it.
     roles.rounding_groups = rounding();
-    roles.implicit_formulation = &implicit_;
+    if (unilateral_ == nullptr) roles.implicit_formulation = &implicit_;
   }
   if (contacts_ != nullptr) roles.events = contacts_->events();
+  if (unilateral_ != nullptr) roles.events = unilateral_.get();
   if (!corners_->empty()) roles.corners = corners_.get();
   return roles;
 }

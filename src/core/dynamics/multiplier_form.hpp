@@ -15,6 +15,7 @@
 #include "dynamics/projector.hpp"
 #include "dynamics/residuals.hpp"
 #include "dynamics/step_projection.hpp"
+#include "dynamics/unilateral.hpp"
 #include "dynamics/workspace.hpp"
 
 namespace tanor::detail {
@@ -29,7 +30,7 @@ class MultiplierForm final : public PointForm {
   ~MultiplierForm() override;
 
   bool has_work_here() const override {
-    return work_.is_rheonomic() || work_.forces.has_work() || contacts_ != nullptr;
+    return work_.is_rheonomic() || work_.forces.has_work() || contacts_ != nullptr || unilateral_ != nullptr;
   }
   void prescribe(double t, double* r, double* v) override;
   Outcome linearise(double t, const double* r) override {
@@ -85,9 +86,10 @@ class MultiplierForm final : public PointForm {
  private:
   bool is_prescribed_together() const override { return is_prescribed_together_; }
 
-  LinearizedResponse response_;         // contacts see this form by these two, …
-  MultiplierSystem system_;             // … which refer to what follows
-  std::unique_ptr<Contacts> contacts_;  // null if constraints are ideal
+  LinearizedResponse response_;             // contacts see this form by these two, …
+  MultiplierSystem system_;                 // … which refer to what follows
+  std::unique_ptr<Contacts> contacts_;      // null if constraints are ideal
+  std::unique_ptr<Unilateral> unilateral_;  // null if all constraints act to both sides
   // Each of the other members depends on those above it.
   Linearization linearization_;
   Residuals residuals_;

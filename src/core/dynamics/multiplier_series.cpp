@@ -14,14 +14,15 @@ MultiplierSeries::MultiplierSeries(Workspace& work, Linearization& linearization
       linearization_(linearization),
       lanes_(model_.system, work.constraints, model_.numbering, model_.inverse_mass, model_.parallel.threads()) {
   // The lanes know nothing of rows that depend on time, which may join supports alone.
-  if (lanes_.serves_all() && !model_.is_rheonomic()) return;
+  if (lanes_.serves_all() && !model_.is_rheonomic() && model_.numbering.one_sided.empty()) return;
   others_ = std::make_unique<MotionSeries>(work, lanes_.left_rows(), lanes_.left_points());
   if (lanes_.serves_some()) rest_ = work.constraints.select(lanes_.left_rows());
 }
 
 /// Lanes eliminate S without a look at its rank, or at other processes.
 bool MultiplierSeries::may_use_lanes() const {
-  return lanes_.serves_some() && work_.team().is_alone() && !linearization_.dependences().is_found();
+  return lanes_.serves_some() && work_.team().is_alone() && !linearization_.dependences().is_found() &&
+         model_.numbering.one_sided.empty();
 }
 
 Outcome MultiplierSeries::expand(const Kinematics& at, const double* w, const Reactions& found,

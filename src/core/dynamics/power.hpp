@@ -8,6 +8,7 @@ struct Power {
   double forces = 0.0;      ///< through forces without potential
   double potentials = 0.0;  ///< by the explicit dU/dt of energies
   double friction = 0.0;    ///< through friction at contacts
+  double impacts = 0.0;     ///< J alone, by impacts of one-sided constraints
 
   /// Adds weight times `other`.
   void add(double weight, const Power& other) {
@@ -15,6 +16,7 @@ struct Power {
     forces += weight * other.forces;
     potentials += weight * other.potentials;
     friction += weight * other.friction;
+    impacts += weight * other.impacts;
   }
 };
 

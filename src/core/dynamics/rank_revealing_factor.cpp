@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/text.hpp"
 
@@ -26,7 +27,7 @@ RankRevealingFactor::RankRevealingFactor(Workspace& work, const SolverOptions& o
       contacts_(contacts),
       dependences_(work),
       suspect_below_(first_suspicion) {
-  if (contacts != nullptr) (void)gram();  // contacts that come and go leave no islands to other solvers
+  if (model_.numbering.has_rows_that_go()) (void)gram();  // they leave no islands to other solvers
 }
 
 std::unique_ptr<RankRevealingFactor> Team::make_factor(Workspace& work, const SolverOptions& options,
@@ -38,7 +39,7 @@ GramSolver& RankRevealingFactor::gram() {
   if (gram_ == nullptr) {
     gram_ = std::make_unique<GramSolver>(model_.incidences, model_.inverse_mass, model_.numbering, ordering_,
                                          work_.constraints.squared_gradient_norms(), model_.places(), solver_);
-    gram_->allow_zero_rows(model_.numbering.user_row, model_.numbering.num_user_rows);
+    gram_->allow_zero_rows(model_.numbering);
   }
   return *gram_;
 }
@@ -65,7 +66,9 @@ Outcome RankRevealingFactor::factorize(double t, const double* r) {
     if (Outcome outcome = decide_rank(t, r); !outcome.ok()) return outcome;
   }
   // If rows of contacts came or went, dependent rows may have become independent.
-  if (work_.constraints.tangents().forget_switches()) (void)decide_rank_again(r, RankScope::DependentIslands);
+  const bool have_opened = std::exchange(openings_, work_.constraints.openings()) != work_.constraints.openings();
+  if (work_.constraints.tangents().forget_switches() || have_opened)
+    (void)decide_rank_again(r, RankScope::DependentIslands);
   return {};
 }
 
@@ -169,8 +172,8 @@ Outcome RankRevealingFactor::check_gradients(double t) const {
       largest[row] = std::max(largest[row], length);
   }
   for (std::size_t a = 0; a < model_.numbering.first_idle_row(); ++a) {
-    // A contact that slides has no gradient and needs none.
-    if (model_.numbering.is_contact_row(a)) continue;
+    // A row that is open, and a contact that slides, have no gradient and need none.
+    if (model_.numbering.is_contact_row(a) || work_.constraints.is_open(a)) continue;
     if (largest[a] * work_.scales.length(work_.scales.of_row(a)) < 1e-12)
       return {Status::Singular, "the gradient of " + work_.name_row(a) + " vanishes at t = " + text(t)};
   }

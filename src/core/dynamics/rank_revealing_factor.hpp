@@ -85,6 +85,7 @@ class RankRevealingFactor : public SchurFactor {
   std::unique_ptr<GramSolver> gram_;
   Dependences dependences_;
   double suspect_below_;
+  std::size_t openings_ = 0;              // of one-sided rows, when S was factorized last
   std::vector<double> right_side_of_qr_;  // [d] scratch for QR
 };
 

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -204,6 +206,10 @@ class EventFunctions {
   /// Evaluates functions with the signs of those values that are close to parabolas where the values have kinks (a
   /// limit mu |N| with N through 0). A few of them suffice to locate where the values fall below 0.
   virtual void shape_events(const Reactions& /*found*/, const double* /*values*/, double* /*shapes*/) const {}
+  /// Evaluates how the shapes change in time; NaN for those of which that is not known.
+  virtual void evaluate_slopes(const Kinematics& /*at*/, std::span<double> slopes) {
+    std::ranges::fill(slopes, std::numeric_limits<double>::quiet_NaN());
+  }
   /// Changes the equations at an instant where the functions in `which` vanish, that of the last `accelerations`. May
   /// set vanished parts of v to 0 (a sliding velocity of rounding size). Computes the accelerations of the new
   /// equations, linearised at (t, x).
@@ -214,6 +220,8 @@ class EventFunctions {
   }
   /// Returns the work of moving guides and supports at the last switch, where it changed v, J.
   virtual Power work_of_switch() const { return {}; }
+  /// Returns what happened to one-sided constraints at the last switch, or at the beginning of the motion.
+  virtual std::span<const ContactEvent> changes_of_switch() const { return {}; }
   /// Returns the discrete state as plain numbers, to be kept in a snapshot.
   virtual std::vector<int> discrete_state() const { return {}; }
   /// Names what is another than in a discrete state before.

@@ -40,7 +40,7 @@ NormalSpace::NormalSpace(Workspace& work, Linearization* one_mass)
   if (one_mass_ != nullptr || model_.num_rows() == 0) return;
   solver_ = std::make_unique<GramSolver>(model_.incidences, unit_, model_.numbering, Ordering::Auto,
                                          work.constraints.squared_gradient_norms(), model_.places());
-  solver_->allow_zero_rows(model_.numbering.user_row, model_.numbering.num_user_rows);
+  solver_->allow_zero_rows(model_.numbering);
 }
 
 Outcome NormalSpace::factorize(double t, const double* r, const double* blocks) {

@@ -71,6 +71,18 @@ template <class Visit>
 void visit_curved(const TupleFamily<LinearKernel>&, const Visit&) {}
 
 template <class Visit>
+void visit_curved(const TupleFamily<RopeKernel>& family, const Visit& visit) {
+  for (std::size_t k = 0; k < family.size(); ++k) {
+    const std::span<const Index> points = family.kernel.tuple(k);
+    const auto phi = [&](const double* r, double* room, const double* v) {
+      for (std::size_t i = 0; i < points.size(); ++i) store(room, points[i], load(v, i));
+      return std::array{family.kernel.row(k, r, room).phi()};
+    };
+    visit(CurvedMember{points, static_cast<std::size_t>(family.rows[k]), family.block(k)}, phi);
+  }
+}
+
+template <class Visit>
 void visit_curved(const TupleFamily<UserKernels>& family, const Visit& visit) {
   for (const UserGroup& group : family.kernel.groups) {
     for (std::size_t k = group.first; k < group.last; ++k) {

@@ -123,17 +123,30 @@ void ConstraintSeries::add_group(const Source& source, std::size_t g, const G& g
   add_recorded(source, g, given, first_member, std::nullopt);
 }
 
+/// Adds a program for each number of points that members have.
 template <class G>
 void ConstraintSeries::add_recorded(const Source& source, std::size_t g, const G& given, std::size_t first_member,
                                     std::optional<Turning> turning) {
+  const auto size_of = [&](std::size_t k) { return member_points(given, k).size(); };
+  std::vector<std::size_t> sizes;
+  for (std::size_t k = 0; k < num_members(given) && obstacle_.empty(); ++k) {
+    if (std::ranges::find(sizes, size_of(k)) != sizes.end()) continue;
+    sizes.push_back(size_of(k));
+    add_members_like(source, g, given, first_member, turning, k);
+  }
+}
+
+template <class G>
+void ConstraintSeries::add_members_like(const Source& source, std::size_t g, const G& given, std::size_t first_member,
+                                        std::optional<Turning> turning, std::size_t member) {
   const Definitions& definitions = source.definitions;
   const std::optional<RecordedDefinition> recorded =
-      definitions.record(g, turning ? std::optional(turning->axis) : std::nullopt);
+      definitions.record(g, turning ? std::optional(turning->axis) : std::nullopt, member);
   if (!recorded) {
     obstacle_ = "constraints[" + text(g) + "] cannot be expanded in time: it is known as a function alone";
     return;
   }
-  const int p = static_cast<int>(member_points(given, 0).size());
+  const int p = static_cast<int>(member_points(given, member).size());
   const int num_functions = static_cast<int>(recorded->expression.variables.size()) - 3 * p;
   std::vector<char> is_position(3 * static_cast<std::size_t>(p), 1);
   is_position.resize(recorded->expression.variables.size(), 0);
@@ -150,7 +163,8 @@ void ConstraintSeries::add_recorded(const Source& source, std::size_t g, const G
   };
   for (const ScalarFunction& function : recorded->functions) add(function);
   const std::size_t num_shared = slots.size();
-  for (std::size_t k = 0; k < num_members(given); ++k) {
+  for (std::size_t k = member; k < num_members(given); ++k) {
+    if (member_points(given, k).size() != static_cast<std::size_t>(p)) continue;
     const Index row = source.numbering.member_row[first_member + k];
     slots.resize(num_shared);
     if (recorded->has_parameter) add(definitions.parameter(g, k));

@@ -69,6 +69,9 @@ class ConstraintSeries {
   template <class G>
   void add_recorded(const Source& source, std::size_t g, const G& given, std::size_t first_member,
                     std::optional<Turning> turning);
+  template <class G>
+  void add_members_like(const Source& source, std::size_t g, const G& given, std::size_t first_member,
+                        std::optional<Turning> turning, std::size_t member);
   template <class Lane>
   void advance_chunk(Group& group, Lane* lanes, std::size_t chunk, int k, std::span<double* const> coefficients,
                      const double* last, double* blocks, double* rows);

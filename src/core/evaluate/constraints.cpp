@@ -177,13 +177,16 @@ struct Builder {
     });
   }
 
-  void fill(TupleFamily<LinearKernel>* family) {
-    LinearKernel& kernel = family->kernel;
-    ParameterReader numbers(&kernel.value);
-    for_each<Linears>([&](const Linears& linears, const Member& member) {
-      append_tuple(linears, member, family);
-      kernel.add_member(linears);
-      append_number(linears, member, &kernel, &numbers);
+  void fill(TupleFamily<LinearKernel>* family) { fill_tuples(family, &family->kernel.value); }
+  void fill(TupleFamily<RopeKernel>* family) { fill_tuples(family, &family->kernel.length); }
+  template <class Kernel>
+  void fill_tuples(TupleFamily<Kernel>* family, ScalarTable* table) {
+    using Group = typename Kernel::Group;
+    ParameterReader numbers(table);
+    for_each<Group>([&](const Group& group, const Member& member) {
+      append_tuple(group, member, family);
+      family->kernel.add_member(group);
+      append_number(group, member, &family->kernel, &numbers);
     });
   }
 
@@ -220,7 +223,12 @@ Constraints::Constraints(const System& system, const Numbering& numbering, doubl
     family.first_block = static_cast<Index>(num_blocks_);
     num_blocks_ += family.num_blocks();
   });
-  everything_ = select(std::vector<char>(num_rows_, 1));
+  closed_ = everything_ = select(std::vector<char>(num_rows_, 1));
+  if (!numbering.one_sided.empty()) {
+    may_open_ = list_incidences();
+    std::erase_if(may_open_,
+                  [&](const Incidence& i) { return numbering.may_open[static_cast<std::size_t>(i.row)] == 0; });
+  }
   if (!system.friction.empty()) {
     tangents_ = Tangents(system, numbering, list_incidences(), static_cast<Index>(num_blocks_));
     num_blocks_ += tangents_.num_blocks();
@@ -250,8 +258,23 @@ void Constraints::turn_frames(const double* blocks, double* others) const {
 }
 
 bool Constraints::gradients_are_constant() const {
-  // Contacts may change between stick and slip.
-  return tangents_.num_blocks() == 0 && gradients_are_constant(everything_);
+  // Contacts may change between stick and slip, and one-sided rows open.
+  return tangents_.num_blocks() == 0 && may_open_.empty() && gradients_are_constant(everything_);
+}
+
+void Constraints::set_open(std::span<const char> is_open) {
+  is_open_.assign(is_open.begin(), is_open.end());
+  open_rows_.clear();
+  open_blocks_.clear();
+  std::vector<char> takes_part(num_rows_);
+  for (std::size_t a = 0; a < num_rows_; ++a) {
+    takes_part[a] = is_open_[a] == 0;
+    if (is_open_[a] != 0) open_rows_.push_back(static_cast<Index>(a));
+  }
+  for (const Incidence& incidence : may_open_)
+    if (is_open_[static_cast<std::size_t>(incidence.row)] != 0) open_blocks_.push_back(incidence.block);
+  closed_ = select(takes_part);
+  ++num_openings_;
 }
 
 namespace {
@@ -264,7 +287,7 @@ constexpr bool has_constant_norms = Kernel::unit_gradient || requires(const Kern
 }  // namespace
 
 bool Constraints::gradient_norms_are_constant() const {
-  bool result = true;
+  bool result = may_open_.empty();
   for_each_family(
       [&](const auto& family) { result = result && has_constant_norms<std::remove_cvref_t<decltype(family.kernel)>>; });
   return result;
@@ -303,23 +326,28 @@ void Constraints::set_offsets(std::span<const RowOffset> offsets) {
 }
 
 double Constraints::evaluate_values(const Parallel& parallel, const double* r, double* xi) const {
-  const double worst = evaluate_values(parallel, everything_, r, xi);
+  const double worst = evaluate_values(parallel, closed_, r, xi);
+  clear_open_rows(xi);
   tangents_.write_values(r, xi);
   return worst;
 }
 
 double Constraints::evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rate) const {
-  return larger(evaluate_rates(parallel, everything_, r, v, rate), tangents_.evaluate_rates(v, rate));
+  clear_open_rows(rate);
+  return larger(evaluate_rates(parallel, closed_, r, v, rate), tangents_.evaluate_rates(v, rate));
 }
 
 void Constraints::evaluate_gradients(const Parallel& parallel, const double* r, double* blocks) {
-  evaluate_gradients(parallel, everything_, r, blocks);
+  evaluate_gradients(parallel, closed_, r, blocks);
+  clear_open_blocks(blocks);
   tangents_.write_gradients(parallel, blocks);
 }
 
 double Constraints::evaluate_right_side(const Parallel& parallel, const double* r, const double* v, const double* w0,
                                         double* phi, double* blocks) {
-  const double worst = evaluate_right_side(parallel, everything_, r, v, w0, phi, blocks);
+  const double worst = evaluate_right_side(parallel, closed_, r, v, w0, phi, blocks);
+  clear_open_rows(phi);
+  if (blocks != nullptr) clear_open_blocks(blocks);
   if (tangents_.size() == 0) return worst;
   if (blocks != nullptr) tangents_.write_gradients(parallel, blocks);
   return larger(worst, evaluate_contacts(parallel, r, v, w0, Tangents::Which::Sticking, phi));
@@ -338,7 +366,7 @@ double Constraints::evaluate_contacts(const Parallel& parallel, const double* r,
     const auto evaluate_at = [&](int k, double s, double* result) {
       shifted_.assign(v, v + size);
       tangents_.shift_velocities(k, s, v, shifted_.data());
-      evaluate_right_side(parallel, everything_, r, shifted_.data(), nothing_.data(), result, nullptr);
+      evaluate_right_side(parallel, closed_, r, shifted_.data(), nothing_.data(), result, nullptr);
     };
     double speed = 0.0;
     for (std::size_t i = 0; i < size; ++i) speed = std::max(speed, std::abs(v[i]));
@@ -356,12 +384,15 @@ double Constraints::evaluate_contacts(const Parallel& parallel, const double* r,
 
 double Constraints::apply_transposed(const Parallel& parallel, const double* blocks, const double* x,
                                      const double* shift, double* y) const {
-  return larger(apply_transposed(parallel, everything_, blocks, x, shift, y),
+  clear_open_rows(y);
+  return larger(apply_transposed(parallel, closed_, blocks, x, shift, y),
                 tangents_.apply_transposed(blocks, x, shift, y));
 }
 
 void Constraints::measure(const double* r, const double* v, double* position, double* velocity) const {
   for_each_family([&](const auto& family) { family.measure(r, v, position, velocity); });
+  clear_open_rows(position);
+  clear_open_rows(velocity);
   tangents_.write_values(r, position);
   tangents_.evaluate_rates(v, velocity);
 }

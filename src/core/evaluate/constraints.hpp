@@ -38,6 +38,9 @@ class Constraints {
   using Families = FamiliesOf<Constraint>::Tuple;
 
  public:
+  /// The members of each family that take part.
+  using Selection = std::array<IndexRanges, std::tuple_size_v<Families>>;
+
   /// `t` is the instant of "initial" values that are measured from something that moves.
   Constraints(const System& system, const Numbering& numbering, double t = 0.0);
 
@@ -58,6 +61,22 @@ class Constraints {
   std::vector<double> squared_gradient_norms() const;
 
   void set_time(double t);
+
+  /// Leaves rows out, [row] not 0, whose blocks and numbers are 0 from then on: one-sided constraints that are open.
+  /// They are unit rows of S, so nothing is analysed anew when they close. Selections still evaluate them.
+  void set_open(std::span<const char> is_open);
+  bool is_open(std::size_t row) const { return !is_open_.empty() && is_open_[row] != 0; }
+  /// Returns a number that changes with each change of the rows that are left out.
+  std::size_t openings() const { return num_openings_; }
+  void clear_open_rows(double* rows) const {
+    for (const Index row : open_rows_) rows[row] = 0.0;
+  }
+  void clear_open_blocks(double* blocks) const {
+    for (const Index block : open_blocks_) store(blocks, block, Vec3{});
+  }
+  /// All members, also those that are open.
+  const Selection& everything() const { return everything_; }
+
   /// The offset of the rod in an inner row, m.
   struct RowOffset {
     std::size_t row;
@@ -88,8 +107,6 @@ class Constraints {
   double apply_transposed(const Parallel& parallel, const double* blocks, const double* x, const double* shift,
                           double* y) const;
 
-  /// The members of each family that take part.
-  using Selection = std::array<IndexRanges, std::tuple_size_v<Families>>;
   /// Returns the members whose first row has a `takes_part` [row] that is not 0.
   Selection select(std::span<const char> takes_part) const;
   /// These evaluate some members. Rows and blocks of the others stay as they are, and contacts take no part.
@@ -158,7 +175,11 @@ class Constraints {
   }
 
   Families families_;
-  Selection everything_;
+  Selection everything_, closed_;    // all members, and those that no opening leaves out
+  std::vector<Incidence> may_open_;  // of one-sided rows
+  std::vector<char> is_open_;        // [row]; empty until some are
+  std::vector<Index> open_rows_, open_blocks_;
+  std::size_t num_openings_ = 0;
   Tangents tangents_;
   std::vector<double> shifted_, nothing_, turns_;  // [3n], [3n], [3][d] scratch of contacts on guides that turn
   std::size_t num_points_ = 0, num_rows_ = 0, num_blocks_ = 0;

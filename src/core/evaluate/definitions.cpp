@@ -164,10 +164,10 @@ namespace {
 
 /// Records the rows of a member as functions of its points and its number. See Definitions::record for `axis`.
 template <class Group>
-std::optional<RecordedDefinition> take_down(const Group& group, std::optional<LineAxis> axis) {
+std::optional<RecordedDefinition> take_down(const Group& group, std::size_t member, std::optional<LineAxis> axis) {
   Recording recording;
   Expression& expression = recording.definition.expression;
-  const std::size_t num_points = member_points(group, 0).size();
+  const std::size_t num_points = member_points(group, member).size();
   std::vector<TripleOf<Traced>> r;
   for (std::size_t p = 0; p < num_points; ++p) {
     const Traced x = Traced::variable(expression), y = Traced::variable(expression);
@@ -184,7 +184,7 @@ std::optional<RecordedDefinition> take_down(const Group& group, std::optional<Li
         return Definition(group, clock);
     }();
     const Traced number = take_down(parameter_of(group), clock);
-    for (const Traced& xi : definition.xi(r, number, 0)) expression.results.push_back(xi.number_in(expression));
+    for (const Traced& xi : definition.xi(r, number, member)) expression.results.push_back(xi.number_in(expression));
   } catch (const detail::NotTraceable&) {
     return std::nullopt;
   }
@@ -198,7 +198,8 @@ std::optional<RecordedDefinition> take_down(const Group& group, std::optional<Li
 
 }  // namespace
 
-std::optional<RecordedDefinition> Definitions::record(std::size_t g, std::optional<LineAxis> axis) const {
+std::optional<RecordedDefinition> Definitions::record(std::size_t g, std::optional<LineAxis> axis,
+                                                      std::size_t member) const {
   return std::visit(
       [&]<class Group>(const Group& group) -> std::optional<RecordedDefinition> {
         if (num_members(group) == 0) return std::nullopt;
@@ -206,7 +207,7 @@ std::optional<RecordedDefinition> Definitions::record(std::size_t g, std::option
           if (group.kernel.expression == nullptr) return std::nullopt;
           return RecordedDefinition{*group.kernel.expression, {ScalarFunction::formula("t")}, false};
         } else {
-          return take_down(group, axis);
+          return take_down(group, member, axis);
         }
       },
       system_.constraints[g]);

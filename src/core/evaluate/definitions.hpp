@@ -49,8 +49,10 @@ class Definitions {
   void reactions(double t, std::span<const double> r, std::span<const double> lambda, std::span<double> eta) const;
 
   /// Returns group `group` as an expression, or nothing if it cannot be recorded. The two unit vectors of lines that
-  /// turn come from `axis`, which holds for as long as the rule chooses that axis.
-  std::optional<RecordedDefinition> record(std::size_t group, std::optional<LineAxis> axis = {}) const;
+  /// turn come from `axis`, which holds for as long as the rule chooses that axis. The expression is that of all
+  /// members with as many points as `member`.
+  std::optional<RecordedDefinition> record(std::size_t group, std::optional<LineAxis> axis = {},
+                                           std::size_t member = 0) const;
   /// Returns the parameter of member k of a group.
   ScalarFunction parameter(std::size_t group, std::size_t k) const;
 

@@ -22,7 +22,7 @@ namespace tanor::detail {
 /// The kernels written by hand, in the order of the kinds. A kind that has none here runs on its definition.
 using KernelsByHand = std::tuple<RodKernel<false, false>, RodKernel<false, true>, RodKernel<true, false>,
                                  RodKernel<true, true>, PlaneKernel, SphereKernel, LineKernel, CircleKernel,
-                                 AngleKernel, PulleyKernel, LinearKernel, UserKernels>;
+                                 AngleKernel, PulleyKernel, LinearKernel, RopeKernel, UserKernels>;
 
 /// The types in a list that serve a group, or `Other` if there are none.
 template <class Group, class Other, class List>

@@ -8,9 +8,11 @@
 
 #include <tanor/kinds/constraint/formula.hpp>
 #include <tanor/kinds/constraint/linear.hpp>
+#include <tanor/kinds/constraint/rope.hpp>
 
 #include "base/index_ranges.hpp"
 #include "base/vec3.hpp"
+#include "kinds/kernel.hpp"
 #include "kinds/tables.hpp"
 #include "system/tuples.hpp"
 
@@ -89,6 +91,70 @@ struct LinearKernel : Tuples {
     return members.max_over_ranges(parallel, [&](std::size_t begin, std::size_t end) {
       double worst = 0.0;
       for (std::size_t k = begin; k < end; ++k) worst = larger(worst, take(k, Row{*this, k, r, v}));
+      return worst;
+    });
+  }
+};
+
+/// xi = sum over the segments of a path of c |r_p - r_{p-1}|, minus the length.
+struct RopeKernel : Tuples {
+  using Group = Ropes;
+
+  std::vector<double> coefficients;     ///< beside `points`: of the segment that ends there
+  std::vector<double> norms;            ///< [member] largest coefficient
+  ScalarTable length;                   ///< [member]
+  mutable std::vector<Vec3> gradients;  ///< beside `points`; each member writes its own
+
+  void set_time(double t) { length.set_time(t); }
+  bool depends_on_time() const { return !length.is_constant(); }
+  static bool gradients_are_constant() { return false; }
+  double scale(std::size_t k) const { return length[k].value; }
+  double norm(std::size_t k, const double*) const { return norms[k]; }
+
+  /// Call this behind append_tuple.
+  void add_member(const Ropes& ropes) {
+    double largest = ropes.coefficients.empty() ? 1.0 : 0.0;
+    for (std::size_t p = coefficients.size(); p < points.size(); ++p) {
+      const std::size_t end = p - static_cast<std::size_t>(start[start.size() - 2]);
+      coefficients.push_back(ropes.coefficients.empty() || end == 0 ? 1.0 : ropes.coefficients[end - 1]);
+      if (end > 0) largest = std::max(largest, coefficients.back());
+    }
+    norms.push_back(largest);
+    gradients.resize(points.size());
+  }
+
+  struct Row {
+    const RopeKernel& kernel;
+    std::size_t k;
+    double value, first, second;  // of the sum
+
+    double xi() const { return value - kernel.length[k].value; }
+    double rate() const { return first - kernel.length[k].first; }
+    double phi() const { return second - kernel.length[k].second; }
+    double norm() const { return kernel.norms[k]; }
+    const double* gradient() const { return &kernel.gradients[static_cast<std::size_t>(kernel.start[k])].x; }
+  };
+  Row row(std::size_t k, const double* r, const double* v) const {
+    Row row{*this, k, 0.0, 0.0, 0.0};
+    const auto begin = static_cast<std::size_t>(start[k]), end = static_cast<std::size_t>(start[k + 1]);
+    gradients[begin] = {};
+    for (std::size_t p = begin + 1; p < end; ++p) {
+      const double c = coefficients[p];
+      const Distance segment(load(r, points[p]) - load(r, points[p - 1]), load(v, points[p]) - load(v, points[p - 1]));
+      row.value += c * segment.value;
+      row.first += c * segment.first;
+      row.second += c * segment.second;
+      gradients[p - 1] = gradients[p - 1] - c * segment.unit;
+      gradients[p] = c * segment.unit;
+    }
+    return row;
+  }
+  template <class Take>
+  double evaluate(const Parallel& parallel, const IndexRanges& members, const double* r, const double* v,
+                  const Take& take) const {
+    return members.max_over_ranges(parallel, [&](std::size_t begin, std::size_t end) {
+      double worst = 0.0;
+      for (std::size_t k = begin; k < end; ++k) worst = larger(worst, take(k, row(k, r, v != nullptr ? v : r)));
       return worst;
     });
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
 
 #include "base/root_bracket.hpp"
@@ -36,6 +37,21 @@ constexpr std::size_t most_switches = 50;  // switches without progress of time
 
 bool are_positive(std::span<const double> values) {
   return std::all_of(values.begin(), values.end(), [](double f) { return f > 0.0; });
+}
+
+/// The least value of a cubic inside an interval of length 1, and its place.
+struct LeastOfCubic {
+  double at, value;
+};
+/// Returns that of the cubic with values f and slopes m at both ends, if it falls at first and rises at last.
+std::optional<LeastOfCubic> least_of_cubic(double f0, double m0, double f1, double m1) {
+  if (!(m0 < 0.0 && m1 > 0.0)) return std::nullopt;
+  // f = f0 + m0 s + a s^2 + b s^3, with the root of f' = m0 + 2 a s + 3 b s^2 that has f'' > 0
+  const double a = 3.0 * (f1 - f0) - 2.0 * m0 - m1, b = m0 + m1 - 2.0 * (f1 - f0);
+  const double root = std::sqrt(std::max(0.0, a * a - 3.0 * b * m0));
+  const double s = -m0 / (a + root);
+  if (!(s > 0.0 && s < 1.0)) return std::nullopt;
+  return LeastOfCubic{s, f0 + s * (m0 + s * (a + s * b))};
 }
 
 }  // namespace
@@ -81,6 +97,7 @@ Outcome Events::evaluate(const Kinematics& at, const Reactions& reactions, doubl
   if (own_.num > 0) {
     functions_->evaluate_events(at, reactions, own);
     functions_->shape_events(reactions, own, shapes_.data() + own_.first);
+    functions_->evaluate_slopes(at, std::span(shape_slopes_).subspan(own_.first, own_.num));
   }
   mechanics_.add({values, num_});
   mechanics_.add(shapes_);
@@ -103,11 +120,14 @@ void Events::count_functions() {
 /// Makes room for as many functions as the present equations have.
 void Events::resize() {
   if (mechanics_.is_alone()) count_functions();
-  for (std::vector<double>* array : {&start_.values, &start_.shapes, &shapes_, &scales_, &values_}) array->resize(num_);
+  for (std::vector<double>* array :
+       {&start_.values, &start_.shapes, &start_.slopes, &shapes_, &shape_slopes_, &scales_, &values_})
+    array->resize(num_);
   samples_.resize(std::max(samples_.size(), usual_samples));
   for (Sample& sample : samples_) {
     sample.values.resize(num_);
     sample.shapes.resize(num_);
+    sample.slopes.resize(num_);
   }
   is_watched_.resize(num_);
   which_.reserve(num_);
@@ -123,6 +143,7 @@ Outcome Events::start(const State& state) {
   Outcome found = mechanics_.accelerations(state.at(), options_.request(Gradients::Evaluate), output_inside());
   if (found.ok()) found = evaluate(state.at(), inside_.reactions, start_.values.data());
   start_.shapes = shapes_;
+  start_.slopes = shape_slopes_;
   return found;
 }
 
@@ -146,11 +167,15 @@ Outcome Events::evaluate_inside(DenseOutput* dense, double fraction, double* val
 
 /// Adds a sample and keeps the samples in order.
 Outcome Events::add_sample(DenseOutput* dense, double fraction) {
-  if (num_samples_ == samples_.size()) samples_.push_back({0.0, std::vector<double>(num_), std::vector<double>(num_)});
+  if (num_samples_ == samples_.size()) {
+    const std::vector<double> nothing(num_);
+    samples_.push_back({0.0, nothing, nothing, nothing});
+  }
   Sample& sample = samples_[num_samples_++];
   sample.fraction = fraction;
   Outcome found = evaluate_inside(dense, fraction, sample.values.data());
   sample.shapes = shapes_;
+  sample.slopes = shape_slopes_;
   const auto begin = samples_.begin(), end = begin + static_cast<std::ptrdiff_t>(num_samples_);
   const auto before = [](const Sample& a, const Sample& b) { return a.fraction < b.fraction; };
   std::rotate(std::upper_bound(begin, end - 1, *(end - 1), before), end - 1, end);
@@ -158,11 +183,16 @@ Outcome Events::add_sample(DenseOutput* dense, double fraction) {
 }
 
 /// The parabola f(s) = f0 + m h s + c s^2 through both ends, with the slope m of the previous step, has its minimum f0
-/// - (m h)^2/(4c).
+/// - (m h)^2/(4c). Where the slopes of both ends are known, a cubic takes its place.
 bool Events::may_dip(double h) const {
-  if (slopes_.size() != num_) return true;
   const std::vector<double>&first = samples_[0].shapes, &last = samples_[num_samples_ - 1].shapes;
+  const std::vector<double>&falls = samples_[0].slopes, &rises = samples_[num_samples_ - 1].slopes;
   for (std::size_t k = 0; k < num_; ++k) {
+    if (const auto least = least_of_cubic(first[k], h * falls[k], last[k], h * rises[k])) {
+      if (least->value < hint * std::min(first[k], last[k])) return true;
+    }
+    if (!std::isnan(falls[k] + rises[k])) continue;
+    if (slopes_.size() != num_) return true;
     const double rise = slopes_[k] * h, curvature = last[k] - first[k] - rise;
     const bool has_minimum_inside = rise < 0.0 && curvature > -0.5 * rise;
     if (has_minimum_inside && first[k] - 0.25 * rise * rise / curvature < hint * std::min(first[k], last[k]))
@@ -174,7 +204,7 @@ bool Events::may_dip(double h) const {
 /// Fits a parabola through each inner sample of a shape and its neighbours, up to the first sample that is not
 /// positive. Returns the fraction at which the lowest minimum lies, each relative to the largest magnitude of its
 /// shape, or 0 if none is below `margin`.
-double Events::find_dip(double margin) const {
+double Events::find_dip(double margin, double h) const {
   double lowest = margin, place = 0.0;
   const std::size_t end = first_not_positive();
   for (std::size_t k = 0; k < num_; ++k) {
@@ -197,6 +227,16 @@ double Events::find_dip(double margin) const {
         place = samples_[i].fraction + s;
       }
     }
+    for (std::size_t i = 1; i < std::min(end + 1, num_samples_); ++i) {
+      const Sample &before = samples_[i - 1], &after = samples_[i];
+      const double length = after.fraction - before.fraction;
+      const auto least = least_of_cubic(before.shapes[k], length * h * before.slopes[k], after.shapes[k],
+                                        length * h * after.slopes[k]);
+      const bool is_found = least && least->value > 0.9 * std::min(before.shapes[k], after.shapes[k]);
+      if (!least || is_found || !(least->value / scale < lowest)) continue;
+      lowest = least->value / scale;
+      place = before.fraction + least->at * length;
+    }
   }
   return place;
 }
@@ -216,7 +256,7 @@ Outcome Events::take_samples(DenseOutput* dense, int pieces, double h) {
     if (Outcome found = add_sample(dense, static_cast<double>(i) / places); !found.ok()) return found;
   }
   for (int dip = 0; dip < most_dips + pieces; ++dip) {
-    const double fraction = find_dip(near);
+    const double fraction = find_dip(near, h);
     if (fraction == 0.0) break;
     if (Outcome found = add_sample(dense, fraction); !found.ok()) return found;
   }
@@ -384,6 +424,8 @@ Outcome Events::switch_equations(Scheme& scheme, const State& from, State* to) {
     resize();
     found = evaluate(to->at(), to->reactions, start_.values.data());
     start_.shapes = shapes_;
+    start_.slopes = shape_slopes_;
+    start_.slopes = shape_slopes_;
   }
   if (without_progress_.num == 0 ||
       to->t - without_progress_.begin > static_cast<double>(most_switches) * time_resolution(to->t, h)) {
@@ -405,7 +447,19 @@ Outcome Events::switch_equations(Scheme& scheme, const State& from, State* to) {
   ++switches_.count;
   switches_.last_time = to->t;
   switches_.last_change = functions_->describe_change(before);
+  note_changes();
   return {};
+}
+
+void Events::note_changes() {
+  if (functions_ == nullptr) return;
+  const std::span<const ContactEvent> changes = functions_->changes_of_switch();
+  switches_.changes.insert(switches_.changes.end(), changes.begin(), changes.end());
+}
+
+void Events::take_changes(std::vector<ContactEvent>* list) {
+  list->insert(list->end(), switches_.changes.begin(), switches_.changes.end());
+  switches_.changes.clear();
 }
 
 Events::Meeting Events::meet(Scheme& scheme, const State& from, int pieces, State* to, StepResult* step) {
@@ -418,6 +472,7 @@ Events::Meeting Events::meet(Scheme& scheme, const State& from, int pieces, Stat
   Outcome& found = meeting.outcome;
   if (found = evaluate(to->at(), to->reactions, samples_[1].values.data()); !found.ok()) return meeting;
   samples_[1].shapes = shapes_;
+  samples_[1].slopes = shape_slopes_;
   if (found = take_samples(&dense, pieces, to->t - from.t); !found.ok()) return meeting;
   measure_scales();
   const bool looked_inside = num_samples_ > 2;
@@ -444,6 +499,8 @@ Events::Meeting Events::meet(Scheme& scheme, const State& from, int pieces, Stat
     for (std::size_t k = 0; k < num_; ++k) slopes_[k] = (shapes_[k] - start_.shapes[k]) / h;
     std::swap(start_.values, values_);
     start_.shapes = shapes_;
+    start_.slopes = shape_slopes_;
+    start_.slopes = shape_slopes_;
   } else {
     meeting.asks_for_switch = true;
   }

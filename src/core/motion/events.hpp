@@ -59,6 +59,10 @@ class Events {
   std::size_t count() const { return switches_.count; }
   double last_time() const { return switches_.last_time; }  ///< s, of the last event
   const std::string& last_change() const { return switches_.last_change; }
+  /// Moves the changes of one-sided constraints since the last call behind `list`.
+  void take_changes(std::vector<ContactEvent>* list);
+  /// Takes note of those at the beginning of a motion.
+  void note_changes();
 
   /// Slopes of the functions over the last step, 1/s, on which the next step depends besides the state; empty if
   /// unknown.
@@ -75,6 +79,7 @@ class Events {
   struct Sample {
     double fraction = 0.0;
     std::vector<double> values, shapes;
+    std::vector<double> slopes;  // of the shapes, 1/s; NaN where they are not known
   };
   enum class Root { None, AtStart, Inside, AtEnd };
 
@@ -87,7 +92,7 @@ class Events {
   Outcome add_sample(DenseOutput* dense, double fraction);
   std::size_t first_not_positive() const;
   bool may_dip(double h) const;
-  double find_dip(double margin) const;
+  double find_dip(double margin, double h) const;
   Outcome take_samples(DenseOutput* dense, int pieces, double h);
   void measure_scales();
   Outcome bracket(DenseOutput* dense, Root* root);
@@ -108,10 +113,11 @@ class Events {
     std::vector<std::size_t> which;  // functions that vanish, numbered from `first`
   } own_;                            // functions of this process
   bool knows_start_ = false;
-  Sample start_;                 // sample at the start of the step
-  std::vector<double> slopes_;   // slopes of the shapes over the previous step
-  std::vector<double> shapes_;   // shapes where the functions were evaluated last
-  std::vector<Sample> samples_;  // samples of this step, in order
+  Sample start_;                      // sample at the start of the step
+  std::vector<double> slopes_;        // slopes of the shapes over the previous step
+  std::vector<double> shapes_;        // shapes where the functions were evaluated last, …
+  std::vector<double> shape_slopes_;  // … and their slopes
+  std::vector<Sample> samples_;       // samples of this step, in order
   std::size_t num_samples_ = 0;
   std::vector<double> scales_;    // largest magnitude of each function over the samples
   std::vector<char> is_watched_;  // 0 for a function that has just left 0 upwards
@@ -129,6 +135,7 @@ class Events {
     std::size_t count = 0;
     double last_time = 0.0;  // s
     std::string last_change{};
+    std::vector<ContactEvent> changes{};
   } switches_;
   struct {
     double begin = 0.0;  // s

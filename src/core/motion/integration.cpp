@@ -49,6 +49,8 @@ Integration::Integration(Method method, const IntegrationOptions& options, Mecha
 
 void Integration::begin() {
   trial_.begin();
+  trial_.events.note_changes();
+  trial_.events.take_changes(&report_.contact_events);
   trial_.watch.begin(state.t);
   drives_.begin(state.t);
   singular_.begin(state.t);
@@ -97,6 +99,7 @@ void Integration::take_trial(const StepAttempt& attempt, const Taken& taken) {
   report_.events_may_be_missed = trial_.watch.explain_missed();
   if (trial_.events.count() > report_.events) report_.last_change = trial_.events.last_change();
   report_.events = trial_.events.count();
+  trial_.events.take_changes(&report_.contact_events);
   report_.last_event = trial_.events.last_time();
   if (h > 0.0) {
     report_.last_step = h;

@@ -51,6 +51,7 @@ CompositeSolver make_composite_solver(const SchurProblem& problem, const SolverO
   if (numbering.num_rows() == 0) return refuse("there are no constraints");
   if (numbering.first_idle_row() < numbering.num_rows()) return refuse("some constraints join supports alone");
   if (problem.constraints.tangents().size() > 0) return refuse("contacts with friction have rows that come and go");
+  if (!numbering.one_sided.empty()) return refuse("constraints to one side have rows that come and go");
 
   // Each solver takes the islands that it serves out of those that are left.
   std::vector<Index> left(numbering.num_islands());

@@ -147,12 +147,15 @@ void GramSolver::set_active(std::span<const char> active) {
   }
 }
 
-void GramSolver::allow_zero_rows(std::span<const Index> user_row, std::size_t first) {
+void GramSolver::allow_zero_rows(const Numbering& numbering) {
   for (Part& part : parts_) {
     part.for_slots([&](std::size_t row, std::size_t column, std::size_t slot) {
-      if (row != column) return;
-      const auto user = static_cast<std::size_t>(user_row[part.row_at(row)]);
-      if (user >= first) part.may_be_zero.push_back({slot, user - first});
+      const std::size_t own = part.row_at(row);
+      if (row != column || !numbering.comes_and_goes(own)) return;
+      std::optional<std::size_t> contact;
+      if (numbering.is_contact_row(own))
+        contact = static_cast<std::size_t>(numbering.user_row[own]) - numbering.num_user_rows;
+      part.may_be_zero.push_back({slot, contact});
     });
   }
 }
@@ -170,8 +173,8 @@ void GramSolver::assemble(const Parallel& parallel, const double* blocks) {
   for_parts(parallel, std::mem_fn(&Part::assembles_by_threads), [&](Part& part, int threads) {
     double* const values = part.factor.values();
     part.plan.assemble(blocks, values, Parallel(threads));
-    for (const auto& [slot, row] : part.may_be_zero) {
-      const double weight = compliance_weights_.empty() ? 1.0 : compliance_weights_[row];
+    for (const auto& [slot, contact] : part.may_be_zero) {
+      const double weight = !contact ? 0.0 : compliance_weights_.empty() ? 1.0 : compliance_weights_[*contact];
       values[slot] = values[slot] == 0.0 ? 1.0 : values[slot] + weight * compliance_;
     }
     for (const auto& [slot, value] : part.fixed_slots) values[slot] = value;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -55,8 +56,8 @@ class GramSolver {
   /// becomes a unit row of the same pattern, and its x is 0.
   void set_active(std::span<const char> active);
 
-  /// Lets rows from `first` on (in the user's numbers, `user_row` [row]) that have gradient 0 become unit rows.
-  void allow_zero_rows(std::span<const Index> user_row, std::size_t first);
+  /// Allows rows that come and go to have gradient 0; they then become unit rows.
+  void allow_zero_rows(const Numbering& numbering);
 
   /// Sets the scaled diagonal of those rows, where they take part, to 1 + compliance from the next `assemble` on. The
   /// rows may then depend on others: refined solutions of consistent equations still satisfy S x = b, with the least x
@@ -101,7 +102,11 @@ class GramSolver {
     Quality quality{};
     std::vector<std::pair<std::size_t, double>> fixed_slots{};  // slots of rows that take no part, with their values
     std::vector<std::size_t> inactive_places{};                 // of these rows
-    std::vector<std::pair<std::size_t, std::size_t>> may_be_zero{};  // diagonal slots of rows that may be 0, numbered
+    struct MayBeZero {
+      std::size_t slot;                    // on the diagonal
+      std::optional<std::size_t> contact;  // number of its row among those of contacts
+    };
+    std::vector<MayBeZero> may_be_zero{};
 
     /// Returns the row at a place in the order of elimination.
     std::size_t row_at(std::size_t place) const {

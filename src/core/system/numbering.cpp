@@ -193,6 +193,7 @@ class NumberingBuilder {
       result_.island_start.push_back(static_cast<Index>(result_.user_row.size()));
     }
     append_what_is_left(islands);
+    list_one_sided(system);
     result_.is_natural = std::ranges::is_sorted(result_.user_point);
     return std::move(result_);
   }
@@ -220,6 +221,28 @@ class NumberingBuilder {
     for (const Contact& contact : list_contacts(system)) {
       if (contact.can_stick) add_member({&contact.point, 1}, contact.num_tangents());
     }
+  }
+
+  void list_one_sided(const System& system) {
+    std::size_t member = 0;
+    for (const Constraint& constraint : system.constraints) {
+      std::visit(
+          [&](const auto& group) {
+            const std::size_t first = member;
+            member += num_members(group);
+            if constexpr (requires { group.side; }) {
+              if (!group.side) return;
+              result_.may_open.resize(result_.num_rows(), 0);
+              for (std::size_t k = first; k < member; ++k) {
+                const Index row = result_.member_row[k];
+                result_.one_sided.push_back({row, *group.side == OneSide::AtLeast ? 1.0 : -1.0, group.restitution});
+                result_.may_open[static_cast<std::size_t>(row)] = 1;
+              }
+            }
+          },
+          constraint);
+    }
+    std::ranges::sort(result_.one_sided, {}, &OneSidedRow::row);
   }
 
   void append_point(Index point) {

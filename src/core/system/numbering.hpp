@@ -9,6 +9,13 @@
 
 namespace tanor::detail {
 
+/// A constraint that acts to one side: its gap, sign xi, is 0 or more, and so is its force, sign lambda.
+struct OneSidedRow {
+  Index row;           ///< inner
+  double sign;         ///< 1 for `at_least`, -1 for `at_most`
+  double restitution;  ///< Newton's
+};
+
 /// The inner order of points and rows. Outside, the user's order holds everywhere.
 ///
 /// Islands (points connected by constraints; supports connect nothing) follow one another, those of one point by kinds.
@@ -26,6 +33,8 @@ struct Numbering {
   std::size_t num_moving = 0;       ///< inner points below this move, the others are supports
   std::size_t num_user_rows = 0;    ///< d
   bool is_natural = false;          ///< points have the user's order
+  std::vector<OneSidedRow> one_sided{};
+  std::vector<char> may_open{};  ///< [inner row] is one-sided; empty if none is
 
   std::size_t num_points() const { return user_point.size(); }
   std::size_t num_rows() const { return user_row.size(); }
@@ -35,6 +44,11 @@ struct Numbering {
     return static_cast<std::size_t>(user_row[inner_row]) >= num_user_rows;
   }
   bool has_contact_rows() const { return num_rows() > num_user_rows; }
+  /// Returns true if the row has a gradient at some times alone: where a contact sticks, or a one-sided row is closed.
+  bool comes_and_goes(std::size_t inner_row) const {
+    return is_contact_row(inner_row) || (!may_open.empty() && may_open[inner_row] != 0);
+  }
+  bool has_rows_that_go() const { return has_contact_rows() || !one_sided.empty(); }
 
   /// Copy three numbers a point from the user's order to the inner one, and back.
   void gather_points(std::span<const double> user, std::span<double> inner, const Parallel& by = Parallel(1)) const;

@@ -136,12 +136,32 @@ class Validation {
       }
     }
     check_parameter(linears.value, linears.tuples.size(), ValueRange::any, t_, where + "/value", "value");
+    check_number(linears.restitution, restitution_range, where + "/restitution", "restitution");
+  }
+
+  void check_values(const Ropes& ropes, const std::string& where) const {
+    for (std::size_t k = 0; k < ropes.paths.size(); ++k) {
+      const std::size_t segments = ropes.paths[k].size() - 1;
+      if (ropes.paths[k].size() < 2) fail_member(ropes, k, where, "a rope has at least 2 points");
+      if (!ropes.coefficients.empty() && ropes.coefficients.size() != segments)
+        fail_member(ropes, k, where,
+                    text_of_count(ropes.coefficients.size(), "coefficient") + " for " +
+                        text_of_count(segments, "segment") + "; one for each is right");
+      if (std::ranges::all_of(ropes.paths[k], [this](Index point) { return is_support(point); }))
+        fail_member(ropes, k, where, "all of its points are supports: it holds nothing");
+    }
+    for (std::size_t c = 0; c < ropes.coefficients.size(); ++c)
+      check_number(ropes.coefficients[c], ValueRange::positive, element(where + "/coefficients", c), "coefficient");
+    check_fields(ropes, t_, where);
+    check_start(system_, ropes, t_,
+                [&](std::size_t k, const std::string& problem) { fail_member(ropes, k, where, problem); });
   }
 
   /// Checks that the function, its derivatives along the initial motion and its gradient are numbers, and the gradient
   /// is not zero.
   void check_values(const UserConstraints& user, const std::string& where) const {
     check_kernel(user.kernel, where);
+    check_fields(user, t_, where);
     const auto p = static_cast<std::size_t>(user.kernel.num_points);
     std::vector<Index> points;
     for (std::size_t k = 0; k < user.tuples.size(); ++k) {

@@ -35,7 +35,7 @@ struct Dynamics::Implementation {
   const bool has_own_variables = !form.keeps_variables();
   std::vector<double> x, x_dot, x_ddot;
   // … as it was given, if the answer may have other points (those of coordinates, and contacts that come to rest) …
-  const bool may_move_points = has_own_variables || model.has_friction();
+  const bool may_move_points = has_own_variables || model.has_friction() || !model.numbering.one_sided.empty();
   std::vector<double> given_r, given_v;
   // … and the work arrays of the other calls.
   std::vector<double> y, z, before;

@@ -190,8 +190,9 @@ void detail::check_snapshot(const Snapshot& snapshot, std::size_t size) {
   check_points("/snapshot/velocities", snapshot.velocities);
   const EnergyReport& energy = snapshot.report.energy;
   check_finite("/snapshot/time", std::array{snapshot.time});
-  check_finite("/snapshot/report/energy", std::array{energy.start, energy.work_of_supports, energy.work_of_forces,
-                                                     energy.work_of_potentials, energy.work_of_friction});
+  check_finite("/snapshot/report/energy",
+               std::array{energy.start, energy.work_of_supports, energy.work_of_forces, energy.work_of_potentials,
+                          energy.work_of_friction, energy.work_of_impacts});
   const auto check_size = [](const char* where, double value) {
     if (!(value >= 0.0 && std::isfinite(value)))
       throw InputError(where, text(value) + " is not 0 or a positive number");

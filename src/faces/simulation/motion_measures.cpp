@@ -19,7 +19,8 @@ namespace tanor {
 using namespace detail;
 
 double EnergyReport::drift_relative() const {
-  const double drift = now - start - work_of_supports - work_of_forces - work_of_potentials - work_of_friction;
+  const double drift =
+      now - start - work_of_supports - work_of_forces - work_of_potentials - work_of_friction - work_of_impacts;
   return scale > 0.0 ? drift / scale : 0.0;
 }
 
@@ -83,10 +84,11 @@ void MotionMeasures::take(const StepResult& step, bool is_sound) {
   report_.energy.work_of_forces = state_.work.forces;
   report_.energy.work_of_potentials = state_.work.potentials;
   report_.energy.work_of_friction = state_.work.friction;
-  report_.energy.scale =
-      std::max({report_.energy.scale, energy.kinetic, std::abs(energy.potential - report_.energy.potential_at_start),
-                rounding_of_energies * std::abs(energy.potential), std::abs(state_.work.supports),
-                std::abs(state_.work.forces), std::abs(state_.work.potentials), std::abs(state_.work.friction)});
+  report_.energy.work_of_impacts = state_.work.impacts;
+  report_.energy.scale = std::max(
+      {report_.energy.scale, energy.kinetic, std::abs(energy.potential - report_.energy.potential_at_start),
+       rounding_of_energies * std::abs(energy.potential), std::abs(state_.work.supports), std::abs(state_.work.forces),
+       std::abs(state_.work.potentials), std::abs(state_.work.friction), std::abs(state_.work.impacts)});
   supply_ = std::max({supply_, report_.energy.potential_at_start - energy.potential, state_.work.supports,
                       state_.work.forces, state_.work.potentials, state_.work.friction});
   if (energy.kinetic > surge * supply_) {

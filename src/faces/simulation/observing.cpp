@@ -49,7 +49,8 @@ std::optional<Thing> find_what_goes(const Things& things, const Event& event, co
   const std::string_view kind = thing->list == Thing::List::Supports ? "support"
                                 : thing->list == Thing::List::Forces ? kind_name(system.forces[thing->index])
                                                                      : kind_name(system.constraints[thing->index]);
-  const std::array joints{KindOf<Rods>::name, KindOf<Pulleys>::name, KindOf<Springs>::name, KindOf<Bonds>::name};
+  const std::array joints{KindOf<Rods>::name, KindOf<Ropes>::name, KindOf<Pulleys>::name, KindOf<Springs>::name,
+                          KindOf<Bonds>::name};
   if (breaks && std::ranges::count(joints, kind) == 0)
     throw InputError("/do", name + " is a " + std::string(kind) +
                                 " and does not break; rods, pulleys, springs and bonds do" +

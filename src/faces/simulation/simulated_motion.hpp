@@ -186,7 +186,8 @@ struct SimulatedMotion {
     state.work = {.supports = report.energy.work_of_supports,
                   .forces = report.energy.work_of_forces,
                   .potentials = report.energy.work_of_potentials,
-                  .friction = report.energy.work_of_friction};
+                  .friction = report.energy.work_of_friction,
+                  .impacts = report.energy.work_of_impacts};
     work.prescribe_all(state.t, points.r.data(), points.v.data());
     form.fetch_guests(points.r.data(), points.v.data());
     outcome = complete_state(snapshot.memory.empty() && has_friction() ? nullptr : &snapshot);

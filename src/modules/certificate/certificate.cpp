@@ -53,6 +53,7 @@ Certificate detail::make_failed_certificate(const Outcome& outcome) {
 }
 
 Certificate detail::certify(Forms& forms, const Answer& answer, SecondFactorization by) {
+  if (!forms.model.numbering.one_sided.empty()) return certify_one_sided(forms, answer, by);
   return Verifier(forms, answer, by).verify();
 }
 

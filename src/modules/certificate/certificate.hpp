@@ -23,4 +23,7 @@ Certificate make_failed_certificate(const Outcome& outcome);
 /// and by a second evaluation and factorization, `by` which, that share none of them.
 Certificate certify(Forms& forms, const Answer& answer, SecondFactorization by = SecondFactorization::Auto);
 
+/// Does so for a system with one-sided constraints, without friction.
+Certificate certify_one_sided(Forms& forms, const Answer& answer, SecondFactorization by);
+
 }  // namespace tanor::detail

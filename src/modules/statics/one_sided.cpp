@@ -356,26 +356,6 @@ class OneSidedSearch {
 
 }  // namespace
 
-UserRows Exchange::choose(const UserRows& wrong, const std::vector<bool>& open) {
-  constexpr int most_patience = 10;
-  if (wrong.empty()) {
-    *this = {};
-    return {};
-  }
-  if (wrong.size() < fewest_) {
-    fewest_ = wrong.size();
-    patience_ = most_patience;
-    seen_.clear();
-    return wrong;
-  }
-  if (patience_ > 0) {
-    --patience_;
-    return wrong;
-  }
-  is_stuck_ = !seen_.insert(open).second;
-  return {wrong.back()};
-}
-
 EquilibriumResult detail::rest_with_one_sided(const StaticsInput& input, const EquilibriumOptions& options) {
   return OneSidedSearch(input, options).run();
 }

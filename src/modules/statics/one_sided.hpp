@@ -1,8 +1,8 @@
 #pragma once
 
-#include <set>
 #include <vector>
 
+#include "contact/exchange.hpp"
 #include "statics/equilibrium_equations.hpp"
 #include "statics/statics_input.hpp"
 
@@ -10,21 +10,6 @@ namespace tanor::detail {
 
 /// Rows of the whole system, in the user's order.
 using UserRows = std::vector<std::size_t>;
-
-/// Chooses which of the wrong rows change sides. All of them do while they become fewer, and for some rounds more; then
-/// only the last one does until they are fewer than ever (Murty 1974; Judice & Pires 1994). With a positive definite
-/// stiffness no set recurs; if one does, `is_stuck`.
-class Exchange {
- public:
-  UserRows choose(const UserRows& wrong, const std::vector<bool>& open);
-  bool is_stuck() const { return is_stuck_; }
-
- private:
-  std::size_t fewest_ = ~std::size_t{0};
-  int patience_ = 0;
-  bool is_stuck_ = false;
-  std::set<std::vector<bool>> seen_;  // sets met while one row changes at a time
-};
 
 /// Finds the equilibrium of a system whose constraints all act both ways, in a frame whose inertia is among the forces,
 /// from `start` [3n]. If `assesses_stability` is false, any equilibrium is accepted and its stability is not computed.

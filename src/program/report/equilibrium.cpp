@@ -50,9 +50,15 @@ Json describe(const EquilibriumResult& found) {
 /// Returns for each one-sided group the members that carry force.
 Json describe_one_sided(const scene::Scene& scene, const EquilibriumResult& found) {
   Json json = Json::object();
-  for_each_group(scene.system, [&](const std::string& name, std::size_t, std::size_t row, std::size_t members) {
+  for_each_group(scene.system, [&](const std::string& name, std::size_t group, std::size_t row, std::size_t members) {
     const auto is_it = [&](const OneSided& each) { return each.constraint == name; };
-    if (std::ranges::none_of(scene.equilibrium.one_sided, is_it)) return;
+    const bool has_side = std::visit(
+        [](const auto& each) {
+          if constexpr (requires { each.side; }) return each.side.has_value();
+          return false;
+        },
+        scene.system.constraints[group]);
+    if (!has_side && std::ranges::none_of(scene.equilibrium.one_sided, is_it)) return;
     Json closed = Json::array();
     for (std::size_t k = 0; k < members; ++k) {
       if (!found.open[row + k]) closed.push_back(k);

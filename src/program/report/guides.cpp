@@ -47,7 +47,7 @@ std::vector<double> place(const System& system, const Group& group, double t_sta
       for (const Vector3& v : value) numbers.insert(numbers.end(), v.begin(), v.end());
     } else if constexpr (std::is_same_v<Value, Vector3>) {
       numbers.insert(numbers.end(), value.begin(), value.end());
-    } else {
+    } else if constexpr (std::is_same_v<Value, double>) {
       numbers.push_back(value);
     }
   };
@@ -222,7 +222,8 @@ std::vector<Guide> list_guides_without_picture(const System& system, const Shown
   for (const Constraint& each : system.constraints) {
     std::visit(
         [&]<class Group>(const Group& group) {
-          constexpr bool has_line = std::is_same_v<Group, Rods> || std::is_same_v<Group, Pulleys>;
+          constexpr bool has_line =
+              std::is_same_v<Group, Rods> || std::is_same_v<Group, Ropes> || std::is_same_v<Group, Pulleys>;
           if constexpr (!is_drawn<Group> && !has_line)
             if (!has_surface(group) && !is_tie(group))
               guides.push_back({std::string(KindOf<Group>::name), group.name, {0.0}});

@@ -20,8 +20,9 @@ template <class Group>
 void add_ties(const Group& group, const std::string& name, const std::string& place, std::size_t row,
               const std::vector<std::int32_t>& slots, ShownParts* shown) {
   constexpr std::size_t most = 2000;  // each stands in every frame of a trajectory, as text
-  if constexpr (std::is_same_v<Group, Pulleys> || std::is_same_v<Group, UserConstraints> ||
-                std::is_same_v<Group, Springs> || std::is_same_v<Group, Bonds>) {
+  if constexpr (std::is_same_v<Group, Pulleys> || std::is_same_v<Group, Ropes> ||
+                std::is_same_v<Group, UserConstraints> || std::is_same_v<Group, Springs> ||
+                std::is_same_v<Group, Bonds>) {
     const auto& members = group.*KindOf<Group>::members;
     for (std::size_t k = 0; k < members.size(); ++k) {
       const std::string number = std::to_string(k);

@@ -63,6 +63,32 @@ RunFacts facts_of(const scene::Scene& scene, int threads, bool has_started) {
   return facts;
 }
 
+namespace {
+
+/// Returns what happened to one-sided constraints, with the names of their members in place of equations.
+Json describe_contact_events(const std::vector<ContactEvent>& events, const Json& groups) {
+  const auto name = [&](std::size_t equation) {
+    for (const Json& group : groups) {
+      const auto first = group.at("first").get<std::size_t>(), members = group.at("members").get<std::size_t>();
+      const auto rows = group.at("rows").get<std::size_t>();
+      if (equation >= first && equation < first + members * rows)
+        return fmt::format("{}[{}]", group.at("name").get<std::string>(), (equation - first) / rows);
+    }
+    return std::to_string(equation);
+  };
+  Json list = Json::array();
+  for (const ContactEvent& event : events) {
+    Json json = json_of(event), rows = Json::array();
+    for (const std::size_t equation : event.equations) rows.push_back(name(equation));
+    json.erase("equations");
+    json["rows"] = std::move(rows);
+    list.push_back(std::move(json));
+  }
+  return list;
+}
+
+}  // namespace
+
 void write_summary(const std::filesystem::path& directory, const RunFacts& facts, const RunEnd& end) {
   const MotionReport& report = end.report;
   const bool has_friction = end.contacts > 0;
@@ -78,6 +104,8 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
     json.add("t_end", facts.t_end);
     json.add("t_reached", end.time);
     json.add("stopped_by", json_or_null(facts.stopped_by));
+    if (!report.contact_events.empty())
+      json.add("contact_events", describe_contact_events(report.contact_events, end.groups));
     json.add("rank_changes", json_of(report.rank_changes));
     json.add("singular_passages", json_of(report.singular_passages));
     json.add("nearest_to_singular", known_if(facts.has_started, json_of(report.nearest_to_singular)));

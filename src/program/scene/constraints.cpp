@@ -2,6 +2,13 @@
 
 namespace tanor::scene {
 
+/// Reads what a constraint to one side has beside the fields that its kind reads alone.
+template <class Group>
+void read_side(const Cursor& entry, const Context& context, Group* group) {
+  std::apply([&](const auto&... field) { (read_field(entry[field.name], context, field, group), ...); },
+             one_sided_fields<Group>);
+}
+
 template <>
 struct Extra<Linears> {
   static constexpr bool read_alone = true;
@@ -15,12 +22,13 @@ struct Extra<Linears> {
       for (const Cursor member : tuple.list(wanted)) points.push_back(context.point(member));
     }
     linears->value = context.parameter(entry["value"], linears->tuples.size(), 0.0);
+    read_side(entry, context, linears);
   }
 };
 
 template <>
 struct Extra<UserConstraints> {
-  static constexpr std::array<std::string_view, 3> keys{"name", "points", "equation"};
+  static constexpr std::array<std::string_view, 5> keys{"name", "points", "equation", "side", "restitution"};
   static constexpr bool read_alone = true;
   static void read(const Cursor& entry, const Context& context, UserConstraints* user) {
     std::size_t num_points = 1;
@@ -38,6 +46,7 @@ struct Extra<UserConstraints> {
     const std::string& text = equation.string();
     user->kernel =
         equation.locate([&] { return formula_constraint(text, static_cast<int>(num_points), context.parameters); });
+    read_side(entry, context, user);
   }
 };
 

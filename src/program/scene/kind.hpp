@@ -46,6 +46,12 @@ struct Extra {};
 /// Reads the names of constraints: "wire" or ["ball", "hoop"].
 std::vector<std::string> read_guides(const Cursor& at);
 
+inline void read_members(const Cursor& list, const Context& context, std::vector<std::vector<Index>>* tuples) {
+  for (const Cursor tuple : list.list("a list of lists of points")) {
+    std::vector<Index>& points = tuples->emplace_back();
+    for (const Cursor point : tuple.list("a list of points")) points.push_back(context.point(point));
+  }
+}
 inline void read_members(const Cursor& list, const Context& context, std::vector<Index>* points) {
   *points = context.points(list);
 }
@@ -137,11 +143,24 @@ void read_field(const Cursor& cursor, const Context& context, const FieldOf<Grou
     std::string_view one = list_name<Group>();
     one.remove_suffix(1);
     if (value.size() != num_members) cursor.fail(fmt::format("{} vectors, one a {}", num_members, one));
+  } else if constexpr (std::is_same_v<Value, std::vector<double>>) {
+    for (const Cursor number : cursor.list("a list of numbers")) value.push_back(number.number());
+  } else if constexpr (std::is_same_v<Value, std::optional<OneSide>>) {
+    value = cursor.choice<OneSide>();
   } else {
     static_assert(std::is_same_v<Value, double> || std::is_same_v<Value, std::optional<double>>);
     value = read_number(cursor, data.range);
   }
 }
+
+/// True for constraints with several equations a member, which have no side.
+template <class Group>
+constexpr bool has_several_rows = false;
+template <class Group>
+requires requires {
+  KindOf<Group>::rows;
+}
+constexpr bool has_several_rows<Group> = KindOf<Group>::rows > 1;
 
 template <class Group>
 std::vector<std::string_view> list_keys() {
@@ -152,6 +171,7 @@ std::vector<std::string_view> list_keys() {
   if constexpr (MayLieAlong<Group>) keys.emplace_back("along");
   if constexpr (HasEnergy<Group>) keys.emplace_back("law");
   for_each_field<Group>([&](const auto& field) { keys.emplace_back(field.name); });
+  if constexpr (has_several_rows<Group>) keys.emplace_back("side");
   return keys;
 }
 
@@ -159,6 +179,12 @@ template <class Group>
 Group read_group(const Cursor& entry, const Context& context) {
   Group group;
   group.name = entry["name"].string("");
+  if constexpr (has_several_rows<Group>) {
+    if (entry["side"])
+      entry["side"].complain(
+          fmt::format("found with a {}, whose members have two rows; a constraint to one side has one row a member",
+                      KindOf<Group>::name));
+  }
   if constexpr (requires { Extra<Group>::read_alone; }) {
     Extra<Group>::read(entry, context, &group);
   } else {

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,8 @@ struct Angles {
   std::string name{};
   std::vector<std::array<Index, 3>> triples{};
   Parameter cosine{};
+  std::optional<OneSide> side{};
+  double restitution = 0.0;
 };
 
 template <>
@@ -32,7 +35,8 @@ struct KindOf<Angles> {
   static constexpr const char* distinct = "an angle needs three different points";
   static constexpr int rows = 1;
   static constexpr auto parameter = &Angles::cosine;
-  static constexpr std::tuple fields{FieldOf("cosine", &Angles::cosine, {.range = cosine_range})};
+  static constexpr auto fields =
+      std::tuple_cat(std::tuple{FieldOf("cosine", &Angles::cosine, {.range = cosine_range})}, one_sided_fields<Angles>);
 
   template <class T>
   struct Definition {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,8 @@ struct Ellipsoids {
   Vector3 radii{1.0, 1.0, 1.0};  ///< m, > 0: a, b, c
   /// The direction of a, and a vector whose part orthogonal to it is the direction of b.
   std::array<Vector3, 2> axes{Vector3{1.0, 0.0, 0.0}, Vector3{0.0, 1.0, 0.0}};
+  std::optional<OneSide> side{};
+  double restitution = 0.0;
 };
 
 template <>
@@ -27,10 +30,12 @@ struct KindOf<Ellipsoids> {
   static constexpr std::string_view name = "ellipsoid";
   static constexpr auto members = &Ellipsoids::points;
   static constexpr int rows = 1;
-  static constexpr std::tuple fields{
-      FieldOf("center", &Ellipsoids::center, {.unit = "m", .role = FieldRole::Center, .is_required = true}),
-      FieldOf("radii", &Ellipsoids::radii, {.unit = "m", .range = ValueRange::positive, .is_required = true}),
-      FieldOf("axes", &Ellipsoids::axes, {.role = FieldRole::Direction})};
+  static constexpr auto fields = std::tuple_cat(
+      std::tuple{
+          FieldOf("center", &Ellipsoids::center, {.unit = "m", .role = FieldRole::Center, .is_required = true}),
+          FieldOf("radii", &Ellipsoids::radii, {.unit = "m", .range = ValueRange::positive, .is_required = true}),
+          FieldOf("axes", &Ellipsoids::axes, {.role = FieldRole::Direction})},
+      one_sided_fields<Ellipsoids>);
 
   template <class T>
   struct Definition {

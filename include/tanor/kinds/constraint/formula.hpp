@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,8 @@ struct UserConstraints {
   std::string name{};
   std::vector<std::vector<Index>> tuples{};
   ConstraintKernel kernel{};
+  std::optional<OneSide> side{};
+  double restitution = 0.0;
 };
 
 /// The kernel is the definition.
@@ -23,7 +26,7 @@ struct KindOf<UserConstraints> {
   static constexpr const char* list = "points";
   static constexpr const char* distinct = "the points of a tuple differ";
   static constexpr int rows = 1;
-  static constexpr std::tuple<> fields{};
+  static constexpr auto fields = one_sided_fields<UserConstraints>;
 };
 
 }  // namespace tanor

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,8 @@ struct Linears {
   std::vector<std::vector<Index>> tuples{};
   std::vector<Vector3> coefficients{};  ///< one for each point of a tuple
   Parameter value = 0.0;
+  std::optional<OneSide> side{};
+  double restitution = 0.0;
 };
 
 template <>
@@ -24,8 +27,10 @@ struct KindOf<Linears> {
   static constexpr const char* distinct = "the points of a tuple differ";
   static constexpr int rows = 1;
   static constexpr auto parameter = &Linears::value;
-  static constexpr std::tuple fields{FieldOf("coefficients", &Linears::coefficients, {.is_required = true}),
-                                     FieldOf("value", &Linears::value)};
+  static constexpr auto fields =
+      std::tuple_cat(std::tuple{FieldOf("coefficients", &Linears::coefficients, {.is_required = true}),
+                                FieldOf("value", &Linears::value)},
+                     one_sided_fields<Linears>);
 
   template <class T>
   struct Definition {

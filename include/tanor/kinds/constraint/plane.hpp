@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,8 @@ struct Planes {
   std::vector<Index> points{};
   VectorFunction normal{};
   Parameter offset = 0.0;
+  std::optional<OneSide> side{};
+  double restitution = 0.0;
 };
 
 /// The fields of a plane, as a constraint and as coordinates.
@@ -29,7 +32,7 @@ struct KindOf<Planes> {
   static constexpr auto members = &Planes::points;
   static constexpr int rows = 1;
   static constexpr auto parameter = &Planes::offset;
-  static constexpr auto fields = plane_fields<Planes>;
+  static constexpr auto fields = std::tuple_cat(plane_fields<Planes>, one_sided_fields<Planes>);
 
   template <class T>
   struct Definition {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,8 @@ struct Pulleys {
   Vector3 a{}, b{};
   Parameter length{};
   double ratio = 1.0;
+  std::optional<OneSide> side{};
+  double restitution = 0.0;
 };
 
 template <>
@@ -26,11 +29,12 @@ struct KindOf<Pulleys> {
   static constexpr const char* distinct = "a pulley joins two different points";
   static constexpr int rows = 1;
   static constexpr auto parameter = &Pulleys::length;
-  static constexpr std::tuple fields{
-      FieldOf("a", &Pulleys::a, {.unit = "m", .role = FieldRole::Center, .is_required = true}),
-      FieldOf("b", &Pulleys::b, {.unit = "m", .role = FieldRole::Center, .is_required = true, .point = 1}),
-      FieldOf("length", &Pulleys::length, {.unit = "m"}),
-      FieldOf("ratio", &Pulleys::ratio, {.range = ValueRange::not_zero})};
+  static constexpr auto fields = std::tuple_cat(
+      std::tuple{FieldOf("a", &Pulleys::a, {.unit = "m", .role = FieldRole::Center, .is_required = true}),
+                 FieldOf("b", &Pulleys::b, {.unit = "m", .role = FieldRole::Center, .is_required = true, .point = 1}),
+                 FieldOf("length", &Pulleys::length, {.unit = "m"}),
+                 FieldOf("ratio", &Pulleys::ratio, {.range = ValueRange::not_zero})},
+      one_sided_fields<Pulleys>);
 
   template <class T>
   struct Definition {

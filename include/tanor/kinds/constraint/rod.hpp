@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,8 @@ struct Rods {
   std::vector<std::array<Index, 2>> pairs{};
   Parameter length{};              ///< m, > 0
   std::vector<Vector3> offsets{};  ///< m; constant image shift of r_j - r_i; empty or one for each
+  std::optional<OneSide> side{};
+  double restitution = 0.0;
 };
 
 template <>
@@ -23,8 +26,10 @@ struct KindOf<Rods> {
   static constexpr const char* distinct = "a rod joins two different points";
   static constexpr int rows = 1;
   static constexpr auto parameter = &Rods::length;
-  static constexpr std::tuple fields{FieldOf("length", &Rods::length, {.unit = "m", .range = ValueRange::positive}),
-                                     FieldOf("offsets", &Rods::offsets, {.unit = "m"})};
+  static constexpr auto fields =
+      std::tuple_cat(std::tuple{FieldOf("length", &Rods::length, {.unit = "m", .range = ValueRange::positive}),
+                                FieldOf("offsets", &Rods::offsets, {.unit = "m"})},
+                     one_sided_fields<Rods>);
   static constexpr bool is_distance = true;
 
   template <class T>

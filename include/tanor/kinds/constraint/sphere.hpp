@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,8 @@ struct Spheres {
   std::vector<Index> points{};
   VectorFunction center{};
   Parameter radius{};
+  std::optional<OneSide> side{};
+  double restitution = 0.0;
 };
 
 /// The fields of a sphere, as a constraint and as coordinates.
@@ -28,7 +31,7 @@ struct KindOf<Spheres> {
   static constexpr auto members = &Spheres::points;
   static constexpr int rows = 1;
   static constexpr auto parameter = &Spheres::radius;
-  static constexpr auto fields = sphere_fields<Spheres>;
+  static constexpr auto fields = std::tuple_cat(sphere_fields<Spheres>, one_sided_fields<Spheres>);
   static constexpr bool is_distance = true;
 
   template <class T>

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <memory>
+
+#include "dynamics/constrained_system.hpp"
+#include "dynamics/roles.hpp"
+
+namespace tanor::detail {
+
+class Workspace;
+
+/// One-sided constraints as the equations with multipliers see them: rows with a gap g = s xi and a force p = s lambda,
+///
+///   0 <= g  _|_  p >= 0                                               (Signorini)
+///
+/// An open row is left out of K. Which rows are closed, impacts and events are in src/modules/contact.
+class Unilateral : public EventFunctions {
+ public:
+  /// Closes the rows that touch at (t, r), also those that a start which projects brings there. Throws InputError where
+  /// another start is given a gap below 0.
+  virtual void close_touching(double t, const double* r, StartMode mode) = 0;
+  /// Opens those of them that move at v.
+  virtual void open_moving(double t, const double* r, const double* v) = 0;
+  /// Solves the impact of the rows that touch and approach at a start, which changes v, then chooses the closed rows
+  /// and computes the accelerations.
+  virtual Outcome begin(double t, const double* r, double* v, const Request& request, const AccelerationOutput& to) = 0;
+};
+
+/// Makes the one-sided rows of a model that has some, from which `system` is made.
+std::unique_ptr<Unilateral> make_unilateral(Workspace& work, ConstrainedSystem& system);
+
+}  // namespace tanor::detail

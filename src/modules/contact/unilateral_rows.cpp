@@ -1,0 +1,403 @@
+#include "contact/unilateral_rows.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "base/text.hpp"
+#include "base/with_unit.hpp"
+#include "contact/exchange.hpp"
+#include "system/members.hpp"
+
+namespace tanor::detail {
+
+namespace {
+
+// Thresholds, over the length L, the speed V and the acceleration V^2/L of the row's own neighbourhood.
+
+constexpr double touching = 1e-12;           // Gaps that close together differ by no more.
+constexpr double touching_at_start = 1e-10;  // Given positions are rounded.
+constexpr double resting = 1e-11;            // Slower gaps rest; smaller forces and accelerations are 0.
+constexpr double zeno = 1e-4;                // Slower bounces are the last ones; the state is wrong by their cube.
+/// Falling forces and gaps end a mode this far below 0, so that the rounding of one that rests there does not.
+constexpr double slack_of_forces = 1e-13, slack_of_gaps = 1e-14;
+constexpr int most_impacts = 100;  // at one instant
+
+/// The JSON pointer of an equation with one row a member, and its number in words, "; its length is 0.9 m".
+struct MemberPlace {
+  std::string pointer, number;
+};
+MemberPlace place_of(const System& system, std::size_t row, double t) {
+  MemberPlace place;
+  for (std::size_t g = 0; g < system.constraints.size() && place.pointer.empty(); ++g) {
+    const auto [members, rows] = shape_of(system.constraints[g]);
+    if (row >= members * rows) {
+      row -= members * rows;
+      continue;
+    }
+    std::visit(
+        [&]<class Group>(const Group& group) {
+          place.pointer = "/constraints/" + text(g) + "/" + list_name<Group>() + "/" + text(row);
+          for_each_field<Group>([&]<class Value>(const FieldOf<Group, Value>& field) {
+            if constexpr (std::is_same_v<Value, Parameter>) {
+              const Parameter& given = group.*field.value;
+              if (!given.is_initial())
+                place.number = "; its " + std::string(field.name) + " is " +
+                               with_unit(text(number_of(given, row, 0.0)(t).value()), field.data.unit);
+            }
+          });
+        },
+        system.constraints[g]);
+  }
+  return place;
+}
+
+}  // namespace
+
+UnilateralRows::UnilateralRows(Workspace& work, ConstrainedSystem& system)
+    : work_space_(work),
+      model_(work.model()),
+      system_(system),
+      rows_(model_.numbering.one_sided),
+      selection_(work.constraints.select(model_.numbering.may_open)),
+      closed_(rows_.size(), 1),
+      slack_(rows_.size(), 0.0),
+      gaps_(rows_.size()),
+      all_rows_(model_.num_rows()) {
+  std::vector<std::size_t> number(model_.num_rows());
+  for (std::size_t k = 0; k < rows_.size(); ++k) number[static_cast<std::size_t>(rows_[k].row)] = k;
+  arms_ = {rows_.size(), [&](const auto& add) {
+             for (const Incidence& incidence : model_.incidences) {
+               const auto row = static_cast<std::size_t>(incidence.row);
+               if (model_.numbering.may_open[row] != 0) add(number[row], incidence);
+             }
+           }};
+}
+
+std::unique_ptr<Unilateral> make_unilateral(Workspace& work, ConstrainedSystem& system) {
+  return std::make_unique<UnilateralRows>(work, system);
+}
+
+// ---- measures ----
+
+/// Leaves the open rows out of K.
+void UnilateralRows::apply() {
+  std::vector<char> is_open(model_.num_rows(), 0);
+  for (std::size_t k = 0; k < rows_.size(); ++k) is_open[static_cast<std::size_t>(rows_[k].row)] = closed_[k] == 0;
+  work_space_.constraints.set_open(is_open);
+}
+
+/// Writes s times the one-sided rows of `all_rows_`.
+void UnilateralRows::take_rows(std::vector<double>* numbers) const {
+  numbers->resize(rows_.size());
+  for (std::size_t k = 0; k < rows_.size(); ++k)
+    (*numbers)[k] = rows_[k].sign * all_rows_[static_cast<std::size_t>(rows_[k].row)];
+}
+
+void UnilateralRows::measure_gaps(double t, const double* r, std::vector<double>* gaps) {
+  work_space_.set_time(t);
+  (void)work_space_.constraints.evaluate_values(model_.parallel, selection_, r, all_rows_.data());
+  take_rows(gaps);
+}
+
+void UnilateralRows::measure_rates(const double* r, const double* v, std::vector<double>* rates) {
+  (void)work_space_.constraints.evaluate_rates(model_.parallel, selection_, r, v, all_rows_.data());
+  take_rows(rates);
+}
+
+void UnilateralRows::measure_accelerations(const double* r, const double* v, const double* w,
+                                           std::vector<double>* accelerations) {
+  (void)work_space_.constraints.evaluate_right_side(model_.parallel, selection_, r, v, w, all_rows_.data(), nullptr);
+  take_rows(accelerations);
+}
+
+/// Returns S_aa = K_a'M^-1 K_a of a closed row.
+double UnilateralRows::inverse_effective_mass(std::size_t k) const {
+  double sum = 0.0;
+  for (const Incidence& arm : arms_[k]) {
+    const Vec3 g = load(system_.blocks().data(), arm.block);
+    sum += model_.inverse_mass[static_cast<std::size_t>(arm.point)] * dot(g, g);
+  }
+  return sum;
+}
+
+void UnilateralRows::measure_slack(const double* r) {
+  constexpr double rounding = 32.0 * std::numeric_limits<double>::epsilon();
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    double far = 0.0;
+    for (const Incidence& arm : arms_[k]) far = std::max(far, norm(load(r, arm.point)));
+    slack_[k] = std::max(slack_of_gaps * length(k), rounding * far);
+  }
+}
+
+// ---- events ----
+
+/// The value of an open row is its gap, that of a closed one its force, each with its slack.
+void UnilateralRows::evaluate_events(const Kinematics& at, const Reactions& found, double* values) {
+  measure_gaps(at.t, at.x, &gaps_);
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    if (closed_[k] == 0) {
+      values[k] = gaps_[k] + slack_[k];
+    } else {
+      const double slack = slack_of_forces * acceleration(k) / inverse_effective_mass(k);
+      values[k] = rows_[k].sign * found.lambda[static_cast<std::size_t>(rows_[k].row)] + slack;
+    }
+  }
+}
+
+void UnilateralRows::shape_events(const Reactions&, const double* values, double* shapes) const {
+  std::copy_n(values, rows_.size(), shapes);
+}
+
+void UnilateralRows::evaluate_slopes(const Kinematics& at, std::span<double> slopes) {
+  std::vector<double> rates;
+  measure_rates(at.x, at.v, &rates);
+  for (std::size_t k = 0; k < rows_.size(); ++k)
+    slopes[k] = closed_[k] == 0 ? rates[k] : std::numeric_limits<double>::quiet_NaN();
+}
+
+std::string UnilateralRows::describe_change(std::span<const int> before) const {
+  std::string change;
+  for (std::size_t k = 0; k < std::min(rows_.size(), before.size()); ++k) {
+    if (before[k] == closed_[k]) continue;
+    if (!change.empty()) return change + ", and others";
+    change = work_space_.name_row(static_cast<std::size_t>(rows_[k].row)) + (closed_[k] != 0 ? " closes" : " opens");
+  }
+  return change;
+}
+
+void UnilateralRows::restore_discrete_state(std::span<const int> state) {
+  if (state.size() != rows_.size())
+    throw InputError("/snapshot/discrete_state",
+                     text(state.size()) + " modes for " + text_of_count(rows_.size(), "one-sided equation"));
+  std::ranges::transform(state, closed_.begin(), [](int each) { return static_cast<char>(each != 0); });
+  apply();
+}
+
+// ---- starts ----
+
+void UnilateralRows::close_touching(double t, const double* r, StartMode mode) {
+  constexpr double allowed = 1e-3;
+  measure_gaps(t, r, &gaps_);
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    closed_[k] = gaps_[k] <= touching_at_start * length(k);
+    if (mode == StartMode::Project || gaps_[k] >= -allowed * length(k)) continue;
+    const std::string gap = with_unit(text(-gaps_[k]), model_.system.units.length);
+    const MemberPlace place = place_of(model_.system, user_row(k), t);
+    throw InputError(place.pointer, equation_name(model_.system, user_row(k)) + " begins " + gap + " beyond its side" +
+                                        place.number + " (\"start\": \"project\" finds the nearest admissible start)");
+  }
+  apply();
+}
+
+void UnilateralRows::open_moving(double t, const double* r, const double* v) {
+  work_space_.set_time(t);
+  std::vector<double> rates;
+  measure_rates(r, v, &rates);
+  for (std::size_t k = 0; k < rows_.size(); ++k)
+    closed_[k] = closed_[k] != 0 && std::abs(rates[k]) <= resting * speed(k);
+  apply();
+}
+
+Outcome UnilateralRows::begin(double t, const double* r, double* v, const Request& request,
+                              const AccelerationOutput& to) {
+  Instant at{t, r, v, request, to};
+  measure_gaps(t, r, &gaps_);
+  at.leaves.assign(rows_.size(), 0);
+  for (std::size_t k = 0; k < rows_.size(); ++k) at.touches.push_back(gaps_[k] <= touching_at_start * length(k));
+  return choose(std::move(at));
+}
+
+Outcome UnilateralRows::switch_equations(double t, const double* r, double* v, std::span<const std::size_t> which,
+                                         const Request& request, const AccelerationOutput& to) {
+  Instant at{t, r, v, request, to};
+  at.leaves.assign(rows_.size(), 0);
+  measure_gaps(t, r, &gaps_);
+  for (std::size_t k = 0; k < rows_.size(); ++k)
+    at.touches.push_back(closed_[k] != 0 || gaps_[k] <= touching * length(k));
+  for (const std::size_t k : which) {
+    at.touches[k] = 1;
+    at.leaves[k] = closed_[k];
+  }
+  return choose(std::move(at));
+}
+
+// ---- the driver ----
+
+/// Solves impacts until no gap closes, then chooses the rows that stay closed.
+Outcome UnilateralRows::choose(Instant at) {
+  work_ = {};
+  changes_.clear();
+  measure_slack(at.r);
+  work_space_.set_time(at.t);
+  const std::vector<char> before = closed_;
+  bool collides = true;
+  for (int pass = 0; pass < most_impacts && collides; ++pass) {
+    if (Outcome outcome = collide(&at, &collides); !outcome.ok()) return outcome;
+  }
+  if (collides)
+    return {Status::NotConverged, "impacts follow one another without end at t = " + text(at.t) + ", the last one at " +
+                                      equation_name(model_.system, changes_.back().equations.front())};
+  if (Outcome outcome = find_closed(at); !outcome.ok()) return outcome;
+  for (std::size_t k = 0; k < rows_.size() && has_begun_; ++k) {
+    const bool has_collided = std::ranges::any_of(changes_, [&](const ContactEvent& change) {
+      return std::ranges::find(change.equations, user_row(k)) != change.equations.end();
+    });
+    const bool closes = before[k] == 0 && closed_[k] != 0 && !has_collided,
+               opens = at.leaves[k] != 0 && closed_[k] == 0;
+    if (closes || opens)
+      changes_.push_back({.time = at.t, .change = name_change(k, closes), .equations = {user_row(k)}});
+  }
+  has_begun_ = true;
+  return {};
+}
+
+ContactChange UnilateralRows::name_change(std::size_t k, bool closes) const {
+  const bool is_tie = rows_[k].sign < 0.0 && arms_[k].size() > 1;
+  if (closes) return is_tie ? ContactChange::Snap : ContactChange::Touch;
+  return is_tie ? ContactChange::Slack : ContactChange::LiftOff;
+}
+
+/// Exchanges rows that may close between closed and open until none is wrong.
+template <class Solve, class IsWrong>
+Outcome UnilateralRows::pivot(const Instant& at, const std::vector<char>& may_close, const Solve& solve,
+                              const IsWrong& is_wrong) {
+  Exchange exchange;
+  while (!exchange.is_stuck()) {
+    apply();
+    if (Outcome outcome = solve(); !outcome.ok()) return outcome;
+    std::vector<std::size_t> wrong;
+    for (std::size_t k = 0; k < rows_.size(); ++k) {
+      if (may_close[k] != 0 && is_wrong(k)) wrong.push_back(k);
+    }
+    if (wrong.empty()) return {};
+    for (const std::size_t k : exchange.choose(wrong, {closed_.begin(), closed_.end()})) closed_[k] = closed_[k] == 0;
+  }
+  return {Status::NotConverged, "which one-sided constraints are closed at t = " + text(at.t) + " is not found"};
+}
+
+// ---- impacts ----
+
+/// Bounces that are slow and pressed together by their accelerations would follow ever faster, to an end that is near.
+/// They close without another bounce. Sets their restitution to 0.
+Outcome UnilateralRows::end_slow_bounces(const Instant& at, const std::vector<double>& rates,
+                                         std::vector<double>* restitution, std::vector<char>* are_last) {
+  std::vector<std::size_t> slow;
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    if ((*restitution)[k] > 0.0 && -(*restitution)[k] * rates[k] < zeno * speed(k)) slow.push_back(k);
+  }
+  if (slow.empty()) return {};
+  const Outcome free = system_.accelerations({at.t, at.r, at.v}, at.request.evaluated_anew(), {}, at.to);
+  if (!free.ok()) return free;
+  std::vector<double> accelerations;
+  measure_accelerations(at.r, at.v, at.to.a, &accelerations);
+  for (const std::size_t k : slow) {
+    if (!(accelerations[k] < -resting * acceleration(k))) continue;
+    (*restitution)[k] = 0.0;
+    (*are_last)[k] = 1;
+  }
+  return {};
+}
+
+/// Solves S x = -(1 + e) u for the rows that touch and do not separate, then v += M^-1 K x, P = s x.
+Outcome UnilateralRows::collide(Instant* at, bool* collides) {
+  std::vector<double> rates, after, restitution(rows_.size(), 0.0), b(model_.num_rows()), x(model_.num_rows()), dw;
+  std::vector<char> may_close(rows_.size()), approaches(rows_.size()), are_last(rows_.size(), 0);
+  measure_rates(at->r, at->v, &rates);
+  *collides = false;
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    may_close[k] = at->touches[k] != 0 && rates[k] <= resting * speed(k);
+    approaches[k] = at->touches[k] != 0 && rates[k] < -resting * speed(k);
+    if (approaches[k] == 0) continue;
+    *collides = true;
+    restitution[k] = rows_[k].restitution;
+  }
+  if (!*collides) return {};
+  if (Outcome outcome = end_slow_bounces(*at, rates, &restitution, &are_last); !outcome.ok()) return outcome;
+
+  const std::size_t size = 3 * model_.num_points();
+  std::vector<double> v(size);
+  dw.resize(size);
+  closed_ = may_close;
+  const auto solve = [&]() -> Outcome {
+    if (Outcome outcome = system_.linearise(at->t, at->r); !outcome.ok()) return outcome;
+    (void)work_space_.constraints.evaluate_rates(model_.parallel, at->r, at->v, b.data());
+    for (std::size_t k = 0; k < rows_.size(); ++k) {
+      if (closed_[k] != 0) b[static_cast<std::size_t>(rows_[k].row)] *= 1.0 + restitution[k];
+    }
+    std::ranges::fill(dw, 0.0);
+    system_.response().solve_refined(b.data(), x.data(), dw.data());
+    for (std::size_t i = 0; i < size; ++i) v[i] = at->v[i] + (i < 3 * model_.num_moving() ? dw[i] : 0.0);
+    measure_rates(at->r, v.data(), &after);
+    return {};
+  };
+  const auto is_wrong = [&](std::size_t k) {
+    const double P = rows_[k].sign * x[static_cast<std::size_t>(rows_[k].row)];
+    if (closed_[k] != 0) return P * inverse_effective_mass(k) < -resting * speed(k);
+    return after[k] + restitution[k] * std::max(0.0, -rates[k]) < -resting * speed(k);
+  };
+  if (Outcome outcome = pivot(*at, may_close, solve, is_wrong); !outcome.ok()) return outcome;
+  note_impact(*at, approaches, are_last, rates, after, x);
+  std::ranges::copy(v, at->v);
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    if (approaches[k] != 0) at->leaves[k] = 0;
+    if (after[k] > resting * speed(k)) closed_[k] = 0;
+  }
+  return {};
+}
+
+/// Notes an impact, its loss sum of -P (u+ + u-)/2, and the work of what moves by itself.
+void UnilateralRows::note_impact(const Instant& at, const std::vector<char>& approaches,
+                                 const std::vector<char>& are_last, const std::vector<double>& rates,
+                                 const std::vector<double>& after, const std::vector<double>& x) {
+  ContactEvent event{.time = at.t};
+  for (const bool first : {true, false}) {
+    for (std::size_t k = 0; k < rows_.size(); ++k) {
+      const double P = closed_[k] != 0 ? rows_[k].sign * x[static_cast<std::size_t>(rows_[k].row)] : 0.0;
+      if ((approaches[k] != 0) != first || (!first && !(P * inverse_effective_mass(k) > resting * speed(k)))) continue;
+      if (event.equations.empty()) event.change = are_last[k] != 0 ? ContactChange::Zeno : name_change(k, true);
+      event.equations.push_back(user_row(k));
+      event.impulses.push_back(std::max(0.0, P));
+      event.rates_before.push_back(-rates[k]);
+      event.energy_lost -= 0.5 * P * (after[k] + rates[k]);
+    }
+  }
+  work_.impacts -= event.energy_lost;
+  if (model_.is_rheonomic()) {
+    double work = 0.0;
+    // K'v + xi_t of what is prescribed alone
+    std::vector<double> prescribed(at.v, at.v + 3 * model_.num_points()), own(model_.num_rows());
+    std::fill_n(prescribed.begin(), 3 * model_.num_moving(), 0.0);
+    (void)work_space_.constraints.evaluate_rates(model_.parallel, at.r, prescribed.data(), own.data());
+    for (std::size_t a = 0; a < own.size(); ++a) work -= x[a] * own[a];
+    work_.supports += work;
+    event.energy_lost -= work;
+  }
+  changes_.push_back(std::move(event));
+}
+
+// ---- one instant ----
+
+/// Chooses the closed rows among those that touch and rest, by their forces and accelerations.
+Outcome UnilateralRows::find_closed(const Instant& at) {
+  std::vector<double> rates, accelerations;
+  std::vector<char> may_close(rows_.size());
+  measure_rates(at.r, at.v, &rates);
+  for (std::size_t k = 0; k < rows_.size(); ++k)
+    may_close[k] = at.touches[k] != 0 && at.leaves[k] == 0 && std::abs(rates[k]) <= resting * speed(k);
+  closed_ = may_close;
+  const auto solve = [&] {
+    Outcome outcome = system_.accelerations({at.t, at.r, at.v}, at.request.evaluated_anew(), {}, at.to);
+    if (outcome.ok()) measure_accelerations(at.r, at.v, at.to.a, &accelerations);
+    return outcome;
+  };
+  const auto is_wrong = [&](std::size_t k) {
+    if (closed_[k] == 0) return accelerations[k] < -resting * acceleration(k);
+    const double p = rows_[k].sign * system_.lambda()[static_cast<std::size_t>(rows_[k].row)];
+    return p * inverse_effective_mass(k) < -resting * acceleration(k);
+  };
+  return pivot(at, may_close, solve, is_wrong);
+}
+
+}  // namespace tanor::detail
