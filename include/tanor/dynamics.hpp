@@ -161,7 +161,7 @@ struct ContactEvent {
       equations{};                     ///< in the user's numbers, those of the change first, then others that take part
   std::vector<double> impulses{};      ///< N s, >= 0, of each of them; empty if they have none
   std::vector<double> rates_before{};  ///< m/s: the speed at which each gap closed
-  double energy_lost = 0.0;            ///< J, by the impact, with the work of what is moved by functions of time
+  double energy_lost = 0.0;            ///< J, by the impact; negative where what moves by itself puts in more
 };
 
 struct [[nodiscard]] ProjectionReport {

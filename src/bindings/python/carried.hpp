@@ -41,7 +41,8 @@ inline constexpr bool is_row_of_points<std::array<Index, N>> = true;
 template <class Value>
 py::object give(const Value& value) {
   if constexpr (std::is_arithmetic_v<Value> || std::is_enum_v<Value> || std::is_same_v<Value, std::string> ||
-                std::is_same_v<Value, Vector3> || std::is_same_v<Value, std::optional<double>>) {
+                std::is_same_v<Value, Vector3> || std::is_same_v<Value, std::optional<double>> ||
+                std::is_same_v<Value, std::optional<OneSide>>) {
     return default_of(value);
   } else if constexpr (std::is_same_v<Value, std::vector<double>> || std::is_same_v<Value, std::vector<Index>>) {
     return py::array(static_cast<py::ssize_t>(value.size()), value.data());

@@ -82,11 +82,20 @@ void read(const Given& given, Enum* value) {
   *value = *found;
 }
 
+template <class Enum>
+requires std::is_enum_v<Enum>
+void read(const Given& given, std::optional<Enum>* value) {
+  if (given.value.is_none()) return value->reset();
+  read(given, &value->emplace());
+}
+
 /// Returns the default of a field as Python's code writes it: "None", "(0.0, 0.0, 0.0)".
 template <class Value>
 py::object default_of(const Value& value) {
   if constexpr (std::is_enum_v<Value>) {
     return py::str(std::string(name_of(value)));
+  } else if constexpr (std::is_same_v<Value, std::optional<OneSide>>) {
+    return value ? default_of(*value) : py::object(py::none());
   } else if constexpr (std::is_same_v<Value, std::size_t>) {
     return value == std::numeric_limits<std::size_t>::max() ? py::object(py::str("all")) : py::object(py::int_(value));
   } else if constexpr (std::is_same_v<Value, Vector3>) {
@@ -117,6 +126,8 @@ constexpr TypeInWords in_words() {
   if constexpr (std::is_same_v<Value, std::size_t>) return {"int | str", "a whole number or \"all\""};
   if constexpr (std::is_same_v<Value, double>) return {"float", "a number"};
   if constexpr (std::is_same_v<Value, std::optional<double>>) return {"float | None", "a number or None"};
+  if constexpr (std::is_same_v<Value, std::optional<OneSide>>)
+    return {"str | None", "\"at_least\" or \"at_most\", or None: both sides"};
   if constexpr (std::is_same_v<Value, std::string>) return {"str", "a text"};
   if constexpr (std::is_same_v<Value, Vector3>) return {"ArrayLike", "float [3]"};
   if constexpr (std::is_same_v<Value, std::array<Vector3, 2>>) return {"ArrayLike", "float [2, 3]"};

@@ -99,6 +99,8 @@ struct SimulatedMotion {
   /// Returns true if some rank has friction. Collective.
   bool has_friction() { return form.any(model.has_friction()); }
 
+  bool has_sides() const { return !model.numbering.one_sided.empty(); }
+
   /// Steps with such tolerances would see residuals of 1e-12 as noise. The fixed point of friction leaves as much
   /// anyway.
   bool wants_exact_accelerations() {
@@ -190,7 +192,7 @@ struct SimulatedMotion {
                   .impacts = report.energy.work_of_impacts};
     work.prescribe_all(state.t, points.r.data(), points.v.data());
     form.fetch_guests(points.r.data(), points.v.data());
-    outcome = complete_state(snapshot.memory.empty() && has_friction() ? nullptr : &snapshot);
+    outcome = complete_state(snapshot.memory.empty() && (has_friction() || has_sides()) ? nullptr : &snapshot);
     integration.resume(snapshot);
     measures.resume();
     work.counters = snapshot.report.counters;  // the work of restoring does not count for the motion
@@ -203,7 +205,7 @@ struct SimulatedMotion {
     const bool begins = snapshot == nullptr;
     Outcome found = form.set_state(state.t, points.r.data(), points.v.data(), state.x.data(), state.v.data());
     if (!begins) integration.restore_memory(*snapshot);
-    if (found.ok() && begins && has_friction()) {
+    if (found.ok() && begins && (has_friction() || has_sides())) {
       Request at_start = integration.request(Gradients::Keep);
       at_start.refuses_several = true;
       found = form.begin(state.t, state.x.data(), state.v.data(), at_start, state.output());

@@ -122,11 +122,16 @@ double UnilateralRows::inverse_effective_mass(std::size_t k) const {
   return sum;
 }
 
-void UnilateralRows::measure_slack(const double* r) {
+/// Gaps that rest at 0, open, get a slack; others reach 0 where they do.
+void UnilateralRows::measure_slack(const Instant& at) {
   constexpr double rounding = 32.0 * std::numeric_limits<double>::epsilon();
+  std::vector<double> rates;
+  measure_rates(at.r, at.v, &rates);
   for (std::size_t k = 0; k < rows_.size(); ++k) {
+    slack_[k] = 0.0;
+    if (at.touches[k] == 0 || closed_[k] != 0 || std::abs(rates[k]) > resting * speed(k)) continue;
     double far = 0.0;
-    for (const Incidence& arm : arms_[k]) far = std::max(far, norm(load(r, arm.point)));
+    for (const Incidence& arm : arms_[k]) far = std::max(far, norm(load(at.r, arm.point)));
     slack_[k] = std::max(slack_of_gaps * length(k), rounding * far);
   }
 }
@@ -229,7 +234,6 @@ Outcome UnilateralRows::switch_equations(double t, const double* r, double* v, s
 Outcome UnilateralRows::choose(Instant at) {
   work_ = {};
   changes_.clear();
-  measure_slack(at.r);
   work_space_.set_time(at.t);
   const std::vector<char> before = closed_;
   bool collides = true;
@@ -250,6 +254,7 @@ Outcome UnilateralRows::choose(Instant at) {
       changes_.push_back({.time = at.t, .change = name_change(k, closes), .equations = {user_row(k)}});
   }
   has_begun_ = true;
+  measure_slack(at);
   return {};
 }
 
@@ -335,7 +340,7 @@ Outcome UnilateralRows::collide(Instant* at, bool* collides) {
   const auto is_wrong = [&](std::size_t k) {
     const double P = rows_[k].sign * x[static_cast<std::size_t>(rows_[k].row)];
     if (closed_[k] != 0) return P * inverse_effective_mass(k) < -resting * speed(k);
-    return after[k] + restitution[k] * std::max(0.0, -rates[k]) < -resting * speed(k);
+    return after[k] + restitution[k] * rates[k] < -resting * speed(k);
   };
   if (Outcome outcome = pivot(*at, may_close, solve, is_wrong); !outcome.ok()) return outcome;
   note_impact(*at, approaches, are_last, rates, after, x);

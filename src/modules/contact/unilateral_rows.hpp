@@ -67,7 +67,7 @@ class UnilateralRows final : public Unilateral {
   void measure_gaps(double t, const double* r, std::vector<double>* gaps);
   void measure_rates(const double* r, const double* v, std::vector<double>* rates);
   void measure_accelerations(const double* r, const double* v, const double* w, std::vector<double>* accelerations);
-  void measure_slack(const double* r);
+  void measure_slack(const Instant& at);
   double inverse_effective_mass(std::size_t k) const;
   std::size_t neighbourhood(std::size_t k) const {
     return work_space_.scales.of_row(static_cast<std::size_t>(rows_[k].row));
