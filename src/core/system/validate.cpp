@@ -41,9 +41,21 @@ class Validation {
     check_names();
     validate_friction(system_, support_of_point_, t_);
     validate_coordinates(system_, support_of_point_, t_);
+    refuse_beside_sides();
   }
 
  private:
+  /// Refuses what this version does not know together with constraints to one side.
+  void refuse_beside_sides() const {
+    const std::size_t g = find_one_sided(system_);
+    if (g == system_.constraints.size()) return;
+    const std::string beside = "beside " + constraint_name(system_, g) + ", which acts to one side: ";
+    if (!system_.coordinates.empty())
+      throw InputError("/coordinates", beside + "gaps are watched in positions alone; leave the coordinates out");
+    if (has_contacts(system_))
+      throw InputError("/friction", beside + "this version knows friction where no gap opens alone");
+  }
+
   // ---- points and supports ----
 
   void check_points() {

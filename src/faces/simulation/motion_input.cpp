@@ -111,13 +111,13 @@ ChosenMethod detail::choose_method(const MotionOptions& options, const System& s
 ChosenMethod choose_method(const MotionOptions& options, const Dynamics& dynamics) {
   const System& system = dynamics.system();
   return choose(
-      options, dynamics.plan().form == Form::Tangent, is_friction_viscous(system),
+      options, dynamics.plan().form == Form::Tangent, is_friction_viscous(system) && !has_sides(system),
       [&] { return measure_stiffness(system); }, [&] { return dynamics.series_obstacle(); });
 }
 
 bool wants_whole_islands(const MotionOptions& options, const System& system) {
   if (options.method != Method::Auto) return traits_of(options.method).is_implicit;
-  return is_friction_viscous(system) && choose_for_stiff_springs(options, measure_stiffness(system)).has_value();
+  return is_friction_viscous(system) && !has_sides(system) && choose_for_stiff_springs(options, measure_stiffness(system)).has_value();
 }
 
 namespace {
@@ -134,6 +134,14 @@ SolverOptions resolve(SolverOptions solver, const System& system, bool has_equat
     throw InputError("/motion/method", std::string(traits.name) + " does not know friction (" +
                                            friction_name(system, k) + "); " +
                                            list_methods(std::mem_fn(&MethodTraits::serves_friction)) + " do");
+  }
+  const auto knows_sides = [](const MethodTraits& each) {
+    return !each.is_implicit && each.method != Method::Rattle4 && each.method != Method::Rattle6;
+  };
+  if (has_sides(system) && !knows_sides(traits)) {
+    throw InputError("/motion/method", std::string(traits.name) + " does not know constraints to one side (" +
+                                           constraint_name(system, find_one_sided(system)) + "); " +
+                                           list_methods(knows_sides) + " do");
   }
   if (traits.steps_in_coordinates || system.coordinates.empty()) return solver;
   if (solver.form == Form::Tangent || !has_equations) {
