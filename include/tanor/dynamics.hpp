@@ -144,7 +144,7 @@ struct SingularPassages {
   std::size_t count = 0;
 };
 
-/// What happens to a constraint that acts to one side.
+/// Changes of a constraint that acts to one side.
 enum class ContactChange {
   Snap,     ///< a rope, or another one that joins points, becomes taut with an impact
   Slack,    ///< it carries nothing from now on

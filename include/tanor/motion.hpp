@@ -179,7 +179,7 @@ struct [[nodiscard]] MotionReport : EventReport {
 enum class EventAction {
   Report,   ///< the passage is noted
   Stop,     ///< the advance ends there
-  Break,    ///< a rod, rope of a pulley, spring or bond is taken out
+  Break,    ///< a rod, rope, pulley, spring or bond is taken out
   Release,  ///< a support is let go with its own mass, or a guide lets go of its point
 };
 

@@ -1,4 +1,4 @@
-/// The scenes of reference/E_errors.json must be refused, with the exit code, the place and a word of the message.
+/// The scenes of reference/E_errors.json and E_errors_onesided.json must be refused, with the exit code, the place and a word of the message.
 
 #ifdef TANOR_PROGRAM
 
@@ -16,7 +16,9 @@ namespace tanor::cases {
 namespace {
 
 std::vector<nlohmann::json> refused_scenes() {
-  return read_case("E_errors").at("cases");
+  std::vector<nlohmann::json> all = read_case("E_errors").at("cases");
+  for (const nlohmann::json& each : read_case("E_errors_onesided").at("cases")) all.push_back(each);
+  return all;
 }
 
 class RefusedScene : public testing::TestWithParam<nlohmann::json> {};

@@ -448,7 +448,7 @@ TEST(ConditionsOnGroups, WhatCannotBreakIsRefused) {
   using enum EventAction;
   EXPECT_EQ(
       refuse({.when = "t > 1", .action = Break, .of = "wall"}),
-      "/do: 'wall[0]' is a plane and does not break; rods, pulleys, springs and bonds do, and release lets go of it");
+      "/do: 'wall[0]' is a plane and does not break; rods, ropes, pulleys, springs and bonds do, and release lets go of it");
   EXPECT_EQ(refuse({.when = "t > 1", .action = Break}),
             "/of: what the event breaks is not said: the condition \"t > 1\" speaks of no single thing");
   EXPECT_EQ(refuse({.when = "t > 1", .action = Release, .of = "hook"}),

@@ -41,7 +41,8 @@ TEST(Observables, BadTextsAreRefusedWithTheirPlace) {
             ".norm");
   EXPECT_EQ(refuse("position(9)"), "formula \"position(9)\": column 10: there is no point 9; they are 0 to 3");
   EXPECT_EQ(refuse("tension(gravity0)"),
-            "formula \"tension(gravity0)\": column 9: 'gravity0' has no tension; rods, pulleys, springs and bonds have "
+            "formula \"tension(gravity0)\": column 9: 'gravity0' has no tension; rods, ropes, pulleys, springs and "
+            "bonds have "
             "one");
   EXPECT_NE(refuse("2*tension(links)").find("say max, min or sum"), std::string::npos);
   EXPECT_NE(refuse("load(hook).w").find("there is no part .w"), std::string::npos);

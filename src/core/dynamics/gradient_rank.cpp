@@ -13,13 +13,13 @@ void GradientRank::remember_gradients() {
     before_ = linearization_.blocks();
   else
     before_.clear();
-  openings_ = work_.constraints.openings();
+  openings_ = work_.constraints.open.num_changes();
 }
 
 /// With K_0 before and K_1 now, C = S_1^-1 K_1'M^-1 K_0 is the identity if nothing turns. A singular value that went
 /// from s_0 to s_1 is an eigenvalue s_0/s_1 of C. The largest eigenvalue of 1 - C is found by power iteration.
 double GradientRank::compare_gradients() {
-  if (before_.empty() || openings_ != work_.constraints.openings()) return 1.0;
+  if (before_.empty() || openings_ != work_.constraints.open.num_changes()) return 1.0;
   if (linearization_.dependences().is_found() || linearization_.shares_loads()) return 0.0;
   const Stopwatch watch(&work_.times.solve);
   constexpr int most_iterations = 10, least_iterations = 4;

@@ -102,8 +102,8 @@ void MotionSeries::advance(int k, std::span<double* const> coefficients) {
   const Parallel& parallel = model_.parallel;
   constraints_.advance(parallel, k, coefficients, lambda_.data(), blocks_.data(), right_side_.data());
   if (forces_.num_blocks() > 0) forces_.advance(parallel, k, coefficients, blocks_.data() + 3 * first_force_);
-  work_.constraints.clear_open_rows(right_side_.data());
-  work_.constraints.clear_open_blocks(blocks_.data());
+  work_.constraints.open.clear(right_side_.data());
+  work_.constraints.open.clear_blocks(blocks_.data());
   if (k == 0) return;
   // (k+1)(k+2) r_{k+2} = M^-1 (f_k + sum over j = 1 … k of K_j lambda_{k-j})
   double* const next = coefficients[static_cast<std::size_t>(k) + 2];

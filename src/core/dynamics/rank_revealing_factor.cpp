@@ -66,7 +66,7 @@ Outcome RankRevealingFactor::factorize(double t, const double* r) {
     if (Outcome outcome = decide_rank(t, r); !outcome.ok()) return outcome;
   }
   // If rows of contacts came or went, dependent rows may have become independent.
-  const bool have_opened = std::exchange(openings_, work_.constraints.openings()) != work_.constraints.openings();
+  const bool have_opened = std::exchange(openings_, work_.constraints.open.num_changes()) != work_.constraints.open.num_changes();
   if (work_.constraints.tangents().forget_switches() || have_opened)
     (void)decide_rank_again(r, RankScope::DependentIslands);
   return {};
@@ -173,7 +173,7 @@ Outcome RankRevealingFactor::check_gradients(double t) const {
   }
   for (std::size_t a = 0; a < model_.numbering.first_idle_row(); ++a) {
     // A row that is open, and a contact that slides, have no gradient and need none.
-    if (model_.numbering.is_contact_row(a) || work_.constraints.is_open(a)) continue;
+    if (model_.numbering.is_contact_row(a) || work_.constraints.open.have(a)) continue;
     if (largest[a] * work_.scales.length(work_.scales.of_row(a)) < 1e-12)
       return {Status::Singular, "the gradient of " + work_.name_row(a) + " vanishes at t = " + text(t)};
   }

@@ -223,10 +223,10 @@ Constraints::Constraints(const System& system, const Numbering& numbering, doubl
     family.first_block = static_cast<Index>(num_blocks_);
     num_blocks_ += family.num_blocks();
   });
-  closed_ = everything_ = select(std::vector<char>(num_rows_, 1));
+  open.others_ = everything_ = select(std::vector<char>(num_rows_, 1));
   if (!numbering.one_sided.empty()) {
-    may_open_ = list_incidences();
-    std::erase_if(may_open_,
+    open.candidates_ = list_incidences();
+    std::erase_if(open.candidates_,
                   [&](const Incidence& i) { return numbering.may_open[static_cast<std::size_t>(i.row)] == 0; });
   }
   if (!system.friction.empty()) {
@@ -259,22 +259,22 @@ void Constraints::turn_frames(const double* blocks, double* others) const {
 
 bool Constraints::gradients_are_constant() const {
   // Contacts may change between stick and slip, and one-sided rows open.
-  return tangents_.num_blocks() == 0 && may_open_.empty() && gradients_are_constant(everything_);
+  return tangents_.num_blocks() == 0 && open.candidates_.empty() && gradients_are_constant(everything_);
 }
 
-void Constraints::set_open(std::span<const char> is_open) {
+void Constraints::OpenRows::set(const Constraints& constraints, std::span<const char> is_open) {
   is_open_.assign(is_open.begin(), is_open.end());
-  open_rows_.clear();
-  open_blocks_.clear();
-  std::vector<char> takes_part(num_rows_);
-  for (std::size_t a = 0; a < num_rows_; ++a) {
-    takes_part[a] = is_open_[a] == 0;
-    if (is_open_[a] != 0) open_rows_.push_back(static_cast<Index>(a));
+  rows_.clear();
+  blocks_.clear();
+  std::vector<char> takes_part(is_open.size());
+  for (std::size_t a = 0; a < is_open.size(); ++a) {
+    takes_part[a] = is_open[a] == 0;
+    if (is_open[a] != 0) rows_.push_back(static_cast<Index>(a));
   }
-  for (const Incidence& incidence : may_open_)
-    if (is_open_[static_cast<std::size_t>(incidence.row)] != 0) open_blocks_.push_back(incidence.block);
-  closed_ = select(takes_part);
-  ++num_openings_;
+  for (const Incidence& incidence : candidates_)
+    if (is_open[static_cast<std::size_t>(incidence.row)] != 0) blocks_.push_back(incidence.block);
+  others_ = constraints.select(takes_part);
+  ++num_changes_;
 }
 
 namespace {
@@ -287,7 +287,7 @@ constexpr bool has_constant_norms = Kernel::unit_gradient || requires(const Kern
 }  // namespace
 
 bool Constraints::gradient_norms_are_constant() const {
-  bool result = may_open_.empty();
+  bool result = open.candidates_.empty();
   for_each_family(
       [&](const auto& family) { result = result && has_constant_norms<std::remove_cvref_t<decltype(family.kernel)>>; });
   return result;
@@ -326,28 +326,28 @@ void Constraints::set_offsets(std::span<const RowOffset> offsets) {
 }
 
 double Constraints::evaluate_values(const Parallel& parallel, const double* r, double* xi) const {
-  const double worst = evaluate_values(parallel, closed_, r, xi);
-  clear_open_rows(xi);
+  const double worst = evaluate_values(parallel, open.others_, r, xi);
+  open.clear(xi);
   tangents_.write_values(r, xi);
   return worst;
 }
 
 double Constraints::evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rate) const {
-  clear_open_rows(rate);
-  return larger(evaluate_rates(parallel, closed_, r, v, rate), tangents_.evaluate_rates(v, rate));
+  open.clear(rate);
+  return larger(evaluate_rates(parallel, open.others_, r, v, rate), tangents_.evaluate_rates(v, rate));
 }
 
 void Constraints::evaluate_gradients(const Parallel& parallel, const double* r, double* blocks) {
-  evaluate_gradients(parallel, closed_, r, blocks);
-  clear_open_blocks(blocks);
+  evaluate_gradients(parallel, open.others_, r, blocks);
+  open.clear_blocks(blocks);
   tangents_.write_gradients(parallel, blocks);
 }
 
 double Constraints::evaluate_right_side(const Parallel& parallel, const double* r, const double* v, const double* w0,
                                         double* phi, double* blocks) {
-  const double worst = evaluate_right_side(parallel, closed_, r, v, w0, phi, blocks);
-  clear_open_rows(phi);
-  if (blocks != nullptr) clear_open_blocks(blocks);
+  const double worst = evaluate_right_side(parallel, open.others_, r, v, w0, phi, blocks);
+  open.clear(phi);
+  if (blocks != nullptr) open.clear_blocks(blocks);
   if (tangents_.size() == 0) return worst;
   if (blocks != nullptr) tangents_.write_gradients(parallel, blocks);
   return larger(worst, evaluate_contacts(parallel, r, v, w0, Tangents::Which::Sticking, phi));
@@ -366,7 +366,7 @@ double Constraints::evaluate_contacts(const Parallel& parallel, const double* r,
     const auto evaluate_at = [&](int k, double s, double* result) {
       shifted_.assign(v, v + size);
       tangents_.shift_velocities(k, s, v, shifted_.data());
-      evaluate_right_side(parallel, closed_, r, shifted_.data(), nothing_.data(), result, nullptr);
+      evaluate_right_side(parallel, open.others_, r, shifted_.data(), nothing_.data(), result, nullptr);
     };
     double speed = 0.0;
     for (std::size_t i = 0; i < size; ++i) speed = std::max(speed, std::abs(v[i]));
@@ -384,15 +384,15 @@ double Constraints::evaluate_contacts(const Parallel& parallel, const double* r,
 
 double Constraints::apply_transposed(const Parallel& parallel, const double* blocks, const double* x,
                                      const double* shift, double* y) const {
-  clear_open_rows(y);
-  return larger(apply_transposed(parallel, closed_, blocks, x, shift, y),
+  open.clear(y);
+  return larger(apply_transposed(parallel, open.others_, blocks, x, shift, y),
                 tangents_.apply_transposed(blocks, x, shift, y));
 }
 
 void Constraints::measure(const double* r, const double* v, double* position, double* velocity) const {
   for_each_family([&](const auto& family) { family.measure(r, v, position, velocity); });
-  clear_open_rows(position);
-  clear_open_rows(velocity);
+  open.clear(position);
+  open.clear(velocity);
   tangents_.write_values(r, position);
   tangents_.evaluate_rates(v, velocity);
 }

@@ -41,6 +41,33 @@ class Constraints {
   /// The members of each family that take part.
   using Selection = std::array<IndexRanges, std::tuple_size_v<Families>>;
 
+  /// One-sided constraints that are open. Their blocks and numbers are 0. They are unit rows of S, so nothing is
+  /// analysed anew when they close. Selections still evaluate them.
+  class OpenRows {
+   public:
+    /// Opens rows, [row] not 0, and closes all others.
+    void set(const Constraints& constraints, std::span<const char> is_open);
+    bool have(std::size_t row) const { return !is_open_.empty() && is_open_[row] != 0; }
+    /// Returns a number that changes with each change of the rows.
+    std::size_t num_changes() const { return num_changes_; }
+    const Selection& others() const { return others_; }
+    void clear(double* rows) const {
+      for (const Index row : rows_) rows[row] = 0.0;
+    }
+    void clear_blocks(double* blocks) const {
+      for (const Index block : blocks_) store(blocks, block, Vec3{});
+    }
+
+   private:
+    friend class Constraints;
+    Selection others_;
+    std::vector<Incidence> candidates_;
+    std::vector<char> is_open_;  // [row]; empty until some are
+    std::vector<Index> rows_, blocks_;
+    std::size_t num_changes_ = 0;
+  };
+  OpenRows open;
+
   /// `t` is the instant of "initial" values that are measured from something that moves.
   Constraints(const System& system, const Numbering& numbering, double t = 0.0);
 
@@ -61,21 +88,6 @@ class Constraints {
   std::vector<double> squared_gradient_norms() const;
 
   void set_time(double t);
-
-  /// Leaves rows out, [row] not 0, whose blocks and numbers are 0 from then on: one-sided constraints that are open.
-  /// They are unit rows of S, so nothing is analysed anew when they close. Selections still evaluate them.
-  void set_open(std::span<const char> is_open);
-  bool is_open(std::size_t row) const { return !is_open_.empty() && is_open_[row] != 0; }
-  /// Returns a number that changes with each change of the rows that are left out.
-  std::size_t openings() const { return num_openings_; }
-  void clear_open_rows(double* rows) const {
-    for (const Index row : open_rows_) rows[row] = 0.0;
-  }
-  void clear_open_blocks(double* blocks) const {
-    for (const Index block : open_blocks_) store(blocks, block, Vec3{});
-  }
-  /// All members, also those that are open.
-  const Selection& everything() const { return everything_; }
 
   /// The offset of the rod in an inner row, m.
   struct RowOffset {
@@ -175,11 +187,7 @@ class Constraints {
   }
 
   Families families_;
-  Selection everything_, closed_;    // all members, and those that no opening leaves out
-  std::vector<Incidence> may_open_;  // of one-sided rows
-  std::vector<char> is_open_;        // [row]; empty until some are
-  std::vector<Index> open_rows_, open_blocks_;
-  std::size_t num_openings_ = 0;
+  Selection everything_;
   Tangents tangents_;
   std::vector<double> shifted_, nothing_, turns_;  // [3n], [3n], [3][d] scratch of contacts on guides that turn
   std::size_t num_points_ = 0, num_rows_ = 0, num_blocks_ = 0;

@@ -117,7 +117,8 @@ ChosenMethod choose_method(const MotionOptions& options, const Dynamics& dynamic
 
 bool wants_whole_islands(const MotionOptions& options, const System& system) {
   if (options.method != Method::Auto) return traits_of(options.method).is_implicit;
-  return is_friction_viscous(system) && !has_sides(system) && choose_for_stiff_springs(options, measure_stiffness(system)).has_value();
+  return is_friction_viscous(system) && !has_sides(system) &&
+         choose_for_stiff_springs(options, measure_stiffness(system)).has_value();
 }
 
 namespace {
@@ -176,6 +177,10 @@ SolverOptions detail::check_together(const Part& part, const System& system, con
     check_start_time(t_start);
     validate(system, t_start);
     check_reach(part, motion.method);
+    if (!part.is_whole() && has_sides(system))
+      throw InputError("/constraints/" + text(find_one_sided(system)),
+                       constraint_name(system, find_one_sided(system)) +
+                           " acts to one side, which this version knows on one process alone");
     resolved = resolve(solver, system, has_equations, motion.method);
     return Outcome{};
   });

@@ -53,7 +53,7 @@ std::optional<Thing> find_what_goes(const Things& things, const Event& event, co
                           KindOf<Bonds>::name};
   if (breaks && std::ranges::count(joints, kind) == 0)
     throw InputError("/do", name + " is a " + std::string(kind) +
-                                " and does not break; rods, pulleys, springs and bonds do" +
+                                " and does not break; rods, ropes, pulleys, springs and bonds do" +
                                 (thing->list == Thing::List::Forces ? "" : ", and release lets go of it"));
   if (!breaks && thing->list == Thing::List::Forces)
     throw InputError("/do", name + " is a force; release is for supports and guides");

@@ -52,7 +52,7 @@ CertificateCheck verify_sides(const Forms& forms, const Answer& answer) {
     const auto row = static_cast<std::size_t>(each.row), user = static_cast<std::size_t>(numbering.user_row[row]);
     const double length = forms.work.scales.length(forms.work.scales.of_row(row));
     const double gap = each.sign * xi[user] / length, force = each.sign * answer.lambda[row];
-    const bool is_open = forms.work.constraints.is_open(row);
+    const bool is_open = forms.work.constraints.open.have(row);
     const double error = std::max(is_open ? -gap : std::abs(gap), largest > 0.0 ? -force / largest : 0.0);
     if (error <= worst) continue;
     worst = error;
@@ -71,7 +71,7 @@ Certificate certify_one_sided(Forms& forms, const Answer& answer, SecondFactoriz
   numbering.scatter_rows(answer.lambda, lambda);
   for (const OneSidedRow& each : numbering.one_sided) {
     const auto row = static_cast<std::size_t>(each.row);
-    is_open[static_cast<std::size_t>(numbering.user_row[row])] = forms.work.constraints.is_open(row) ? 1 : 0;
+    is_open[static_cast<std::size_t>(numbering.user_row[row])] = forms.work.constraints.open.have(row) ? 1 : 0;
   }
   Forms closed(closed_part(forms.model.system, is_open), {}, forms.start_time());
   const Numbering& other = closed.model.numbering;

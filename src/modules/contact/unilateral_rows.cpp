@@ -85,7 +85,7 @@ std::unique_ptr<Unilateral> make_unilateral(Workspace& work, ConstrainedSystem& 
 void UnilateralRows::apply() {
   std::vector<char> is_open(model_.num_rows(), 0);
   for (std::size_t k = 0; k < rows_.size(); ++k) is_open[static_cast<std::size_t>(rows_[k].row)] = closed_[k] == 0;
-  work_space_.constraints.set_open(is_open);
+  work_space_.constraints.open.set(work_space_.constraints, is_open);
 }
 
 /// Writes s times the one-sided rows of `all_rows_`.

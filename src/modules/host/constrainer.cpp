@@ -143,6 +143,7 @@ Constrainer::Constrainer(std::span<const double> masses, std::vector<Constraint>
   HostPoints points = make_points(masses, at);
   const System system = make_system(points, std::move(constraints));
   validate(system);
+  refuse_sides(system);
   std::span<const std::array<int, 3>> images;
   std::optional<PeriodicCell> cell;
   if (periodicity != nullptr) {

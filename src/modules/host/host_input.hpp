@@ -22,6 +22,9 @@ HostPoints make_points(std::span<const double> masses, const ConstPointArray& at
 /// Makes a system of the constraints on the points as the host numbers them, for checks and for messages.
 System make_system(const HostPoints& points, std::vector<Constraint> constraints);
 
+/// Throws if a constraint acts to one side, since only a motion finds where gaps close.
+void refuse_sides(const System& system);
+
 /// Throws if the group, on points with the host's numbers, cannot be added.
 void check_group(const HostParts& parts, const Constraint& group, std::size_t num_images);
 

@@ -136,7 +136,7 @@ Quantity make_tension(const Things& things, const Arguments& arguments) {
   const Force& force = things.system().forces[thing.index];
   if (const auto* springs = std::get_if<Springs>(&force)) return pulls_of_springs(things, thing, *springs);
   if (const auto* bonds = std::get_if<Bonds>(&force)) return pulls_of_bonds(things, thing, *bonds);
-  argument.fail("'" + things.name(thing) + "' has no tension; rods, pulleys, springs and bonds have one");
+  argument.fail("'" + things.name(thing) + "' has no tension; rods, ropes, pulleys, springs and bonds have one");
 }
 
 Quantity make_multiplier(const Things& things, const Arguments& arguments) {

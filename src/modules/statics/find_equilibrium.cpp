@@ -473,30 +473,6 @@ Solution state_at_rest(const EquilibriumResult& found, double time) {
   return state;
 }
 
-namespace {
-
-/// Moves the sides of constraints into the options.
-EquilibriumOptions take_sides(System* system, const EquilibriumOptions& given) {
-  EquilibriumOptions options = given;
-  for (std::size_t g = 0; g < system->constraints.size(); ++g) {
-    std::visit(
-        [&](auto& group) {
-          if constexpr (requires { group.side; }) {
-            if (!group.side) return;
-            const std::string name = constraint_name(*system, g);
-            if (std::ranges::find(given.one_sided, name, &OneSided::constraint) != given.one_sided.end())
-              throw InputError("/equilibrium/one_sided/" + name, "the constraint has a side of its own already");
-            options.one_sided.push_back({name, *group.side});
-            group.side.reset();
-          }
-        },
-        system->constraints[g]);
-  }
-  return options;
-}
-
-}  // namespace
-
 EquilibriumResult find_equilibrium(const System& system, const EquilibriumOptions& given) {
   const QuietTraps quiet;
   StaticsInput input(system, given);

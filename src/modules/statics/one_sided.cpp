@@ -356,6 +356,25 @@ class OneSidedSearch {
 
 }  // namespace
 
+EquilibriumOptions detail::take_sides(System* system, const EquilibriumOptions& given) {
+  EquilibriumOptions options = given;
+  for (std::size_t g = 0; g < system->constraints.size(); ++g) {
+    std::visit(
+        [&](auto& group) {
+          if constexpr (requires { group.side; }) {
+            if (!group.side) return;
+            const std::string name = constraint_name(*system, g);
+            if (std::ranges::find(given.one_sided, name, &OneSided::constraint) != given.one_sided.end())
+              throw InputError("/equilibrium/one_sided/" + name, "the constraint has a side of its own already");
+            options.one_sided.push_back({name, *group.side});
+            group.side.reset();
+          }
+        },
+        system->constraints[g]);
+  }
+  return options;
+}
+
 EquilibriumResult detail::rest_with_one_sided(const StaticsInput& input, const EquilibriumOptions& options) {
   return OneSidedSearch(input, options).run();
 }

@@ -11,6 +11,9 @@ namespace tanor::detail {
 /// Rows of the whole system, in the user's order.
 using UserRows = std::vector<std::size_t>;
 
+/// Moves the sides of constraints into the options, which are returned. Throws InputError.
+EquilibriumOptions take_sides(System* system, const EquilibriumOptions& given);
+
 /// Finds the equilibrium of a system whose constraints all act both ways, in a frame whose inertia is among the forces,
 /// from `start` [3n]. If `assesses_stability` is false, any equilibrium is accepted and its stability is not computed.
 EquilibriumResult rest_from(const System& system, const SteadyFrame& frame, const EquilibriumOptions& options,
