@@ -331,7 +331,8 @@ Quantity make_energy(const Things& things, const Arguments& arguments) {
 }  // namespace
 
 bool has_tension(const Constraint& group) {
-  return std::holds_alternative<Rods>(group) || std::holds_alternative<Pulleys>(group);
+  return std::holds_alternative<Rods>(group) || std::holds_alternative<Ropes>(group) ||
+         std::holds_alternative<Pulleys>(group);
 }
 
 bool has_tension(const Force& force) {
