@@ -115,7 +115,7 @@ TANOR_API EquilibriumResult find_equilibrium(const System& system, const Equilib
 TANOR_API Solution state_at_rest(const EquilibriumResult& found, double time = 0.0);
 
 /// Returns the system without the members that are `open`, for `modes` and for motions. The remaining ones hold it at
-/// rest.
+/// rest, to both sides.
 TANOR_API System without_open_constraints(const System& system, const std::vector<bool>& open);
 
 }  // namespace tanor

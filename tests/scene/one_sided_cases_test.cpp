@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <tanor/equilibrium.hpp>
 #include <tanor/motion.hpp>
 
 #include "cases/reference_case.hpp"
@@ -203,6 +204,42 @@ TEST(OneSidedGuides, FourStringsThatAreThreeStopAHub) {
   EXPECT_LT(largest(hub.simulation.velocities()), 1e-11);
   const std::vector<double> upwards = {0.0, 0.0, 2.0 * number(nlohmann::json("9.81"))};
   EXPECT_LT(largest_difference(hub.simulation.reactions().last(3), upwards), 1e-10);
+}
+
+// ---- nets ----
+
+/// A gust hits a net at rest whose ropes are all just taut: which of them hold in the first instant.
+TEST(NetOfRopes, AGustTightensTheRopesOfTheReference) {
+  const nlohmann::json file = read_case("C8_net_gust_instant");
+  const System system = scene::parse_scene(file.at("scene").dump(), "case.json").system;
+  const Solution found = Dynamics(system, {.threads = 1}).solve({.positions = system.positions});
+  ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+  const std::vector<double> tensions = numbers(file.at("tension"));
+  for (std::size_t k = 0; k < tensions.size(); ++k) EXPECT_NEAR(-found.multipliers[k], tensions[k], 1e-11 * 20.0) << k;
+  std::vector<double> accelerations;
+  for (const nlohmann::json& point : file.at("accelerations")) {
+    for (const double each : numbers(point)) accelerations.push_back(each);
+  }
+  EXPECT_LT(largest_difference(found.accelerations, accelerations), 1e-11 * largest(accelerations));
+}
+
+/// The same net rests in steady wind, with four slack ropes.
+TEST(NetOfRopes, RestInWindHasTheSlackRopesOfTheReference) {
+  const nlohmann::json file = read_case("C8_net_wind_static");
+  const System system = scene::parse_scene(file.at("scene").dump(), "case.json").system;
+  const EquilibriumResult found = find_equilibrium(system, {.force_tolerance = 1e-13, .solver = {.threads = 1}});
+  ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
+  const std::vector<double> tensions = numbers(file.at("tensions"));
+  for (std::size_t k = 0; k < tensions.size(); ++k) {
+    EXPECT_NEAR(-found.multipliers[k], tensions[k], 1e-11 * largest(tensions)) << k;
+    EXPECT_EQ(found.open[k], tensions[k] == 0.0) << k;
+  }
+  std::size_t next = 0;
+  for (const std::size_t point : file.at("moving_points").get<std::vector<std::size_t>>()) {
+    const std::vector<double> wanted = numbers(file.at("positions_of_moving_points")[next++]);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      EXPECT_NEAR(found.positions[3 * point + axis], wanted[axis], 1e-11) << point;
+  }
 }
 
 }  // namespace

@@ -145,20 +145,6 @@ void for_each_tuple(const System& system, const Visit& visit) {
   }
 }
 
-/// Returns the first group of constraints that acts to one side; none is the number of groups.
-inline std::size_t find_one_sided(const System& system) {
-  const auto has_side = [](const auto& group) {
-    if constexpr (requires { group.side; }) return group.side.has_value();
-    return false;
-  };
-  std::size_t g = 0;
-  while (g < system.constraints.size() && !std::visit(has_side, system.constraints[g])) ++g;
-  return g;
-}
-inline bool has_sides(const System& system) {
-  return find_one_sided(system) < system.constraints.size();
-}
-
 /// True if friction acts somewhere. An entry without contacts has no effect.
 inline bool has_contacts(const System& system) {
   for (std::size_t k = 0; k < system.friction.size(); ++k)

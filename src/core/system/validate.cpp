@@ -12,6 +12,7 @@
 #include "system/formula_names.hpp"
 #include "system/law_numbers.hpp"
 #include "system/members.hpp"
+#include "system/one_sided.hpp"
 #include "system/pair_rules.hpp"
 #include "system/tuples.hpp"
 #include "system/validate_coordinates.hpp"

@@ -15,6 +15,7 @@
 #include "simulation/stiffness.hpp"
 #include "system/enum_check.hpp"
 #include "system/members.hpp"
+#include "system/one_sided.hpp"
 
 namespace tanor {
 using namespace detail;
@@ -177,10 +178,7 @@ SolverOptions detail::check_together(const Part& part, const System& system, con
     check_start_time(t_start);
     validate(system, t_start);
     check_reach(part, motion.method);
-    if (!part.is_whole() && has_sides(system))
-      throw InputError("/constraints/" + text(find_one_sided(system)),
-                       constraint_name(system, find_one_sided(system)) +
-                           " acts to one side, which this version knows on one process alone");
+    if (!part.is_whole()) refuse_sides(system, "this version knows that on one process alone");
     resolved = resolve(solver, system, has_equations, motion.method);
     return Outcome{};
   });

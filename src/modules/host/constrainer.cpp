@@ -12,6 +12,7 @@
 #include "host/host_observables.hpp"
 #include "host/host_parts.hpp"
 #include "host/point_address.hpp"
+#include "system/one_sided.hpp"
 
 namespace tanor {
 using namespace detail;
@@ -143,7 +144,7 @@ Constrainer::Constrainer(std::span<const double> masses, std::vector<Constraint>
   HostPoints points = make_points(masses, at);
   const System system = make_system(points, std::move(constraints));
   validate(system);
-  refuse_sides(system);
+  refuse_sides(system, one_sided_host);
   std::span<const std::array<int, 3>> images;
   std::optional<PeriodicCell> cell;
   if (periodicity != nullptr) {

@@ -6,6 +6,7 @@
 #include <set>
 #include <utility>
 
+#include "system/one_sided.hpp"
 #include "system/value_checks.hpp"
 
 namespace tanor::detail {
@@ -90,14 +91,6 @@ System make_system(const HostPoints& points, std::vector<Constraint> constraints
   return system;
 }
 
-void refuse_sides(const System& system) {
-  const std::size_t g = find_one_sided(system);
-  if (g == system.constraints.size()) return;
-  throw InputError(
-      "/constraints/" + text(g),
-      constraint_name(system, g) + " acts to one side; a Constrainer holds both, a Simulation knows sides");
-}
-
 void check_group(const HostParts& parts, const Constraint& group, std::size_t num_images) {
   const GroupShape shape = shape_of(group);
   if (num_images > 0) check_size(num_images, shape.members * shape.rows_per_member, "images");
@@ -105,7 +98,7 @@ void check_group(const HostParts& parts, const Constraint& group, std::size_t nu
   if (parts.inventory().has_name(name))
     throw InputError("/constraints", "\"" + name + "\" is the name of other constraints already; a name is used once");
   try {
-    refuse_sides(make_small(parts.points(), group));
+    refuse_sides(make_small(parts.points(), group), one_sided_host);
     validate(make_small(parts.points(), group));
   } catch (const InputError&) {
     validate(make_system(parts.points(), {group}));  // here points have the host's numbers

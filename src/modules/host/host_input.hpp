@@ -22,8 +22,8 @@ HostPoints make_points(std::span<const double> masses, const ConstPointArray& at
 /// Makes a system of the constraints on the points as the host numbers them, for checks and for messages.
 System make_system(const HostPoints& points, std::vector<Constraint> constraints);
 
-/// Throws if a constraint acts to one side, since only a motion finds where gaps close.
-void refuse_sides(const System& system);
+/// The way of a host that has constraints to one side.
+inline constexpr const char* one_sided_host = "a Constrainer holds both, a Simulation finds where gaps close";
 
 /// Throws if the group, on points with the host's numbers, cannot be added.
 void check_group(const HostParts& parts, const Constraint& group, std::size_t num_images);

@@ -54,7 +54,10 @@ System without_open_constraints(const System& system, const std::vector<bool>& o
     const auto [members, rows] = shape_of(constraint);
     const std::size_t first = row, each = rows;
     std::visit(
-        [&](auto& group) { group = with_members_if(group, [&](std::size_t k) { return !open[first + k * each]; }); },
+        [&](auto& group) {
+          group = with_members_if(group, [&](std::size_t k) { return !open[first + k * each]; });
+          if constexpr (requires { group.side; }) group.side.reset();  // the others hold both sides
+        },
         constraint);
     row += members * rows;
   }

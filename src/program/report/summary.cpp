@@ -66,7 +66,7 @@ RunFacts facts_of(const scene::Scene& scene, int threads, bool has_started) {
 namespace {
 
 /// Returns what happened to one-sided constraints, with the names of their members in place of equations.
-Json describe_contact_events(const std::vector<ContactEvent>& events, const Json& groups) {
+Json describe_events(const std::vector<ContactEvent>& events, const Json& groups) {
   const auto name = [&](std::size_t equation) {
     for (const Json& group : groups) {
       const auto first = group.at("first").get<std::size_t>(), members = group.at("members").get<std::size_t>();
@@ -105,7 +105,7 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
     json.add("t_reached", end.time);
     json.add("stopped_by", json_or_null(facts.stopped_by));
     if (!report.contact_events.empty())
-      json.add("contact_events", describe_contact_events(report.contact_events, end.groups));
+      json.add("events", describe_events(report.contact_events, end.groups));
     json.add("rank_changes", json_of(report.rank_changes));
     json.add("singular_passages", json_of(report.singular_passages));
     json.add("nearest_to_singular", known_if(facts.has_started, json_of(report.nearest_to_singular)));

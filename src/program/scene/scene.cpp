@@ -161,6 +161,11 @@ Scene load_scene(const std::filesystem::path& file, const Overrides& overrides) 
 Scene load_moving_scene(const std::filesystem::path& file, const Overrides& overrides) {
   Scene scene = load_scene(file, overrides);
   if (scene.has_end()) return scene;
+  try {
+    (void)Simulation(scene.system, scene.motion, scene.solver, scene.t_start);  // no end mends a wrong start
+  } catch (const InputError& error) {
+    throw InputError(file.string() + ": " + error.where(), error.what());
+  }
   throw InputError(file.string() + ": /motion/t_end", "is missing; give it there or with --t-end (s)");
 }
 
