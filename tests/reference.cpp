@@ -32,6 +32,9 @@ std::size_t num_members(const Rods& group) {
 std::size_t num_members(const Angles& group) {
   return group.triples.size();
 }
+std::size_t num_members(const Ropes& group) {
+  return group.paths.size();
+}
 std::size_t num_members(const Pulleys& group) {
   return group.pairs.size();
 }

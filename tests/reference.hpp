@@ -141,6 +141,19 @@ struct Xi {
     return {cosine(now) - parameter(angles.cosine, m, cosine)};
   }
 
+  std::vector<Number> operator()(const Ropes& ropes, std::size_t k) const {
+    const std::vector<Index>& path = ropes.paths[k];
+    const auto measure = [&](const Configuration& at) {
+      Number sum = 0.0;
+      for (std::size_t p = 1; p < path.size(); ++p) {
+        const double c = ropes.coefficients.empty() ? 1.0 : ropes.coefficients[p - 1];
+        sum = sum + c * norm(at[path[p]] - at[path[p - 1]]);
+      }
+      return sum;
+    };
+    return {measure(now) - parameter(ropes.length, k, measure)};
+  }
+
   std::vector<Number> operator()(const Pulleys& pulleys, std::size_t k) const {
     const auto [i, j] = pulleys.pairs[k];
     const auto length = [&, i = i, j = j](const Configuration& at) {

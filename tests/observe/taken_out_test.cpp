@@ -8,6 +8,7 @@
 #include <tanor/warnings.hpp>
 
 #include "errors.hpp"
+#include "measures.hpp"
 #include "observe/arguments.hpp"
 #include "observe/cable.hpp"
 
@@ -62,6 +63,37 @@ TEST(TakenOut, WhyANumberIsNotKnownIsToldOfItsOwnThing) {
   ASSERT_TRUE(simulation.advance_to(0.3).ok());
   EXPECT_EQ(simulation.observe()[0].unknown, "released at t = 0.1");
   EXPECT_EQ(simulation.observe()[1].unknown, "released at t = 0.2");
+}
+
+/// Series and equations agree on what is left, among several groups and in a net.
+TEST(TakenOut, ASeriesLeavesOutWhatWent) {
+  System system;
+  constexpr Index side = 4;
+  Rods rods{.name = "net"};
+  for (Index i = 0; i < side * side; ++i) {
+    const double x = i % side, y = i / side;
+    (void)(i == 0 || i == side - 1 ? system.add_support({x, y, 0.0}) : system.add_point({{x, y, 0.0}}));
+    if (i % side > 0) rods.pairs.push_back({i - 1, i});
+    if (i >= side) rods.pairs.push_back({i - side, i});
+  }
+  const Index bead = system.add_point({{5.0, 0.0, 0.0}}).index, ball = system.add_point({{8.0, 0.0, 1.0}}).index;
+  system.constraints = {
+      Spheres{.name = "ball", .points = {ball}, .center = {8.0, 0.0, 0.0}}, rods,
+      Planes{.name = "floor", .points = {bead}, .normal = {0.1, 0.0, 1.0}, .offset = 0.5},
+      Lines{.name = "wire", .points = {side * side - 1}, .origin = {3.0, 3.0, 0.0}, .direction = {0.0, 0.0, 1.0}}};
+  system.add_gravity({0.0, 0.0, -9.81});
+  const auto fall = [&](Method method, const std::string& of, EventAction action) {
+    Simulation simulation(system, {.method = method, .rtol = 1e-12, .atol = 1e-13}, {.threads = 1});
+    simulation.add_event({.when = "t > 0.05", .action = action, .of = of});
+    EXPECT_TRUE(simulation.advance_to(0.2).ok()) << of;
+    return std::vector<double>(simulation.positions().begin(), simulation.positions().end());
+  };
+  for (const auto& [of, action] : {std::pair{"net[7]", EventAction::Break},
+                                   {"net[0]", EventAction::Break},
+                                   {"ball", EventAction::Release},
+                                   {"floor", EventAction::Release},
+                                   {"wire", EventAction::Release}})
+    EXPECT_LT(largest_difference(fall(Method::Taylor, of, action), fall(Method::Dop853, of, action)), 1e-9) << of;
 }
 
 /// Nothing of what went is evaluated, also if the start was corrected, if the motion begins late, if a guide turns or

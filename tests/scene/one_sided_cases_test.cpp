@@ -212,7 +212,7 @@ TEST(OneSidedGuides, FourStringsThatAreThreeStopAHub) {
 TEST(NetOfRopes, AGustTightensTheRopesOfTheReference) {
   const nlohmann::json file = read_case("C8_net_gust_instant");
   const System system = scene::parse_scene(file.at("scene").dump(), "case.json").system;
-  const Solution found = Dynamics(system, {.threads = 1}).solve({.positions = system.positions});
+  const Solution found = Dynamics(system, {.threads = 1}).solution({.positions = system.positions});
   ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
   const std::vector<double> tensions = numbers(file.at("tension"));
   for (std::size_t k = 0; k < tensions.size(); ++k) EXPECT_NEAR(-found.multipliers[k], tensions[k], 1e-11 * 20.0) << k;

@@ -48,7 +48,7 @@ StartReport ConsistentStart::find(double t, double* r, double* v, StartMode mode
 
   work_.measure_velocity_scale(t, r, v);
   if (!work_.has_rows()) return report;
-  if (unilateral_ != nullptr) unilateral_->close_touching(t, r, mode);
+  if (unilateral_ != nullptr) (void)unilateral_->close_touching(t, r, mode);
 
   if (mode == StartMode::Check) {
     (void)team.together([&] {
@@ -58,11 +58,20 @@ StartReport ConsistentStart::find(double t, double* r, double* v, StartMode mode
   }
   const std::vector<double> r_given(r, r + 3 * model_.num_points());
   ProjectionReport positions;
-  if (mode == StartMode::Project && team.is_alone()) {
-    positions = NearestPoint(work_, linearization_, projector_).find(t, r);
-  } else {
-    positions.outcome = linearization_.update(t, r);
-    if (positions.outcome.ok()) positions = projector_.project_positions(t, r);
+  const auto project = [&] {
+    if (mode == StartMode::Project && team.is_alone()) {
+      positions = NearestPoint(work_, linearization_, projector_).find(t, r);
+    } else {
+      positions.outcome = linearization_.update(t, r);
+      if (positions.outcome.ok()) positions = projector_.project_positions(t, r);
+    }
+  };
+  project();
+  // A projection may break one-sided rows that were open.
+  constexpr int most_rounds = 50;
+  for (int round = 0; unilateral_ != nullptr && positions.outcome.ok() && round < most_rounds; ++round) {
+    if (!unilateral_->close_touching(t, r, StartMode::Project)) break;
+    project();
   }
   report.outcome = positions.outcome;
   if (!report.outcome.ok()) {

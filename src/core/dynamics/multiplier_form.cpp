@@ -118,11 +118,13 @@ ErrorRatios MultiplierForm::error_ratios(double, const StepErrors& errors, doubl
 }
 
 ProjectionReport MultiplierForm::project_point_positions(double t, double* r) {
+  if (unilateral_ != nullptr) (void)unilateral_->close_touching(t, r, StartMode::Project);
   if (Outcome outcome = linearization_.update(t, r); !outcome.ok()) return {std::move(outcome)};
   return projector_.project_positions(t, r);
 }
 
 ProjectionReport MultiplierForm::project_point_velocities(double t, const double* r, double* v) {
+  if (unilateral_ != nullptr) (void)unilateral_->close_touching(t, r, StartMode::Project);
   if (Outcome outcome = linearization_.update(t, r); !outcome.ok()) return {std::move(outcome)};
   return projector_.project_velocities(t, r, v);
 }

@@ -66,7 +66,8 @@ Outcome RankRevealingFactor::factorize(double t, const double* r) {
     if (Outcome outcome = decide_rank(t, r); !outcome.ok()) return outcome;
   }
   // If rows of contacts came or went, dependent rows may have become independent.
-  const bool have_opened = std::exchange(openings_, work_.constraints.open.num_changes()) != work_.constraints.open.num_changes();
+  const bool have_opened =
+      std::exchange(openings_, work_.constraints.open.num_changes()) != work_.constraints.open.num_changes();
   if (work_.constraints.tangents().forget_switches() || have_opened)
     (void)decide_rank_again(r, RankScope::DependentIslands);
   return {};

@@ -16,9 +16,9 @@ class Workspace;
 /// An open row is left out of K. Which rows are closed, impacts and events are in src/modules/contact.
 class Unilateral : public EventFunctions {
  public:
-  /// Closes the rows that touch at (t, r), also those that a start which projects brings there. Throws InputError where
-  /// another start is given a gap below 0.
-  virtual void close_touching(double t, const double* r, StartMode mode) = 0;
+  /// Closes the rows that touch at (t, r), also those with a gap below 0, which a projection brings there. Returns true
+  /// if some of these were open. Throws InputError where a start that does not project is given such a gap.
+  virtual bool close_touching(double t, const double* r, StartMode mode) = 0;
   /// Opens those of them that move at v.
   virtual void open_moving(double t, const double* r, const double* v) = 0;
   /// Solves the impact of the rows that touch and approach at a start, which changes v, then chooses the closed rows

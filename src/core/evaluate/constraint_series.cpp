@@ -54,6 +54,7 @@ struct ConstraintSeries::Source {
   Definitions definitions;
   BlockPlaces places;
   std::span<const char> takes_part;
+  Index first_outside = find_first_outside(system);  // of points of members that events took out
 
   Index inner(Index point) const { return numbering.inner_point[static_cast<std::size_t>(point)]; }
   /// Returns the slot of the length of member k in the table, or nothing if the length does not move.
@@ -85,6 +86,7 @@ void ConstraintSeries::add_group(const Source& source, std::size_t g, const Rods
   for (std::size_t k = 0; k < rods.pairs.size(); ++k) {
     const Index i = source.inner(rods.pairs[k][0]), j = source.inner(rods.pairs[k][1]);
     const Index row = source.numbering.member_row[first_member + k];
+    if (rods.pairs[k][0] >= source.first_outside) continue;
     if (!source.takes_part.empty() && source.takes_part[static_cast<std::size_t>(row)] == 0) continue;
     DistanceSeries::Extra extra;
     if (!rods.offsets.empty()) extra.offset = make_vec3(rods.offsets[k]);
@@ -99,6 +101,7 @@ void ConstraintSeries::add_group(const Source& source, std::size_t g, const Sphe
   std::array<std::size_t, 3> center;
   for (std::size_t c = 0; c < 3; ++c) center[c] = table_.add(spheres.center.components[c]);
   for (std::size_t k = 0; k < spheres.points.size(); ++k) {
+    if (spheres.points[k] >= source.first_outside) continue;
     const Index j = source.inner(spheres.points[k]), row = source.numbering.member_row[first_member + k];
     DistanceSeries::Extra extra{.center = center[0]};
     extra.length = source.add_length(&table_, spheres.radius, g, k, &shared);
@@ -165,6 +168,7 @@ void ConstraintSeries::add_members_like(const Source& source, std::size_t g, con
   const std::size_t num_shared = slots.size();
   for (std::size_t k = member; k < num_members(given); ++k) {
     if (member_points(given, k).size() != static_cast<std::size_t>(p)) continue;
+    if (member_points(given, k)[0] >= source.first_outside) continue;
     const Index row = source.numbering.member_row[first_member + k];
     slots.resize(num_shared);
     if (recorded->has_parameter) add(definitions.parameter(g, k));
@@ -174,6 +178,7 @@ void ConstraintSeries::add_members_like(const Source& source, std::size_t g, con
     group.rows.push_back(row);
     for (const Index point : points) group.blocks.push_back(source.places.find(row, point));
   }
+  if (group.rows.empty()) return;
   if (!is_still) {
     groups_.push_back(std::move(group));
     return;

@@ -69,7 +69,7 @@ void Events::forget() {
 
 void Events::exchange_memory(Memory& memory) {
   resize();
-  memory.exchange(knows_start_, start_.values, start_.shapes, without_progress_.num, without_progress_.begin);
+  memory.exchange(knows_start_, start_.values, start_.shapes, start_.slopes, without_progress_.num, without_progress_.begin);
 }
 
 /// Evaluates all functions, of all processes, at a state whose accelerations were found.
@@ -410,7 +410,6 @@ Outcome Events::switch_equations(Scheme& scheme, const State& from, State* to) {
     found = evaluate(to->at(), to->reactions, start_.values.data());
     start_.shapes = shapes_;
     start_.slopes = shape_slopes_;
-    start_.slopes = shape_slopes_;
   }
   if (without_progress_.num == 0 ||
       to->t - without_progress_.begin > static_cast<double>(most_switches) * time_resolution(to->t, h)) {
@@ -474,6 +473,7 @@ Events::Meeting Events::meet(Scheme& scheme, const State& from, int pieces, Stat
   } else {
     values_ = samples_[num_samples_ - 1].values;
     shapes_ = samples_[num_samples_ - 1].shapes;
+    shape_slopes_ = samples_[num_samples_ - 1].slopes;
     if (looked_inside) found = return_to(to);
     if (!found.ok()) return meeting;
     if (root == Root::AtEnd) choose_vanishing(values_);
@@ -484,7 +484,6 @@ Events::Meeting Events::meet(Scheme& scheme, const State& from, int pieces, Stat
     for (std::size_t k = 0; k < num_; ++k) slopes_[k] = (shapes_[k] - start_.shapes[k]) / h;
     std::swap(start_.values, values_);
     start_.shapes = shapes_;
-    start_.slopes = shape_slopes_;
     start_.slopes = shape_slopes_;
   } else {
     meeting.asks_for_switch = true;

@@ -235,6 +235,7 @@ class NumberingBuilder {
               result_.may_open.resize(result_.num_rows(), 0);
               for (std::size_t k = first; k < member; ++k) {
                 const Index row = result_.member_row[k];
+                if (row >= result_.island_start.back()) continue;  // it joins supports alone
                 result_.one_sided.push_back({row, *group.side == OneSide::AtLeast ? 1.0 : -1.0, group.restitution});
                 result_.may_open[static_cast<std::size_t>(row)] = 1;
               }

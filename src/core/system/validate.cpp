@@ -160,7 +160,8 @@ class Validation {
         fail_member(ropes, k, where,
                     text_of_count(ropes.coefficients.size(), "coefficient") + " for " +
                         text_of_count(segments, "segment") + "; one for each is right");
-      if (std::ranges::all_of(ropes.paths[k], [this](Index point) { return is_support(point); }))
+      const Index outside = find_first_outside(system_);  // of members that events took out
+      if (std::ranges::all_of(ropes.paths[k], [&](Index point) { return is_support(point) && point < outside; }))
         fail_member(ropes, k, where, "all of its points are supports: it holds nothing");
     }
     for (std::size_t c = 0; c < ropes.coefficients.size(); ++c)

@@ -11,6 +11,7 @@
 #include "base/text.hpp"
 #include "dynamics/split.hpp"
 #include "simulation/inverse_friction.hpp"
+#include "system/one_sided.hpp"
 
 namespace tanor {
 using namespace detail;
@@ -34,8 +35,13 @@ struct InverseDynamics::Implementation {
   std::vector<double> r, v, w, w0;  // [3n] inner
   std::vector<double> q, q_dot;     // [s]
 
+  static System without_sides(System system) {
+    refuse_sides(system, "inverse dynamics knows both sides alone");
+    return system;
+  }
+
   Implementation(System system, const SolverOptions& options)
-      : work(std::move(system), options, 0.0),
+      : work(without_sides(std::move(system)), options, 0.0),
         row_norms(model.num_rows()),
         q(work.coordinates.num_coordinates()),
         q_dot(q.size()) {

@@ -20,6 +20,7 @@ constexpr double touching = 1e-12;           // Gaps that close together differ 
 constexpr double touching_at_start = 1e-10;  // Given positions are rounded.
 constexpr double resting = 1e-11;            // Slower gaps rest; smaller forces and accelerations are 0.
 constexpr double zeno = 1e-4;                // Slower bounces are the last ones; the state is wrong by their cube.
+constexpr double unseen = 1e-7;              // Slower flights rise by less than rounding.
 /// Falling forces and gaps end a mode this far below 0, so that the rounding of one that rests there does not.
 constexpr double slack_of_forces = 1e-13, slack_of_gaps = 1e-14;
 constexpr int most_impacts = 100;  // at one instant
@@ -56,7 +57,7 @@ MemberPlace place_of(const System& system, std::size_t row, double t) {
 }  // namespace
 
 UnilateralRows::UnilateralRows(Workspace& work, ConstrainedSystem& system)
-    : work_space_(work),
+    : workspace_(work),
       model_(work.model()),
       system_(system),
       rows_(model_.numbering.one_sided),
@@ -73,6 +74,9 @@ UnilateralRows::UnilateralRows(Workspace& work, ConstrainedSystem& system)
                if (model_.numbering.may_open[row] != 0) add(number[row], incidence);
              }
            }};
+  std::vector<double> r(3 * model_.num_points());
+  model_.numbering.gather_points(model_.system.positions, r);
+  (void)close_touching(work.time(), r.data(), StartMode::Project);
 }
 
 std::unique_ptr<Unilateral> make_unilateral(Workspace& work, ConstrainedSystem& system) {
@@ -85,7 +89,7 @@ std::unique_ptr<Unilateral> make_unilateral(Workspace& work, ConstrainedSystem& 
 void UnilateralRows::apply() {
   std::vector<char> is_open(model_.num_rows(), 0);
   for (std::size_t k = 0; k < rows_.size(); ++k) is_open[static_cast<std::size_t>(rows_[k].row)] = closed_[k] == 0;
-  work_space_.constraints.open.set(work_space_.constraints, is_open);
+  workspace_.constraints.open.set(workspace_.constraints, is_open);
 }
 
 /// Writes s times the one-sided rows of `all_rows_`.
@@ -96,20 +100,19 @@ void UnilateralRows::take_rows(std::vector<double>* numbers) const {
 }
 
 void UnilateralRows::measure_gaps(double t, const double* r, std::vector<double>* gaps) {
-  work_space_.set_time(t);
-  (void)work_space_.constraints.evaluate_values(model_.parallel, selection_, r, all_rows_.data());
+  workspace_.set_time(t);
+  (void)workspace_.constraints.evaluate_values(model_.parallel, selection_, r, all_rows_.data());
   take_rows(gaps);
 }
 
 void UnilateralRows::measure_rates(const double* r, const double* v, std::vector<double>* rates) {
-  (void)work_space_.constraints.evaluate_rates(model_.parallel, selection_, r, v, all_rows_.data());
+  (void)workspace_.constraints.evaluate_rates(model_.parallel, selection_, r, v, all_rows_.data());
   take_rows(rates);
 }
 
-void UnilateralRows::measure_accelerations(const double* r, const double* v, const double* w,
-                                           std::vector<double>* accelerations) {
-  (void)work_space_.constraints.evaluate_right_side(model_.parallel, selection_, r, v, w, all_rows_.data(), nullptr);
-  take_rows(accelerations);
+void UnilateralRows::measure_accelerations(const double* r, const double* v, const double* w) {
+  (void)workspace_.constraints.evaluate_right_side(model_.parallel, selection_, r, v, w, all_rows_.data(), nullptr);
+  take_rows(&accelerations_);
 }
 
 /// Returns S_aa = K_a'M^-1 K_a of a closed row.
@@ -122,17 +125,20 @@ double UnilateralRows::inverse_effective_mass(std::size_t k) const {
   return sum;
 }
 
-/// Gaps that rest at 0, open, get a slack; others reach 0 where they do.
+/// Gaps that rest at 0, open, get a slack, and so do those below 0 by rounding; others reach 0 where they do.
 void UnilateralRows::measure_slack(const Instant& at) {
   constexpr double rounding = 32.0 * std::numeric_limits<double>::epsilon();
   std::vector<double> rates;
   measure_rates(at.r, at.v, &rates);
+  measure_gaps(at.t, at.r, &gaps_);
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     slack_[k] = 0.0;
-    if (at.touches[k] == 0 || closed_[k] != 0 || std::abs(rates[k]) > resting * speed(k)) continue;
+    if (at.touches[k] == 0 || closed_[k] != 0) continue;
+    slack_[k] = 2.0 * std::max(0.0, -gaps_[k]);
+    if (std::abs(rates[k]) > resting * speed(k)) continue;
     double far = 0.0;
     for (const Incidence& arm : arms_[k]) far = std::max(far, norm(load(at.r, arm.point)));
-    slack_[k] = std::max(slack_of_gaps * length(k), rounding * far);
+    slack_[k] = std::max({slack_[k], slack_of_gaps * length(k), rounding * far});
   }
 }
 
@@ -167,7 +173,7 @@ std::string UnilateralRows::describe_change(std::span<const int> before) const {
   for (std::size_t k = 0; k < std::min(rows_.size(), before.size()); ++k) {
     if (before[k] == closed_[k]) continue;
     if (!change.empty()) return change + ", and others";
-    change = work_space_.name_row(static_cast<std::size_t>(rows_[k].row)) + (closed_[k] != 0 ? " closes" : " opens");
+    change = workspace_.name_row(static_cast<std::size_t>(rows_[k].row)) + (closed_[k] != 0 ? " closes" : " opens");
   }
   return change;
 }
@@ -182,11 +188,13 @@ void UnilateralRows::restore_discrete_state(std::span<const int> state) {
 
 // ---- starts ----
 
-void UnilateralRows::close_touching(double t, const double* r, StartMode mode) {
+bool UnilateralRows::close_touching(double t, const double* r, StartMode mode) {
   constexpr double allowed = 1e-3;
+  bool is_broken = false;
   measure_gaps(t, r, &gaps_);
   for (std::size_t k = 0; k < rows_.size(); ++k) {
-    closed_[k] = gaps_[k] <= touching_at_start * length(k);
+    const char before = std::exchange(closed_[k], gaps_[k] <= touching_at_start * length(k));
+    is_broken = is_broken || (before == 0 && gaps_[k] < -touching_at_start * length(k));
     if (mode == StartMode::Project || gaps_[k] >= -allowed * length(k)) continue;
     const std::string gap = with_unit(text(-gaps_[k]), model_.system.units.length);
     const MemberPlace place = place_of(model_.system, user_row(k), t);
@@ -194,10 +202,11 @@ void UnilateralRows::close_touching(double t, const double* r, StartMode mode) {
                                         place.number + " (\"start\": \"project\" finds the nearest admissible start)");
   }
   apply();
+  return is_broken;
 }
 
 void UnilateralRows::open_moving(double t, const double* r, const double* v) {
-  work_space_.set_time(t);
+  workspace_.set_time(t);
   std::vector<double> rates;
   measure_rates(r, v, &rates);
   for (std::size_t k = 0; k < rows_.size(); ++k)
@@ -232,9 +241,9 @@ Outcome UnilateralRows::switch_equations(double t, const double* r, double* v, s
 
 /// Solves impacts until no gap closes, then chooses the rows that stay closed.
 Outcome UnilateralRows::choose(Instant at) {
-  work_ = {};
+  impact_work_ = {};
   changes_.clear();
-  work_space_.set_time(at.t);
+  workspace_.set_time(at.t);
   const std::vector<char> before = closed_;
   bool collides = true;
   for (int pass = 0; pass < most_impacts && collides; ++pass) {
@@ -243,7 +252,10 @@ Outcome UnilateralRows::choose(Instant at) {
   if (collides)
     return {Status::NotConverged, "impacts follow one another without end at t = " + text(at.t) + ", the last one at " +
                                       equation_name(model_.system, changes_.back().equations.front())};
-  if (Outcome outcome = find_closed(at); !outcome.ok()) return outcome;
+  for (bool has_slow = true; has_slow;) {
+    if (Outcome outcome = find_closed(at); !outcome.ok()) return outcome;
+    if (Outcome outcome = end_slow_flights(at, &has_slow); !outcome.ok()) return outcome;
+  }
   for (std::size_t k = 0; k < rows_.size() && has_begun_; ++k) {
     const bool has_collided = std::ranges::any_of(changes_, [&](const ContactEvent& change) {
       return std::ranges::find(change.equations, user_row(k)) != change.equations.end();
@@ -274,6 +286,9 @@ Outcome UnilateralRows::pivot(const Instant& at, const std::vector<char>& may_cl
     if (Outcome outcome = solve(); !outcome.ok()) return outcome;
     std::vector<std::size_t> wrong;
     for (std::size_t k = 0; k < rows_.size(); ++k) {
+      if (closed_[k] != 0 && !(inverse_effective_mass(k) > 0.0))
+        return {Status::Singular,
+                "the gradient of " + equation_name(model_.system, user_row(k)) + " vanishes at t = " + text(at.t)};
       if (may_close[k] != 0 && is_wrong(k)) wrong.push_back(k);
     }
     if (wrong.empty()) return {};
@@ -284,31 +299,10 @@ Outcome UnilateralRows::pivot(const Instant& at, const std::vector<char>& may_cl
 
 // ---- impacts ----
 
-/// Bounces that are slow and pressed together by their accelerations would follow ever faster, to an end that is near.
-/// They close without another bounce. Sets their restitution to 0.
-Outcome UnilateralRows::end_slow_bounces(const Instant& at, const std::vector<double>& rates,
-                                         std::vector<double>* restitution, std::vector<char>* are_last) {
-  std::vector<std::size_t> slow;
-  for (std::size_t k = 0; k < rows_.size(); ++k) {
-    if ((*restitution)[k] > 0.0 && -(*restitution)[k] * rates[k] < zeno * speed(k)) slow.push_back(k);
-  }
-  if (slow.empty()) return {};
-  const Outcome free = system_.accelerations({at.t, at.r, at.v}, at.request.evaluated_anew(), {}, at.to);
-  if (!free.ok()) return free;
-  std::vector<double> accelerations;
-  measure_accelerations(at.r, at.v, at.to.a, &accelerations);
-  for (const std::size_t k : slow) {
-    if (!(accelerations[k] < -resting * acceleration(k))) continue;
-    (*restitution)[k] = 0.0;
-    (*are_last)[k] = 1;
-  }
-  return {};
-}
-
 /// Solves S x = -(1 + e) u for the rows that touch and do not separate, then v += M^-1 K x, P = s x.
 Outcome UnilateralRows::collide(Instant* at, bool* collides) {
   std::vector<double> rates, after, restitution(rows_.size(), 0.0), b(model_.num_rows()), x(model_.num_rows()), dw;
-  std::vector<char> may_close(rows_.size()), approaches(rows_.size()), are_last(rows_.size(), 0);
+  std::vector<char> may_close(rows_.size()), approaches(rows_.size());
   measure_rates(at->r, at->v, &rates);
   *collides = false;
   for (std::size_t k = 0; k < rows_.size(); ++k) {
@@ -319,7 +313,6 @@ Outcome UnilateralRows::collide(Instant* at, bool* collides) {
     restitution[k] = rows_[k].restitution;
   }
   if (!*collides) return {};
-  if (Outcome outcome = end_slow_bounces(*at, rates, &restitution, &are_last); !outcome.ok()) return outcome;
 
   const std::size_t size = 3 * model_.num_points();
   std::vector<double> v(size);
@@ -327,7 +320,7 @@ Outcome UnilateralRows::collide(Instant* at, bool* collides) {
   closed_ = may_close;
   const auto solve = [&]() -> Outcome {
     if (Outcome outcome = system_.linearise(at->t, at->r); !outcome.ok()) return outcome;
-    (void)work_space_.constraints.evaluate_rates(model_.parallel, at->r, at->v, b.data());
+    (void)workspace_.constraints.evaluate_rates(model_.parallel, at->r, at->v, b.data());
     for (std::size_t k = 0; k < rows_.size(); ++k) {
       if (closed_[k] != 0) b[static_cast<std::size_t>(rows_[k].row)] *= 1.0 + restitution[k];
     }
@@ -343,7 +336,7 @@ Outcome UnilateralRows::collide(Instant* at, bool* collides) {
     return after[k] + restitution[k] * rates[k] < -resting * speed(k);
   };
   if (Outcome outcome = pivot(*at, may_close, solve, is_wrong); !outcome.ok()) return outcome;
-  note_impact(*at, approaches, are_last, rates, after, x);
+  note_impact(*at, approaches, rates, after, x);
   std::ranges::copy(v, at->v);
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     if (approaches[k] != 0) at->leaves[k] = 0;
@@ -354,39 +347,68 @@ Outcome UnilateralRows::collide(Instant* at, bool* collides) {
 
 /// Notes an impact, its loss sum of -P (u+ + u-)/2, and the work of what moves by itself.
 void UnilateralRows::note_impact(const Instant& at, const std::vector<char>& approaches,
-                                 const std::vector<char>& are_last, const std::vector<double>& rates,
-                                 const std::vector<double>& after, const std::vector<double>& x) {
+                                 const std::vector<double>& rates, const std::vector<double>& after,
+                                 const std::vector<double>& x) {
   ContactEvent event{.time = at.t};
   for (const bool first : {true, false}) {
     for (std::size_t k = 0; k < rows_.size(); ++k) {
       const double P = closed_[k] != 0 ? rows_[k].sign * x[static_cast<std::size_t>(rows_[k].row)] : 0.0;
       if ((approaches[k] != 0) != first || (!first && !(P * inverse_effective_mass(k) > resting * speed(k)))) continue;
-      if (event.equations.empty()) event.change = are_last[k] != 0 ? ContactChange::Zeno : name_change(k, true);
+      if (event.equations.empty()) event.change = name_change(k, true);
       event.equations.push_back(user_row(k));
       event.impulses.push_back(std::max(0.0, P));
       event.rates_before.push_back(-rates[k]);
       event.energy_lost -= 0.5 * P * (after[k] + rates[k]);
     }
   }
-  work_.impacts -= event.energy_lost;
+  impact_work_.impacts -= event.energy_lost;
   if (model_.is_rheonomic()) {
     double work = 0.0;
     // K'v + xi_t of what is prescribed alone
     std::vector<double> prescribed(at.v, at.v + 3 * model_.num_points()), own(model_.num_rows());
     std::fill_n(prescribed.begin(), 3 * model_.num_moving(), 0.0);
-    (void)work_space_.constraints.evaluate_rates(model_.parallel, at.r, prescribed.data(), own.data());
+    (void)workspace_.constraints.evaluate_rates(model_.parallel, at.r, prescribed.data(), own.data());
     for (std::size_t a = 0; a < own.size(); ++a) work -= x[a] * own[a];
-    work_.supports += work;
+    impact_work_.supports += work;
     event.energy_lost -= work;
   }
   changes_.push_back(std::move(event));
+}
+
+/// Closes rows that touch and separate so slowly that their accelerations press them together at once: bounces that
+/// would follow ever faster, to an end that is near, and flights below rounding. Takes away their velocity.
+Outcome UnilateralRows::end_slow_flights(const Instant& at, bool* has_slow) {
+  std::vector<double> rates, impulses(model_.num_rows(), 0.0);
+  measure_rates(at.r, at.v, &rates);
+  ContactEvent last{.time = at.t, .change = ContactChange::Zeno};
+  *has_slow = false;
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    const bool bounces = rows_[k].restitution > 0.0 && rows_[k].restitution < 1.0;
+    const bool is_slow = rates[k] > resting * speed(k) && rates[k] < (bounces ? zeno : unseen) * speed(k);
+    if (at.touches[k] == 0 || closed_[k] != 0 || !is_slow || !(accelerations_[k] < -resting * acceleration(k)))
+      continue;
+    *has_slow = true;
+    closed_[k] = 1;
+    if (!bounces) continue;
+    last.equations.push_back(user_row(k));
+    last.rates_before.push_back(-rates[k]);
+  }
+  if (!*has_slow) return {};
+  apply();
+  if (Outcome outcome = system_.linearise(at.t, at.r); !outcome.ok()) return outcome;
+  const ProjectionReport still = system_.project_velocities(at.t, at.r, at.v, impulses.data());
+  if (!still.outcome.ok()) return still.outcome;
+  for (std::size_t k = 0; k < rows_.size(); ++k)
+    impact_work_.impacts += 0.5 * rows_[k].sign * impulses[static_cast<std::size_t>(rows_[k].row)] * rates[k];
+  if (!last.equations.empty()) changes_.push_back(std::move(last));
+  return {};
 }
 
 // ---- one instant ----
 
 /// Chooses the closed rows among those that touch and rest, by their forces and accelerations.
 Outcome UnilateralRows::find_closed(const Instant& at) {
-  std::vector<double> rates, accelerations;
+  std::vector<double> rates;
   std::vector<char> may_close(rows_.size());
   measure_rates(at.r, at.v, &rates);
   for (std::size_t k = 0; k < rows_.size(); ++k)
@@ -394,11 +416,11 @@ Outcome UnilateralRows::find_closed(const Instant& at) {
   closed_ = may_close;
   const auto solve = [&] {
     Outcome outcome = system_.accelerations({at.t, at.r, at.v}, at.request.evaluated_anew(), {}, at.to);
-    if (outcome.ok()) measure_accelerations(at.r, at.v, at.to.a, &accelerations);
+    if (outcome.ok()) measure_accelerations(at.r, at.v, at.to.a);
     return outcome;
   };
   const auto is_wrong = [&](std::size_t k) {
-    if (closed_[k] == 0) return accelerations[k] < -resting * acceleration(k);
+    if (closed_[k] == 0) return accelerations_[k] < -resting * acceleration(k);
     const double p = rows_[k].sign * system_.lambda()[static_cast<std::size_t>(rows_[k].row)];
     return p * inverse_effective_mass(k) < -resting * acceleration(k);
   };

@@ -26,7 +26,7 @@ class UnilateralRows final : public Unilateral {
   /// Both arguments must outlive this object.
   UnilateralRows(Workspace& work, ConstrainedSystem& system);
 
-  void close_touching(double t, const double* r, StartMode mode) override;
+  bool close_touching(double t, const double* r, StartMode mode) override;
   void open_moving(double t, const double* r, const double* v) override;
   Outcome begin(double t, const double* r, double* v, const Request& request, const AccelerationOutput& to) override;
 
@@ -36,7 +36,7 @@ class UnilateralRows final : public Unilateral {
   void evaluate_slopes(const Kinematics& at, std::span<double> slopes) override;
   Outcome switch_equations(double t, const double* r, double* v, std::span<const std::size_t> which,
                            const Request& request, const AccelerationOutput& to) override;
-  Power work_of_switch() const override { return work_; }
+  Power work_of_switch() const override { return impact_work_; }
   std::span<const ContactEvent> changes_of_switch() const override { return changes_; }
   std::vector<int> discrete_state() const override { return {closed_.begin(), closed_.end()}; }
   std::string describe_change(std::span<const int> before) const override;
@@ -54,10 +54,9 @@ class UnilateralRows final : public Unilateral {
   };
   Outcome choose(Instant at);
   Outcome collide(Instant* at, bool* collides);
-  Outcome end_slow_bounces(const Instant& at, const std::vector<double>& rates, std::vector<double>* restitution,
-                           std::vector<char>* are_last);
-  void note_impact(const Instant& at, const std::vector<char>& approaches, const std::vector<char>& are_last,
-                   const std::vector<double>& rates, const std::vector<double>& after, const std::vector<double>& x);
+  Outcome end_slow_flights(const Instant& at, bool* has_slow);
+  void note_impact(const Instant& at, const std::vector<char>& approaches, const std::vector<double>& rates,
+                   const std::vector<double>& after, const std::vector<double>& x);
   Outcome find_closed(const Instant& at);
   template <class Solve, class IsWrong>
   Outcome pivot(const Instant& at, const std::vector<char>& may_close, const Solve& solve, const IsWrong& is_wrong);
@@ -66,32 +65,32 @@ class UnilateralRows final : public Unilateral {
   void take_rows(std::vector<double>* numbers) const;
   void measure_gaps(double t, const double* r, std::vector<double>* gaps);
   void measure_rates(const double* r, const double* v, std::vector<double>* rates);
-  void measure_accelerations(const double* r, const double* v, const double* w, std::vector<double>* accelerations);
+  void measure_accelerations(const double* r, const double* v, const double* w);
   void measure_slack(const Instant& at);
   double inverse_effective_mass(std::size_t k) const;
   std::size_t neighbourhood(std::size_t k) const {
-    return work_space_.scales.of_row(static_cast<std::size_t>(rows_[k].row));
+    return workspace_.scales.of_row(static_cast<std::size_t>(rows_[k].row));
   }
-  double length(std::size_t k) const { return work_space_.scales.length(neighbourhood(k)); }
-  double speed(std::size_t k) const { return work_space_.scales.speed(neighbourhood(k)); }
+  double length(std::size_t k) const { return workspace_.scales.length(neighbourhood(k)); }
+  double speed(std::size_t k) const { return workspace_.scales.speed(neighbourhood(k)); }
   double acceleration(std::size_t k) const { return speed(k) * speed(k) / length(k); }
   std::size_t user_row(std::size_t k) const {
     return static_cast<std::size_t>(model_.numbering.user_row[static_cast<std::size_t>(rows_[k].row)]);
   }
   ContactChange name_change(std::size_t k, bool closes) const;
 
-  Workspace& work_space_;
+  Workspace& workspace_;
   const Model& model_;
   ConstrainedSystem& system_;
   const std::vector<OneSidedRow>& rows_;
   const Constraints::Selection selection_;
-  Groups<Incidence> arms_;               // [one-sided row] its blocks
-  std::vector<char> closed_;             // [one-sided row]
-  bool has_begun_ = false;               // `closed_` are those of a motion
-  std::vector<double> slack_;            // [one-sided row] m: gaps below are 0
-  std::vector<double> gaps_, all_rows_;  // [one-sided row], [d] scratch
-  Power work_;                           // J, at the last switch
-  std::vector<ContactEvent> changes_;    // at the last switch
+  Groups<Incidence> arms_;                               // [one-sided row] its blocks
+  std::vector<char> closed_;                             // [one-sided row]
+  bool has_begun_ = false;                               // `closed_` are those of a motion
+  std::vector<double> slack_;                            // [one-sided row] m: gaps below are 0
+  std::vector<double> gaps_, accelerations_, all_rows_;  // [one-sided row] twice, [d]: scratch
+  Power impact_work_;                                    // J, at the last switch
+  std::vector<ContactEvent> changes_;                    // at the last switch
 };
 
 }  // namespace tanor::detail

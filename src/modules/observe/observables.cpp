@@ -207,7 +207,7 @@ void Observables::take(const ObservedInstant& at, Which which, bool counts) {
 void Observables::explain(const std::function<std::string(const ObservedText&)>& why) {
   for (std::size_t k = 0; k < texts_.size(); ++k) {
     const bool is_known = std::ranges::none_of(found_[k].values, [](double each) { return std::isnan(each); });
-    if (is_known || !found_[k].members.empty()) continue;
+    if (is_known || !found_[k].members.empty() || !found_[k].unknown.empty()) continue;
     if (const std::string reason = why(texts_[k]); !reason.empty()) found_[k].unknown = reason;
   }
 }

@@ -13,9 +13,9 @@
 #include "dynamics/prestress_rigidity.hpp"
 #include "statics/kkt_solver.hpp"
 #include "statics/newton_descent.hpp"
+#include "statics/one_sided.hpp"
 #include "statics/standing_corner.hpp"
 #include "statics/unsymmetric_kkt.hpp"
-#include "system/one_sided.hpp"
 
 namespace tanor::detail {
 
@@ -49,7 +49,7 @@ GivenEquilibrium::GivenEquilibrium(const System& system, const EquilibriumClaim&
 
 std::unique_ptr<GivenEquilibrium> GivenEquilibrium::stand_at(System system, const EquilibriumClaim& claim,
                                                              const EquilibriumOptions& options) {
-  refuse_sides(system, "without_open_constraints gives what holds it at rest");
+  (void)take_sides(&system, options);  // what is closed at rest holds both sides
   const auto make = [&](const System& held) { return std::make_unique<GivenEquilibrium>(held, claim, options); };
   const auto find = [&](GivenEquilibrium& state) {
     const std::string complaint = state.find_complaint(claim.force_tolerance);

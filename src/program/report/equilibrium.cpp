@@ -268,13 +268,13 @@ void leave_out_questions(const std::vector<Gone>& gone, Json* list) {
 void write_closed_constraints(const System& system, const EquilibriumResult& found, Json* json) {
   if (found.open.empty()) return;
   std::vector<Gone> gone;
-  Json& options = (*json)["equilibrium"];
-  options.erase("one_sided");
+  if (json->contains("equilibrium")) json->at("equilibrium").erase("one_sided");
   Json constraints = Json::array();
   for_each_group(system, [&](const std::string& name, std::size_t g, std::size_t row, std::size_t members) {
     const auto is_open = found.open.begin() + static_cast<std::ptrdiff_t>(row);
     const auto open = std::count(is_open, is_open + static_cast<std::ptrdiff_t>(members), true);
-    if (open > 0 && options.contains("prestress")) options["prestress"].erase(name);
+    const bool has_prestress = json->contains("equilibrium") && json->at("equilibrium").contains("prestress");
+    if (open > 0 && has_prestress) json->at("equilibrium")["prestress"].erase(name);
     if (open > 0) gone.push_back({name, open == static_cast<std::ptrdiff_t>(members)});
     if (open == static_cast<std::ptrdiff_t>(members) && members > 0) return;
     Json& entry = constraints.emplace_back(std::move((*json)["constraints"][g]));

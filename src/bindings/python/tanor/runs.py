@@ -1,6 +1,5 @@
 """Whole runs, kept as arrays."""
 
-import contextlib
 import dataclasses
 import difflib
 import html
@@ -195,8 +194,10 @@ def _at_one_instant(self, name: str) -> "numpy.ndarray | float | Group | Member"
         state = self if isinstance(self, (Simulation, Solution)) else getattr(self, "state", None)  # none where a search failed
         known = [column for each in observed for column in (each.name, *each.columns)]
         if "(" in str(name) and state is not None and name not in known:
-            with contextlib.suppress(InputError):  # _look_up says what there is
+            try:
                 observed = [*observed, *(self._observe(name) if isinstance(self, Simulation) else _core._observe(self.system, state, name))]
+            except InputError as error:
+                raise KeyError(str(error)) from None
     values = {each.name: numpy.reshape(each.values, _shape_of(each))[()] for each in observed}
     return _look_up(name, values, {each.name: each.columns for each in observed}, groups, multipliers, tensions)
 

@@ -40,7 +40,7 @@ export function chartOf({ kind, number }: Chosen, motion: Motion, arrays: Arrays
   const over = (read: (frame: number) => number) => motion.times.map((_, frame) => read(frame)).map((each) => (Number.isNaN(each) ? null : each)), chart = { unit: units.force, times: motion.times };
   if (kind === "rod") return { ...chart, title: `tension of ${nameRod(motion, arrays, number)}`, curves: [{ label: "tension", numbers: over((frame) => arrays.tensions.get(frame, number)) }] };
   if (kind === "tie") {
-    const { name, kind: of } = motion.ties[number], isRope = of === "pulley";
+    const { name, kind: of } = motion.ties[number], isRope = of === "pulley" || of === "rope";
     return { ...chart, title: `${isRope ? "tension of the rope" : "multiplier of the formula"} ${name}`, unit: isRope ? units.force : "",
       curves: [{ label: isRope ? "tension" : "−lambda", numbers: over((frame) => arrays.ties.get(frame, number)) }] };
   }

@@ -101,8 +101,8 @@ export interface Tie {
   sheaves: number[][];
 }
 
-/** How many of the ties have a multiplier: ropes and formulas, which come first. */
-export const countRopes = ({ ties }: Motion) => ties.filter(({ kind }) => kind === "pulley" || kind === "formula").length;
+/** How many of the ties have a multiplier: ropes, pulleys and formulas, which come first. */
+export const countRopes = ({ ties }: Motion) => ties.filter(({ kind }) => kind !== "spring" && kind !== "bond").length;
 
 /** A group of rods, of which all or some members are shown. */
 export interface RodGroup {

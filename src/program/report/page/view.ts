@@ -235,7 +235,7 @@ export class View {
     const since = this.until[kind === "rod" ? "rods" : kind === "tie" ? "ties" : "supports"][number];
     if (this.time >= since) return `gone since t = ${words(since, units.time)}`;
     if (kind === "rod") return tell(this.tensions[number], this.arrays.tensions);
-    if (kind === "tie") return words(this.arrays.ties.get(this.frame, number), this.motion.ties[number].kind === "pulley" ? units.force : "");
+    if (kind === "tie") return words(this.arrays.ties.get(this.frame, number), this.motion.ties[number].kind === "formula" ? "" : units.force);
     const row = 3 * this.arrays.held.indexOf(number), { normal, tangent } = this.now;
     return tell(Math.hypot(...[0, 1, 2].map((axis) => normal[row + axis] + (tangent[row + axis] ?? 0))), this.arrays.normal);
   }
