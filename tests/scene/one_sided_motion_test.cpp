@@ -1,0 +1,158 @@
+/// Motions of ropes and one-sided guides as users run them: resumed, on threads, with what moves and what goes.
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <tanor/motion.hpp>
+
+#include "measures.hpp"
+#include "scene/scene.hpp"
+
+namespace tanor {
+namespace {
+
+/// A chain of eight ropes of 1 m falls on a floor 2 m below its support.
+scene::Scene falling_ropes() {
+  return scene::parse_scene(R"({"tanor_scene": 1, "points": {"masses": 1.2,
+    "positions": [[0, 0, 0], [0.9, 0, -0.2], [1.8, 0.1, 0], [2.7, 0, -0.1], [3.6, 0.1, -0.2], [4.5, 0, 0]],
+    "velocities": [[0, 0, 0], [0.3, 0.4, 0.2], [-0.1, 0.2, 0.2], [0.9, -0.3, 0.2], [0.2, 0.7, 0.1], [-0.8, 0.4, 0.1]]},
+    "supports": [{"points": [0]}],
+    "constraints": [
+      {"name": "ropes", "kind": "rope", "paths": [[0, 1], [1, 2], [2, 3], [3, 4], [4, 5]], "length": 1},
+      {"name": "floor", "kind": "plane", "points": [1, 2, 3, 4, 5], "normal": [0, 0, 1], "offset": -2,
+       "side": "at_least"}],
+    "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}], "motion": {"t_end": 2}})",
+                            "ropes.json");
+}
+
+scene::Scene scene_of(const std::string& points, const std::string& rest) {
+  return scene::parse_scene(R"({"tanor_scene": 1, "points": {"masses": 2, )" + points + "}, " + rest +
+                                R"(, "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}],
+                                "motion": {"t_end": 1}})",
+                            "scene.json");
+}
+
+std::vector<double> copy(std::span<const double> numbers) {
+  return {numbers.begin(), numbers.end()};
+}
+
+/// Expects that no gap is negative by more than rounding.
+void expect_gaps(Simulation& simulation, double length) {
+  const Certificate certificate = simulation.certify();
+  EXPECT_TRUE(certificate.passed()) << certificate.line();
+  for (std::size_t i = 2; i < simulation.positions().size(); i += 3)
+    EXPECT_GT(simulation.positions()[i], -2.0 - 1e-12 * length) << i;
+}
+
+TEST(OneSidedMotion, AChainOfRopesComesToLieOnAFloorWhateverTheMethod) {
+  const scene::Scene scene = falling_ropes();
+  for (const MotionOptions& motion : {MotionOptions{.method = Method::Taylor}, MotionOptions{.method = Method::Dop853},
+                                      MotionOptions{.method = Method::Rattle, .step = 1e-3}}) {
+    Simulation simulation(scene.system, motion, {.threads = 1});
+    const Outcome outcome = simulation.advance_to(2.0);
+    ASSERT_TRUE(outcome.ok()) << name_of(motion.method) << ": " << outcome.what;
+    EXPECT_GT(simulation.report().contact_events.size(), 10u);
+    expect_gaps(simulation, 5.0);
+  }
+}
+
+TEST(OneSidedMotion, ThreadsAndResumesLeaveTheBitsAsTheyAre) {
+  const scene::Scene scene = falling_ropes();
+  std::vector<std::vector<double>> ends;
+  for (const int threads : {1, 2, 3}) {
+    Simulation simulation(scene.system, {}, {.threads = threads});
+    for (const double t : {0.3, 0.7, 1.2}) ASSERT_TRUE(simulation.advance_to(t).ok());
+    ends.push_back(copy(simulation.positions()));
+  }
+  for (const double middle : {0.3, 0.7}) {
+    Simulation first(scene.system, {}, {.threads = 1}), second(scene.system, {}, {.threads = 1});
+    for (const double t : {0.3, 0.7})
+      if (t <= middle) ASSERT_TRUE(first.advance_to(t).ok());
+    second.restore(first.save());
+    EXPECT_EQ(second.report().contact_events.size(), first.report().contact_events.size());
+    for (const double t : {0.7, 1.2})
+      if (t > middle) ASSERT_TRUE(second.advance_to(t).ok());
+    ends.push_back(copy(second.positions()));
+  }
+  for (const std::vector<double>& end : ends) EXPECT_EQ(end, ends[0]);
+}
+
+/// A support that swings makes a rope slack and taut again; the energy is that of the works.
+TEST(OneSidedMotion, ASwingingSupportSnapsItsRope) {
+  const scene::Scene scene =
+      scene_of(R"("positions": [[0, 0, 0], [0, 0, -0.9]])",
+               R"json("supports": [{"points": [0], "motion": {"formula": ["0.3*sin(3*t)", "0", "0.4*sin(5*t)"]}}],
+             "constraints": [{"kind": "rope", "paths": [[0, 1]], "length": 1}])json");
+  for (const Method method : {Method::Taylor, Method::Dop853}) {
+    Simulation simulation(scene.system, {.method = method, .rtol = 1e-11, .atol = 1e-12}, {.threads = 1});
+    const Outcome outcome = simulation.advance_to(5.0);
+    ASSERT_TRUE(outcome.ok()) << outcome.what;
+    EXPECT_LT(std::abs(simulation.report().energy.drift_relative()), 1e-9);
+    EXPECT_LT(simulation.report().energy.work_of_impacts, 0.0);
+  }
+}
+
+/// Given digits leave a taut rope a speed below what can be seen; it stays taut.
+TEST(OneSidedMotion, ATautRopeStartsWithVelocitiesOfFewDigits) {
+  for (const char* speed : {"-1e-9", "-1e-11", "1e-9", "1e-12"}) {
+    const scene::Scene scene = scene_of(
+        std::string(R"("positions": [[0, 0, 0], [1, 0, 0]], "velocities": [[0, 0, 0], [)") + speed + ", 0, -1]]",
+        R"("supports": [{"points": [0]}], "constraints": [{"kind": "rope", "paths": [[0, 1]], "length": 1}])");
+    Simulation simulation(scene.system, {}, {.threads = 1});
+    const Outcome outcome = simulation.advance_to(0.5);
+    ASSERT_TRUE(outcome.ok()) << speed << ": " << outcome.what;
+    EXPECT_LT(simulation.multipliers()[0], -1.0) << speed;
+  }
+}
+
+TEST(OneSidedMotion, ABrokenRopeAndAGuideThatLetsGoAreGone) {
+  const scene::Scene scene = scene_of(R"("positions": [[0, 0, 0], [1, 0, 0], [3, 0, 0]])",
+                                      R"("supports": [{"points": [0]}],
+         "constraints": [{"name": "rope", "kind": "rope", "paths": [[0, 1]], "length": 1},
+                         {"name": "floor", "kind": "plane", "points": [2], "normal": [0, 0, 1], "side": "at_least"}])");
+  Simulation simulation(scene.system, {}, {.threads = 1});
+  simulation.add_event({.when = "tension(rope) > 40", .action = EventAction::Break});
+  simulation.add_event({.when = "t > 0.5", .action = EventAction::Release, .of = "floor"});
+  const Outcome outcome = simulation.advance_to(1.0);
+  ASSERT_TRUE(outcome.ok()) << outcome.what;
+  EXPECT_EQ(simulation.passages().size(), 2u);
+  EXPECT_NEAR(simulation.positions()[8], -0.5 * 9.81 * 0.25, 1e-8);  // free since 0.5 s
+  EXPECT_LT(simulation.positions()[5], -1.0);                        // below its circle
+}
+
+/// A projection onto a floor would leave the point beyond its rope.
+TEST(OneSidedMotion, AStartThatProjectsObeysAllSides) {
+  const scene::Scene scene = scene_of(R"("positions": [[0, 0, 0], [0, 0, -1.05]])",
+                                      R"("supports": [{"points": [0]}],
+         "constraints": [{"kind": "plane", "points": [1], "normal": [1, 0, 0], "offset": 0.5, "side": "at_least"},
+                         {"kind": "rope", "paths": [[0, 1]], "length": 1.1}])");
+  Simulation simulation(scene.system, {.start = StartMode::Project}, {.threads = 1});
+  ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().what;
+  EXPECT_GT(simulation.positions()[3], 0.5 - 1e-12);
+  EXPECT_LT(std::hypot(simulation.positions()[3], simulation.positions()[5]), 1.1 + 1e-12);
+  EXPECT_TRUE(simulation.advance_to(0.5).ok());
+}
+
+/// A ball is thrown so that it just touches a ceiling, also after a resume on the way.
+TEST(OneSidedMotion, AGrazedCeilingIsFoundInsideAStep) {
+  for (const double above : {1e-6, -1e-6}) {
+    const std::string height = std::to_string(0.5 * 4.0 / 9.81 + above);
+    const scene::Scene scene =
+        scene_of(R"("positions": [[0, 0, 0]], "velocities": [[1, 0, 2]])",
+                 R"("constraints": [{"kind": "plane", "points": [0], "normal": [0, 0, 1], "offset": )" + height +
+                     R"(, "side": "at_most"}])");
+    Simulation whole(scene.system, {}, {.threads = 1}), half(scene.system, {}, {.threads = 1});
+    ASSERT_TRUE(half.advance_to(0.1).ok());
+    half.restore(half.save());
+    for (Simulation* simulation : {&whole, &half}) {
+      ASSERT_TRUE(simulation->advance_to(0.6).ok());
+      EXPECT_EQ(simulation->report().contact_events.size(), above > 0.0 ? 0u : 1u) << above;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tanor
