@@ -95,6 +95,7 @@ void MultiplierForm::exchange_memory(Memory& memory) {
   steps_.exchange_memory(memory);
   linearization_.exchange_memory(memory);
   if (contacts_ != nullptr) contacts_->exchange_memory(memory);
+  if (unilateral_ != nullptr) unilateral_->exchange_memory(memory);
 }
 
 ErrorRatios MultiplierForm::error_ratios(double, const StepErrors& errors, double atol, double rtol) {

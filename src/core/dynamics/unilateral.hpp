@@ -24,6 +24,8 @@ class Unilateral : public EventFunctions {
   /// Solves the impact of the rows that touch and approach at a start, which changes v, then chooses the closed rows
   /// and computes the accelerations.
   virtual Outcome begin(double t, const double* r, double* v, const Request& request, const AccelerationOutput& to) = 0;
+  /// Exchanges what later events depend on beside the discrete state.
+  virtual void exchange_memory(Memory& memory) = 0;
 };
 
 /// Makes the one-sided rows of a model that has some, from which `system` is made.

@@ -30,6 +30,8 @@ class UnilateralRows final : public Unilateral {
   void open_moving(double t, const double* r, const double* v) override;
   Outcome begin(double t, const double* r, double* v, const Request& request, const AccelerationOutput& to) override;
 
+  void exchange_memory(Memory& memory) override { memory.exchange(slack_); }
+
   std::size_t num_events() const override { return rows_.size(); }
   void evaluate_events(const Kinematics& at, const Reactions& found, double* values) override;
   void shape_events(const Reactions& found, const double* values, double* shapes) const override;
