@@ -72,7 +72,7 @@ TEST(TakenOut, ASeriesLeavesOutWhatWent) {
   Rods rods{.name = "net"};
   for (Index i = 0; i < side * side; ++i) {
     const double x = i % side, y = i / side;
-    (void)(i == 0 || i == side - 1 ? system.add_support({x, y, 0.0}) : system.add_point({{x, y, 0.0}}));
+    (void)(i == 0 ? system.add_support({x, y, 0.0}) : system.add_point({{x, y, 0.0}}));
     if (i % side > 0) rods.pairs.push_back({i - 1, i});
     if (i >= side) rods.pairs.push_back({i - side, i});
   }
@@ -85,7 +85,8 @@ TEST(TakenOut, ASeriesLeavesOutWhatWent) {
   const auto fall = [&](Method method, const std::string& of, EventAction action) {
     Simulation simulation(system, {.method = method, .rtol = 1e-12, .atol = 1e-13}, {.threads = 1});
     simulation.add_event({.when = "t > 0.05", .action = action, .of = of});
-    EXPECT_TRUE(simulation.advance_to(0.2).ok()) << of;
+    const Outcome outcome = simulation.advance_to(0.2);
+    EXPECT_TRUE(outcome.ok()) << of << ": " << outcome.what;
     return std::vector<double>(simulation.positions().begin(), simulation.positions().end());
   };
   for (const auto& [of, action] : {std::pair{"net[7]", EventAction::Break},

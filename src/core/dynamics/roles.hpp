@@ -206,9 +206,10 @@ class EventFunctions {
   /// Evaluates functions with the signs of those values that are close to parabolas where the values have kinks (a
   /// limit mu |N| with N through 0). A few of them suffice to locate where the values fall below 0.
   virtual void shape_events(const Reactions& /*found*/, const double* /*values*/, double* /*shapes*/) const {}
-  /// Evaluates how the shapes change in time; NaN for those of which that is not known.
+  static constexpr double unknown_slope = 0.0;  ///< falls and rises alone are looked at
+  /// Evaluates how the shapes change in time, or `unknown_slope`.
   virtual void evaluate_slopes(const Kinematics& /*at*/, std::span<double> slopes) {
-    std::ranges::fill(slopes, std::numeric_limits<double>::quiet_NaN());
+    std::ranges::fill(slopes, unknown_slope);
   }
   /// Changes the equations at an instant where the functions in `which` vanish, that of the last `accelerations`. May
   /// set vanished parts of v to 0 (a sliding velocity of rounding size). Computes the accelerations of the new

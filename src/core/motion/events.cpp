@@ -69,7 +69,8 @@ void Events::forget() {
 
 void Events::exchange_memory(Memory& memory) {
   resize();
-  memory.exchange(knows_start_, start_.values, start_.shapes, start_.slopes, without_progress_.num, without_progress_.begin);
+  memory.exchange(knows_start_, start_.values, start_.shapes, start_.slopes, without_progress_.num,
+                  without_progress_.begin);
 }
 
 /// Evaluates all functions, of all processes, at a state whose accelerations were found.
@@ -176,7 +177,7 @@ bool Events::may_dip(double h) const {
     if (const auto least = least_of_cubic(first[k], h * falls[k], last[k], h * rises[k])) {
       if (least->value < hint * std::min(first[k], last[k])) return true;
     }
-    if (!std::isnan(falls[k] + rises[k])) continue;
+    if (falls[k] != EventFunctions::unknown_slope) continue;
     if (slopes_.size() != num_) return true;
     const double rise = slopes_[k] * h, curvature = last[k] - first[k] - rise;
     const bool has_minimum_inside = rise < 0.0 && curvature > -0.5 * rise;

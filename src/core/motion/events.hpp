@@ -79,7 +79,7 @@ class Events {
   struct Sample {
     double fraction = 0.0;
     std::vector<double> values, shapes;
-    std::vector<double> slopes;  // of the shapes, 1/s; NaN where they are not known
+    std::vector<double> slopes;  // of the shapes, 1/s, or `unknown_slope`
   };
   enum class Root { None, AtStart, Inside, AtEnd };
 

@@ -209,7 +209,6 @@ struct SimulatedMotion {
       Request at_start = integration.request(Gradients::Keep);
       at_start.refuses_several = true;
       found = form.begin(state.t, state.x.data(), state.v.data(), at_start, state.output());
-      if (has_sides()) state.work.add(1.0, form.events()->work_of_switch());  // of impacts at the start
     } else if (found.ok() && integration.is_extrapolating()) {
       found = integration.return_to_constraints();
     } else {

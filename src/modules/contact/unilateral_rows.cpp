@@ -125,7 +125,7 @@ double UnilateralRows::inverse_effective_mass(std::size_t k) const {
   return sum;
 }
 
-/// Gaps that rest at 0, open, get a slack, and so do those below 0 by rounding; others reach 0 where they do.
+/// Open gaps that rest at 0, or below it by rounding, get a slack; others reach 0 where they do.
 void UnilateralRows::measure_slack(const Instant& at) {
   constexpr double rounding = 32.0 * std::numeric_limits<double>::epsilon();
   std::vector<double> rates;
@@ -133,12 +133,10 @@ void UnilateralRows::measure_slack(const Instant& at) {
   measure_gaps(at.t, at.r, &gaps_);
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     slack_[k] = 0.0;
-    if (at.touches[k] == 0 || closed_[k] != 0) continue;
-    slack_[k] = 2.0 * std::max(0.0, -gaps_[k]);
-    if (std::abs(rates[k]) > resting * speed(k)) continue;
+    if (at.touches[k] == 0 || closed_[k] != 0 || std::abs(rates[k]) > resting * speed(k)) continue;
     double far = 0.0;
     for (const Incidence& arm : arms_[k]) far = std::max(far, norm(load(at.r, arm.point)));
-    slack_[k] = std::max({slack_[k], slack_of_gaps * length(k), rounding * far});
+    slack_[k] = std::max({-2.0 * gaps_[k], slack_of_gaps * length(k), rounding * far});
   }
 }
 
@@ -164,8 +162,7 @@ void UnilateralRows::shape_events(const Reactions&, const double* values, double
 void UnilateralRows::evaluate_slopes(const Kinematics& at, std::span<double> slopes) {
   std::vector<double> rates;
   measure_rates(at.x, at.v, &rates);
-  for (std::size_t k = 0; k < rows_.size(); ++k)
-    slopes[k] = closed_[k] == 0 ? rates[k] : std::numeric_limits<double>::quiet_NaN();
+  for (std::size_t k = 0; k < rows_.size(); ++k) slopes[k] = closed_[k] == 0 ? rates[k] : unknown_slope;
 }
 
 std::string UnilateralRows::describe_change(std::span<const int> before) const {
