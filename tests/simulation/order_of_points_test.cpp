@@ -58,6 +58,7 @@ class Renamed {
   void rename_members(Angles* group) const { rename_each(&group->triples); }
   void rename_members(Pulleys* group) const { rename_each(&group->pairs); }
   void rename_members(Linears* group) const { rename_each(&group->tuples); }
+  void rename_members(Ropes* group) const { rename_each(&group->paths); }
   void rename_members(UserConstraints* group) const { rename_each(&group->tuples); }
   void rename_members(Springs* group) const { rename_each(&group->pairs); }
   void rename_members(Potential* group) const { rename_each(&group->points); }
