@@ -73,7 +73,7 @@ def compare(name, scene, allowed):
             continue
         found = summary_of(out)
         expect(set(found) == set(wanted), f"{name}: keys differ: {set(found) ^ set(wanted)}")
-        for key in ("points", "supports", "equations", "islands", "steps", "rejected", "events", "method", "form", "rank",
+        for key in ("points", "supports", "equations", "islands", "steps", "rejected", "contact_changes", "method", "form", "rank",
                     "degrees_of_freedom", "t_reached", "units", "groups"):
             expect(found[key] == wanted[key], f"{name} on {ranks} ranks: {key} {found[key]}, not {wanted[key]}")
         for key in ("positions", "velocities", "multipliers", "reactions", "support_forces"):
@@ -284,7 +284,7 @@ def check_end_of_parts(name, out, wanted):
     """What is counted, summed and agreed is that of the whole; points stand in the files alone."""
     found = summary_of(out)
     expect(set(found) == set(wanted), f"{name}: keys differ: {set(found) ^ set(wanted)}")
-    for key in ("points", "supports", "equations", "islands", "steps", "rejected", "events", "method", "rank",
+    for key in ("points", "supports", "equations", "islands", "steps", "rejected", "contact_changes", "method", "rank",
                 "degrees_of_freedom", "t_end", "t_reached", "source", "units"):
         expect(found[key] == wanted[key], f"{name}: {key} {found[key]}, not {wanted[key]}")
     expect(found["friction"]["contacts"] == wanted["friction"]["contacts"], f"{name}: {found['friction']}")

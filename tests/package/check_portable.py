@@ -261,7 +261,7 @@ check_program()
 check_binaries(root / PLACE)
 for file, kept in aside:
     kept.rename(file)
-add_packages("python3", "python3-venv", "python3-numpy")
+add_packages("python3", "python3-venv", "python3-numpy", "libstdc++6")
 check_wheel()
 add_packages("cmake", "g++", "make")
 check_projects()
