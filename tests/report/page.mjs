@@ -23,7 +23,7 @@ const mostBytes = 12e6;
 const parts = ["points", "rods", "guides", "normal", "tangent", "cell"];
 
 async function tryPage(browser, { folder, switches, scene, begin: toBegin }) {
-  const page = join(folder, "report.html"), { final, events } = JSON.parse(readFileSync(join(folder, "summary.json"), "utf8"));
+  const page = join(folder, "report.html"), { final, contact_changes: events } = JSON.parse(readFileSync(join(folder, "summary.json"), "utf8"));
   await browser.open(pathToFileURL(resolve(page)).href);
   const motion = await readData(browser, "motion"), isLarge = motion.points > 3000;
   const first = await browser.ask("tanorPage.firstPicture"), mostForFirst = isLarge ? 30_000 : 15_000;

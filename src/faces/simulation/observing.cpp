@@ -92,11 +92,11 @@ std::span<const Observed> Simulation::Implementation::observe(bool counts) {
   if (!outcome.ok()) return observables->found();
   observables->take(look_at(observables->needs(Which::All)), Which::All, counts);
   observables->explain([this](const ObservedText& text_of) -> std::string {
-    const std::span<const Passage> all = list_passages();
-    const auto last = std::find_if(all.rbegin(), all.rend(), [&](const Passage& each) {
+    // A look in an advance leaves new passages to those who act on them.
+    const auto last = std::find_if(passages.rbegin(), passages.rend(), [&](const Passage& each) {
       return !each.taken.empty() && text_of.speaks_of(each.taken);
     });
-    if (last == all.rend()) return "";
+    if (last == passages.rend()) return "";
     constexpr int digits = 6;
     return (last->action == EventAction::Release ? "released at t = " : "broken at t = ") +
            with_unit(text(last->time, digits), system().units.time);
