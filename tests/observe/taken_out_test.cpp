@@ -65,6 +65,17 @@ TEST(TakenOut, WhyANumberIsNotKnownIsToldOfItsOwnThing) {
   EXPECT_EQ(simulation.observe()[1].unknown, "released at t = 0.2");
 }
 
+/// An observer that looks at observables, as reports do, leaves what events do to their own instants.
+TEST(TakenOut, ALookInsideAnAdvanceActsOnNothing) {
+  Simulation simulation(make_hooks("hook"), {.method = Method::Rk4, .step = 1e-3}, {.threads = 1});
+  for (const char* text : {"load(hook).z", "force(hook)"}) simulation.add_observable({.text = text});
+  for (const char* when : {"load(hook).z < t - 10.1", "force(hook).z > 10.2 - t"})
+    simulation.add_event({.when = when, .action = EventAction::Release});
+  ASSERT_TRUE(simulation.advance_to(0.3, [&](const MotionReport&) { return !simulation.observe().empty(); }).ok());
+  ASSERT_EQ(simulation.passages().size(), 2u);
+  for (const Passage& passage : simulation.passages()) EXPECT_FALSE(passage.taken.empty()) << passage.time;
+}
+
 /// Series and equations agree on what is left, among several groups and in a net.
 TEST(TakenOut, ASeriesLeavesOutWhatWent) {
   System system;
