@@ -325,8 +325,8 @@ TEST(SummaryTest, HasTheKeysOfTheContract) {
   EXPECT_EQ(list_keys(summary["violation"]), (Keys{"acceleration_max", "position_max", "velocity_max"}));
   EXPECT_EQ(list_keys(summary["energy"]),
             (Keys{"drift_relative", "end", "kinetic", "largest_drift", "largest_drift_time", "potential",
-                  "potential_at_start", "scale", "start", "work_of_forces", "work_of_friction", "work_of_potentials",
-                  "work_of_supports"}));
+                  "potential_at_start", "scale", "start", "work_of_forces", "work_of_friction", "work_of_impacts",
+                  "work_of_potentials", "work_of_supports"}));
   EXPECT_EQ(list_keys(summary["certificate"]),
             (Keys{"bases_orthogonal", "certified_to", "checks", "forms_agree", "friction", "left_out",
                   "normal_identity", "orthogonality", "passed", "power_balance", "reciprocal_condition", "residual",

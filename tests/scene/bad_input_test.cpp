@@ -76,7 +76,7 @@ const BadInput bad_inputs[] = {
     {"KeyIsUnknownInside", three_points(R"("constraints": [{"kind": "plane", "points": [0], "normal": [0,0,1], )"
     R"("centre": [0,0,0]}])"),
      R"(scene.json: /constraints/0/centre: found the unknown key "centre", wanted one of kind, name, points, )"
-     R"(normal, offset)"},
+     R"(normal, offset, side, restitution)"},
     {"KeyHasControlCharacters", three_points(R"("a\nb": 1)"),
      R"(scene.json: /a\u000ab: found the unknown key "a\u000ab", wanted one of tanor_scene, name, parameters, )"
      R"(points, generate, import, supports, constraints, coordinates, forces, friction, cell, observe, events, units, motion, solver, equilibrium, modes)"},
@@ -147,10 +147,10 @@ const BadInput bad_inputs[] = {
      R"(scene.json: /supports/1/points/1: point 0 belongs to /supports/0 already; a point has one prescribed motion)"},
     {"ConstraintHasNoKind", three_points(R"("constraints": [{"pairs": [[0,1]]}])"),
      R"(scene.json: /constraints/0/kind: missing, wanted one of rod, plane, sphere, line, circle, angle, pulley, )"
-     R"(linear, ellipsoid, helix, formula)"},
+     R"(linear, ellipsoid, helix, rope, formula)"},
     {"ConstraintKindIsUnknown", three_points(R"("constraints": [{"kind": "rods", "pairs": [[0,1]]}])"),
      R"(scene.json: /constraints/0/kind: found string "rods" (did you mean rod?), wanted one of rod, plane, sphere, line, circle, )"
-     R"(angle, pulley, linear, ellipsoid, helix, formula)"},
+     R"(angle, pulley, linear, ellipsoid, helix, rope, formula)"},
     {"EquationHasAnError", three_points(R"json("constraints": [{"kind": "formula", "points": [[0, 1]], )json"
     R"json("equation": "sqrt(x1 +* y2)"}])json"),
      R"json(scene.json: /constraints/0/equation: formula "sqrt(x1 +* y2)": column 10: found '*', expected a )json"

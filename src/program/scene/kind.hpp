@@ -20,6 +20,7 @@ struct Kind {
   std::string_view name;
   std::vector<std::string_view> keys;
   Entry (*read)(const Cursor& entry, const Context& context);
+  bool has_several_rows = false;  ///< each member has several equations, and no side
 };
 
 /// Reads {"kind": …}; `planned` are kinds that this version does not support yet.
@@ -30,6 +31,9 @@ Entry read_kind(const Cursor& entry, const std::vector<Kind<Entry>>& kinds,
   for (const Kind<Entry>& kind : kinds) names.push_back(kind.name);
   const Kind<Entry>& kind = kinds[entry["kind"].choice_index(names, planned)];
 
+  if (kind.has_several_rows && entry["side"])
+    entry["side"].complain(fmt::format(
+        "found with a {}, whose members have two rows; a constraint to one side has one row a member", kind.name));
   std::vector<std::string_view> keys = {"kind"};
   keys.insert(keys.end(), kind.keys.begin(), kind.keys.end());
   return kind.read(entry.object(keys), context);
@@ -171,7 +175,6 @@ std::vector<std::string_view> list_keys() {
   if constexpr (MayLieAlong<Group>) keys.emplace_back("along");
   if constexpr (HasEnergy<Group>) keys.emplace_back("law");
   for_each_field<Group>([&](const auto& field) { keys.emplace_back(field.name); });
-  if constexpr (has_several_rows<Group>) keys.emplace_back("side");
   return keys;
 }
 
@@ -179,12 +182,6 @@ template <class Group>
 Group read_group(const Cursor& entry, const Context& context) {
   Group group;
   group.name = entry["name"].string("");
-  if constexpr (has_several_rows<Group>) {
-    if (entry["side"])
-      entry["side"].complain(
-          fmt::format("found with a {}, whose members have two rows; a constraint to one side has one row a member",
-                      KindOf<Group>::name));
-  }
   if constexpr (requires { Extra<Group>::read_alone; }) {
     Extra<Group>::read(entry, context, &group);
   } else {
@@ -217,7 +214,7 @@ struct KindsOf<std::variant<Groups...>> {
       const auto read = [](const Cursor& entry, const Context& context) -> Entry {
         return read_group<Group>(entry, context);
       };
-      kinds->push_back({KindOf<Group>::name, list_keys<Group>(), read});
+      kinds->push_back({KindOf<Group>::name, list_keys<Group>(), read, has_several_rows<Group>});
     }
   }
 };

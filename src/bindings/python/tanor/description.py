@@ -235,7 +235,8 @@ def short_repr(self: Any) -> str:
     """The repr of a kind, of options or of a report: fields that hold nothing are left out."""
     names = getattr(self, "_fields", None) or [field.name for field in dataclasses.fields(self)]
     fields = [(name, getattr(self, name)) for name in names]
-    said = [f"{name}={short(value)}" for name, value in fields if value is not None and not (hasattr(value, "__len__") and len(value) == 0)]
+    said = [f"{name}={short(value)}" for name, value in fields
+            if value is not None and not (hasattr(value, "__len__") and len(value) == 0) and (name, value) != ("restitution", 0.0)]
     return f"{type(self).__name__}({', '.join(said)})"
 
 

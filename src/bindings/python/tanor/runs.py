@@ -197,7 +197,8 @@ def _at_one_instant(self, name: str) -> "numpy.ndarray | float | Group | Member"
             try:
                 observed = [*observed, *(self._observe(name) if isinstance(self, Simulation) else _core._observe(self.system, state, name))]
             except InputError as error:
-                raise KeyError(str(error)) from None
+                if "is not known" not in str(error):  # else _look_up says what there is
+                    raise KeyError(str(error)) from None
     values = {each.name: numpy.reshape(each.values, _shape_of(each))[()] for each in observed}
     return _look_up(name, values, {each.name: each.columns for each in observed}, groups, multipliers, tensions)
 
