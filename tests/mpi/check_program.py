@@ -72,7 +72,7 @@ def compare(name, scene, allowed):
         if done.returncode != 0:
             continue
         found = summary_of(out)
-        expect(set(found) == set(wanted), f"{name}: keys differ: {set(found) ^ set(wanted)}")
+        expect(set(found) ^ set(wanted) <= {"arrays"}, f"{name}: keys differ: {set(found) ^ set(wanted)}")  # files that ranks write in any case
         for key in ("points", "supports", "equations", "islands", "steps", "rejected", "contact_changes", "method", "form", "rank",
                     "degrees_of_freedom", "t_reached", "units", "groups"):
             expect(found[key] == wanted[key], f"{name} on {ranks} ranks: {key} {found[key]}, not {wanted[key]}")
@@ -283,7 +283,7 @@ def with_two_frames(scene):
 def check_end_of_parts(name, out, wanted):
     """What is counted, summed and agreed is that of the whole; points stand in the files alone."""
     found = summary_of(out)
-    expect(set(found) == set(wanted), f"{name}: keys differ: {set(found) ^ set(wanted)}")
+    expect(set(found) ^ set(wanted) <= {"arrays"}, f"{name}: keys differ: {set(found) ^ set(wanted)}")  # files that ranks write in any case
     for key in ("points", "supports", "equations", "islands", "steps", "rejected", "contact_changes", "method", "rank",
                 "degrees_of_freedom", "t_end", "t_reached", "source", "units"):
         expect(found[key] == wanted[key], f"{name}: {key} {found[key]}, not {wanted[key]}")
