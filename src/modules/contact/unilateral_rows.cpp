@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <utility>
 
 #include "base/text.hpp"
@@ -160,9 +161,8 @@ void UnilateralRows::shape_events(const Reactions&, const double* values, double
 }
 
 void UnilateralRows::evaluate_slopes(const Kinematics& at, std::span<double> slopes) {
-  std::vector<double> rates;
-  measure_rates(at.x, at.v, &rates);
-  for (std::size_t k = 0; k < rows_.size(); ++k) slopes[k] = closed_[k] == 0 ? rates[k] : unknown_slope;
+  measure_rates(at.x, at.v, &rates_);
+  for (std::size_t k = 0; k < rows_.size(); ++k) slopes[k] = closed_[k] == 0 ? rates_[k] : unknown_slope;
 }
 
 std::string UnilateralRows::describe_change(std::span<const int> before) const {
@@ -249,15 +249,15 @@ Outcome UnilateralRows::choose(Instant at) {
   if (collides)
     return {Status::NotConverged, "impacts follow one another without end at t = " + text(at.t) + ", the last one at " +
                                       equation_name(model_.system, changes_.back().equations.front())};
-  for (bool has_slow = true; has_slow;) {
+  bool has_slow = true;
+  for (std::size_t pass = 0; has_slow && pass <= rows_.size(); ++pass) {  // each closes one row or more
     if (Outcome outcome = find_closed(at); !outcome.ok()) return outcome;
     if (Outcome outcome = end_slow_flights(at, &has_slow); !outcome.ok()) return outcome;
   }
+  std::set<std::size_t> told;
+  for (const ContactEvent& change : changes_) told.insert(change.equations.begin(), change.equations.end());
   for (std::size_t k = 0; k < rows_.size() && has_begun_; ++k) {
-    const bool has_collided = std::ranges::any_of(changes_, [&](const ContactEvent& change) {
-      return std::ranges::find(change.equations, user_row(k)) != change.equations.end();
-    });
-    const bool closes = before[k] == 0 && closed_[k] != 0 && !has_collided,
+    const bool closes = before[k] == 0 && closed_[k] != 0 && !told.contains(user_row(k)),
                opens = at.leaves[k] != 0 && closed_[k] == 0;
     if (closes || opens)
       changes_.push_back({.time = at.t, .change = name_change(k, closes), .equations = {user_row(k)}});

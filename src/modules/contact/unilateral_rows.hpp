@@ -86,13 +86,14 @@ class UnilateralRows final : public Unilateral {
   ConstrainedSystem& system_;
   const std::vector<OneSidedRow>& rows_;
   const Constraints::Selection selection_;
-  Groups<Incidence> arms_;                               // [one-sided row] its blocks
-  std::vector<char> closed_;                             // [one-sided row]
-  bool has_begun_ = false;                               // `closed_` are those of a motion
-  std::vector<double> slack_;                            // [one-sided row] m: gaps below are 0
-  std::vector<double> gaps_, accelerations_, all_rows_;  // [one-sided row] twice, [d]: scratch
-  Power impact_work_;                                    // J, at the last switch
-  std::vector<ContactEvent> changes_;                    // at the last switch
+  Groups<Incidence> arms_;                            // [one-sided row] its blocks
+  std::vector<char> closed_;                          // [one-sided row]
+  bool has_begun_ = false;                            // `closed_` are those of a motion
+  std::vector<double> slack_;                         // [one-sided row] m: gaps below are 0
+  std::vector<double> gaps_, rates_, accelerations_;  // [one-sided row] scratch
+  std::vector<double> all_rows_;                      // [d] scratch
+  Power impact_work_;                                 // J, at the last switch
+  std::vector<ContactEvent> changes_;                 // at the last switch
 };
 
 }  // namespace tanor::detail
