@@ -179,8 +179,8 @@ def check_folder(path):
     expect(run(2, [path, "--out", out, "--quiet"]).returncode == 0, "a run over rests of no use")
     expect((out / "trajectory.npy").stat().st_size == 128 + 3 * 64 * 24, "three frames and nothing else")
     told = json.loads((out / "summary.json").read_text(encoding="utf-8"))["arrays"]
-    expect(told == {"trajectory.npy": {"axes": ["frame", "point", "x, y, z"], "unit": None},
-                    "trajectory_times.npy": {"axes": ["frame"], "unit": None}}, "summary.json names arrays")
+    expect(told == {"trajectory.npy": {"axes": ["frame", "point", "x, y, z"], "unit": "m"},
+                    "trajectory_times.npy": {"axes": ["frame"], "unit": "s"}}, "summary.json names arrays")
 
 
 def check_interrupted(path):
