@@ -18,9 +18,9 @@ namespace {
 
 /// Points that hang on ropes over shared points and on rods. All ropes are taut at the start.
 struct RopesAndRods {
-  System system;
-  Eigen::MatrixXd ropes, rods;          // gradients of the moving points, one row each
-  Eigen::VectorXd inverse_mass, force;  // [3 moving points]
+  System system{};
+  Eigen::MatrixXd ropes{}, rods{};          // gradients of the moving points, one row each
+  Eigen::VectorXd inverse_mass{}, force{};  // [3 moving points]
   double restitution = 0.0;
 };
 

@@ -263,6 +263,7 @@ bool Constraints::gradients_are_constant() const {
 }
 
 void Constraints::OpenRows::set(const Constraints& constraints, std::span<const char> is_open) {
+  if (std::ranges::equal(is_open, is_open_)) return;
   is_open_.assign(is_open.begin(), is_open.end());
   rows_.clear();
   blocks_.clear();

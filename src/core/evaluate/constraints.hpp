@@ -50,7 +50,6 @@ class Constraints {
     bool have(std::size_t row) const { return !is_open_.empty() && is_open_[row] != 0; }
     /// Returns a number that changes with each change of the rows.
     std::size_t num_changes() const { return num_changes_; }
-    const Selection& others() const { return others_; }
     void clear(double* rows) const {
       for (const Index row : rows_) rows[row] = 0.0;
     }

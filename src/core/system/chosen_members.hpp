@@ -4,6 +4,7 @@
 #include <numeric>
 #include <type_traits>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include <tanor/system.hpp>
@@ -66,6 +67,25 @@ Group with_members_if(const Group& group, const Keep& keep) {
   for (std::size_t k = 0; k < num_members(group); ++k)
     if (keep(k)) members.push_back(k);
   return with_members(group, members);
+}
+
+/// Returns the system without the constraints that are `open` [row of their first equation]. The others hold both
+/// sides.
+inline System without_open_rows(const System& system, const std::vector<bool>& open) {
+  System result = system;
+  std::size_t row = 0;
+  for (Constraint& constraint : result.constraints) {
+    const auto [members, rows] = shape_of(constraint);
+    const std::size_t first = row, each = rows;
+    std::visit(
+        [&](auto& group) {
+          group = with_members_if(group, [&](std::size_t k) { return !open[first + k * each]; });
+          if constexpr (requires { group.side; }) group.side.reset();
+        },
+        constraint);
+    row += members * rows;
+  }
+  return result;
 }
 
 /// Returns the points of pair forces, which are all points of the system if they name none.

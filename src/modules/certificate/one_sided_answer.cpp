@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <variant>
 
 #include "certificate/certificate.hpp"
 #include "certificate/verifier.hpp"
@@ -11,23 +10,6 @@
 namespace tanor::detail {
 
 namespace {
-
-/// Returns the system without its open constraints, `is_open` [row], and without sides.
-System closed_part(const System& system, const std::vector<char>& is_open) {
-  System closed = system;
-  std::size_t row = 0;
-  for (Constraint& constraint : closed.constraints) {
-    std::visit(
-        [&](auto& group) {
-          const auto [members, rows] = shape_of(constraint);
-          group = with_members_if(group, [&](std::size_t k) { return is_open[row + k * rows] == 0; });
-          if constexpr (requires { group.side; }) group.side.reset();
-          row += members * rows;
-        },
-        constraint);
-  }
-  return closed;
-}
 
 /// Moves arrays [3n] from one inner order to another.
 std::vector<double> reorder(const Numbering& from, const Numbering& to, const std::vector<double>& points) {
@@ -66,20 +48,20 @@ CertificateCheck verify_sides(const Forms& forms, const Answer& answer) {
 
 Certificate certify_one_sided(Forms& forms, const Answer& answer, SecondFactorization by) {
   const Numbering& numbering = forms.model.numbering;
-  std::vector<char> is_open(numbering.num_user_rows, 0);
+  std::vector<bool> is_open(numbering.num_user_rows, false);
   std::vector<double> lambda(numbering.num_user_rows), kept;
   numbering.scatter_rows(answer.lambda, lambda);
   for (const OneSidedRow& each : numbering.one_sided) {
     const auto row = static_cast<std::size_t>(each.row);
-    is_open[static_cast<std::size_t>(numbering.user_row[row])] = forms.work.constraints.open.have(row) ? 1 : 0;
+    is_open[static_cast<std::size_t>(numbering.user_row[row])] = forms.work.constraints.open.have(row);
   }
-  Forms closed(closed_part(forms.model.system, is_open), {}, forms.start_time());
+  Forms closed(without_open_rows(forms.model.system, is_open), {}, forms.start_time());
   const Numbering& other = closed.model.numbering;
   const auto move = [&](const std::vector<double>& points) { return reorder(numbering, other, points); };
   const std::vector<double> r = move(answer.r), v = move(answer.v), w = move(answer.w), eta = move(answer.eta),
                             tau = move(answer.tau);
   for (std::size_t a = 0; a < lambda.size(); ++a)
-    if (is_open[a] == 0) kept.push_back(lambda[a]);
+    if (!is_open[a]) kept.push_back(lambda[a]);
   std::vector<double> own(other.num_rows(), 0.0);
   for (std::size_t a = 0; a < own.size(); ++a) own[a] = kept[static_cast<std::size_t>(other.user_row[a])];
 

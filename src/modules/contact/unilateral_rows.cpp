@@ -4,7 +4,9 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <type_traits>
 #include <utility>
+#include <variant>
 
 #include "base/text.hpp"
 #include "base/with_unit.hpp"
@@ -100,10 +102,10 @@ void UnilateralRows::take_rows(std::vector<double>* numbers) const {
     (*numbers)[k] = rows_[k].sign * all_rows_[static_cast<std::size_t>(rows_[k].row)];
 }
 
-void UnilateralRows::measure_gaps(double t, const double* r, std::vector<double>* gaps) {
+void UnilateralRows::measure_gaps(double t, const double* r) {
   workspace_.set_time(t);
   (void)workspace_.constraints.evaluate_values(model_.parallel, selection_, r, all_rows_.data());
-  take_rows(gaps);
+  take_rows(&gaps_);
 }
 
 void UnilateralRows::measure_rates(const double* r, const double* v, std::vector<double>* rates) {
@@ -129,12 +131,11 @@ double UnilateralRows::inverse_effective_mass(std::size_t k) const {
 /// Open gaps that rest at 0, or below it by rounding, get a slack; others reach 0 where they do.
 void UnilateralRows::measure_slack(const Instant& at) {
   constexpr double rounding = 32.0 * std::numeric_limits<double>::epsilon();
-  std::vector<double> rates;
-  measure_rates(at.r, at.v, &rates);
-  measure_gaps(at.t, at.r, &gaps_);
+  measure_rates(at.r, at.v, &rates_);
+  measure_gaps(at.t, at.r);
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     slack_[k] = 0.0;
-    if (at.touches[k] == 0 || closed_[k] != 0 || std::abs(rates[k]) > resting * speed(k)) continue;
+    if (at.touches[k] == 0 || closed_[k] != 0 || std::abs(rates_[k]) > resting * speed(k)) continue;
     double far = 0.0;
     for (const Incidence& arm : arms_[k]) far = std::max(far, norm(load(at.r, arm.point)));
     slack_[k] = std::max({-2.0 * gaps_[k], slack_of_gaps * length(k), rounding * far});
@@ -145,7 +146,7 @@ void UnilateralRows::measure_slack(const Instant& at) {
 
 /// The value of an open row is its gap, that of a closed one its force, each with its slack.
 void UnilateralRows::evaluate_events(const Kinematics& at, const Reactions& found, double* values) {
-  measure_gaps(at.t, at.x, &gaps_);
+  measure_gaps(at.t, at.x);
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     if (closed_[k] == 0) {
       values[k] = gaps_[k] + slack_[k];
@@ -188,7 +189,7 @@ void UnilateralRows::restore_discrete_state(std::span<const int> state) {
 bool UnilateralRows::close_touching(double t, const double* r, StartMode mode) {
   constexpr double allowed = 1e-3;
   bool is_broken = false;
-  measure_gaps(t, r, &gaps_);
+  measure_gaps(t, r);
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     const char before = std::exchange(closed_[k], gaps_[k] <= touching_at_start * length(k));
     is_broken = is_broken || (before == 0 && gaps_[k] < -touching_at_start * length(k));
@@ -204,29 +205,33 @@ bool UnilateralRows::close_touching(double t, const double* r, StartMode mode) {
 
 void UnilateralRows::open_moving(double t, const double* r, const double* v) {
   workspace_.set_time(t);
-  std::vector<double> rates;
-  measure_rates(r, v, &rates);
+  measure_rates(r, v, &rates_);
   for (std::size_t k = 0; k < rows_.size(); ++k)
-    closed_[k] = closed_[k] != 0 && std::abs(rates[k]) <= resting * speed(k);
+    closed_[k] = closed_[k] != 0 && std::abs(rates_[k]) <= resting * speed(k);
   apply();
+}
+
+/// Finds the rows whose gaps are 0, to `limit` of the length around each.
+UnilateralRows::Instant UnilateralRows::look(const Kinematics& place, double* v, const Request& request,
+                                             const AccelerationOutput& to, double limit) {
+  Instant at{place.t, place.x, v, request, to};
+  measure_gaps(at.t, at.r);
+  at.leaves.assign(rows_.size(), 0);
+  for (std::size_t k = 0; k < rows_.size(); ++k) at.touches.push_back(gaps_[k] <= limit * length(k));
+  return at;
 }
 
 Outcome UnilateralRows::begin(double t, const double* r, double* v, const Request& request,
                               const AccelerationOutput& to) {
-  Instant at{t, r, v, request, to};
-  measure_gaps(t, r, &gaps_);
-  at.leaves.assign(rows_.size(), 0);
-  for (std::size_t k = 0; k < rows_.size(); ++k) at.touches.push_back(gaps_[k] <= touching_at_start * length(k));
+  Instant at = look({t, r, v}, v, request, to, touching_at_start);
+  at.begins = true;
   return choose(std::move(at));
 }
 
 Outcome UnilateralRows::switch_equations(double t, const double* r, double* v, std::span<const std::size_t> which,
                                          const Request& request, const AccelerationOutput& to) {
-  Instant at{t, r, v, request, to};
-  at.leaves.assign(rows_.size(), 0);
-  measure_gaps(t, r, &gaps_);
-  for (std::size_t k = 0; k < rows_.size(); ++k)
-    at.touches.push_back(closed_[k] != 0 || gaps_[k] <= touching * length(k));
+  Instant at = look({t, r, v}, v, request, to, touching);
+  for (std::size_t k = 0; k < rows_.size(); ++k) at.touches[k] = at.touches[k] != 0 || closed_[k] != 0;
   for (const std::size_t k : which) {
     at.touches[k] = 1;
     at.leaves[k] = closed_[k];
@@ -256,13 +261,12 @@ Outcome UnilateralRows::choose(Instant at) {
   }
   std::set<std::size_t> told;
   for (const ContactEvent& change : changes_) told.insert(change.equations.begin(), change.equations.end());
-  for (std::size_t k = 0; k < rows_.size() && has_begun_; ++k) {
+  for (std::size_t k = 0; k < rows_.size() && !at.begins; ++k) {
     const bool closes = before[k] == 0 && closed_[k] != 0 && !told.contains(user_row(k)),
                opens = at.leaves[k] != 0 && closed_[k] == 0;
     if (closes || opens)
       changes_.push_back({.time = at.t, .change = name_change(k, closes), .equations = {user_row(k)}});
   }
-  has_begun_ = true;
   measure_slack(at);
   return {};
 }
@@ -375,20 +379,20 @@ void UnilateralRows::note_impact(const Instant& at, const std::vector<char>& app
 /// Closes rows that touch and separate so slowly that their accelerations press them together at once: bounces that
 /// would follow ever faster, to an end that is near, and flights below rounding. Takes away their velocity.
 Outcome UnilateralRows::end_slow_flights(const Instant& at, bool* has_slow) {
-  std::vector<double> rates, impulses(model_.num_rows(), 0.0);
-  measure_rates(at.r, at.v, &rates);
+  std::vector<double> impulses(model_.num_rows(), 0.0);
+  measure_rates(at.r, at.v, &rates_);
   ContactEvent last{.time = at.t, .change = ContactChange::Zeno};
   *has_slow = false;
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     const bool bounces = rows_[k].restitution > 0.0 && rows_[k].restitution < 1.0;
-    const bool is_slow = rates[k] > resting * speed(k) && rates[k] < (bounces ? zeno : unseen) * speed(k);
+    const bool is_slow = rates_[k] > resting * speed(k) && rates_[k] < (bounces ? zeno : unseen) * speed(k);
     if (at.touches[k] == 0 || closed_[k] != 0 || !is_slow || !(accelerations_[k] < -resting * acceleration(k)))
       continue;
     *has_slow = true;
     closed_[k] = 1;
     if (!bounces) continue;
     last.equations.push_back(user_row(k));
-    last.rates_before.push_back(-rates[k]);
+    last.rates_before.push_back(-rates_[k]);
   }
   if (!*has_slow) return {};
   apply();
@@ -396,7 +400,7 @@ Outcome UnilateralRows::end_slow_flights(const Instant& at, bool* has_slow) {
   const ProjectionReport still = system_.project_velocities(at.t, at.r, at.v, impulses.data());
   if (!still.outcome.ok()) return still.outcome;
   for (std::size_t k = 0; k < rows_.size(); ++k)
-    impact_work_.impacts += 0.5 * rows_[k].sign * impulses[static_cast<std::size_t>(rows_[k].row)] * rates[k];
+    impact_work_.impacts += 0.5 * rows_[k].sign * impulses[static_cast<std::size_t>(rows_[k].row)] * rates_[k];
   if (!last.equations.empty()) changes_.push_back(std::move(last));
   return {};
 }
@@ -405,11 +409,10 @@ Outcome UnilateralRows::end_slow_flights(const Instant& at, bool* has_slow) {
 
 /// Chooses the closed rows among those that touch and rest, by their forces and accelerations.
 Outcome UnilateralRows::find_closed(const Instant& at) {
-  std::vector<double> rates;
   std::vector<char> may_close(rows_.size());
-  measure_rates(at.r, at.v, &rates);
+  measure_rates(at.r, at.v, &rates_);
   for (std::size_t k = 0; k < rows_.size(); ++k)
-    may_close[k] = at.touches[k] != 0 && at.leaves[k] == 0 && std::abs(rates[k]) <= resting * speed(k);
+    may_close[k] = at.touches[k] != 0 && at.leaves[k] == 0 && std::abs(rates_[k]) <= resting * speed(k);
   closed_ = may_close;
   const auto solve = [&] {
     Outcome outcome = system_.accelerations({at.t, at.r, at.v}, at.request.evaluated_anew(), {}, at.to);

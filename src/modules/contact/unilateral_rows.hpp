@@ -53,7 +53,9 @@ class UnilateralRows final : public Unilateral {
     const Request& request;
     const AccelerationOutput& to;
     std::vector<char> touches{}, leaves{};  // [one-sided row] its gap is 0; its force came to 0 just now
+    bool begins = false;                    // a motion
   };
+  Instant look(const Kinematics& place, double* v, const Request& request, const AccelerationOutput& to, double limit);
   Outcome choose(Instant at);
   Outcome collide(Instant* at, bool* collides);
   Outcome end_slow_flights(const Instant& at, bool* has_slow);
@@ -65,7 +67,7 @@ class UnilateralRows final : public Unilateral {
 
   void apply();
   void take_rows(std::vector<double>* numbers) const;
-  void measure_gaps(double t, const double* r, std::vector<double>* gaps);
+  void measure_gaps(double t, const double* r);
   void measure_rates(const double* r, const double* v, std::vector<double>* rates);
   void measure_accelerations(const double* r, const double* v, const double* w);
   void measure_slack(const Instant& at);
@@ -88,7 +90,6 @@ class UnilateralRows final : public Unilateral {
   const Constraints::Selection selection_;
   Groups<Incidence> arms_;                            // [one-sided row] its blocks
   std::vector<char> closed_;                          // [one-sided row]
-  bool has_begun_ = false;                            // `closed_` are those of a motion
   std::vector<double> slack_;                         // [one-sided row] m: gaps below are 0
   std::vector<double> gaps_, rates_, accelerations_;  // [one-sided row] scratch
   std::vector<double> all_rows_;                      // [d] scratch

@@ -341,8 +341,8 @@ bool has_tension(const Force& force) {
 
 std::span<const QuantityKind> quantity_kinds() {
   static constexpr QuantityKind kinds[] = {
-      {"tension", "rods, pulleys, springs or bonds", "pull of a rod, of the rope of a pulley, of a spring or bond",
-       make_tension},
+      {"tension", "rods, ropes, pulleys, springs or bonds",
+       "pull of a rod or rope, of the rope of a pulley, of a spring or bond", make_tension},
       {"force", "constraints", "sum of the forces of guides, pulleys and other constraints on their points",
        make_force},
       {"moment", "supports or constraints, axis, about",

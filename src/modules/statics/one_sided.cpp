@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -44,24 +45,11 @@ std::vector<int> find_sides(const System& system, const std::vector<OneSided>& g
 }  // namespace
 
 System without_open_constraints(const System& system, const std::vector<bool>& open) {
-  System result = system;
-  if (open.empty()) return result;
+  if (open.empty()) return system;
   if (open.size() != num_equations(system))
     throw InputError("open", "found " + text(open.size()) + " flags, wanted one for each of the " +
                                  text_of_count(num_equations(system), "equation"));
-  std::size_t row = 0;
-  for (Constraint& constraint : result.constraints) {
-    const auto [members, rows] = shape_of(constraint);
-    const std::size_t first = row, each = rows;
-    std::visit(
-        [&](auto& group) {
-          group = with_members_if(group, [&](std::size_t k) { return !open[first + k * each]; });
-          if constexpr (requires { group.side; }) group.side.reset();  // the others hold both sides
-        },
-        constraint);
-    row += members * rows;
-  }
-  return result;
+  return without_open_rows(system, open);
 }
 
 namespace {
