@@ -113,6 +113,7 @@ class Arguments(unittest.TestCase):
             (lambda: plot.modes(modes, 99), f"modes: number: there are {len(modes.omega)} modes, counted from 0, found 99"),
             (lambda: run["links"][4], "links has 4 members, counted from 0")])
         self.expect(KeyError, [
+            (lambda: cable()["lnks"], "lnks: there are weight, hook, links; did you mean links?"),
             (lambda: run["links[12]"], "links[12]: links has 4 members, counted from 0"),
             (lambda: plot.tensions(run, "lnks"), "lnks: there are t, max tension(links), min tension(links), load(hook), links; did you mean links?")])
 

@@ -90,6 +90,10 @@ SolveReport solve(DynamicsProblem& self, const py::object& positions, const py::
   return self.run([&](Dynamics& d) { return d.solve(at.view(), wanted); });
 }
 
+const System& system_of(const py::object& problem) {
+  return problem.cast<const DynamicsProblem&>().description();
+}
+
 /// Returns a function of the arguments (positions, velocities, time) that calls a method of Dynamics at that state.
 template <class Result>
 auto at_state(Result (Dynamics::*call)(const StateView&)) {
@@ -97,9 +101,14 @@ auto at_state(Result (Dynamics::*call)(const StateView&)) {
     const GivenState at(self, positions, velocities, time);
     auto result = self.run([&](Dynamics& d) { return (d.*call)(at.view()); });
     if constexpr (std::is_same_v<Result, Solution>) {
-      const System& system = self.description();
-      const std::vector<Observed> tensions = observe(system, tensions_of_groups(system), result);
-      return keep(std::move(result), self.system, system, tensions);
+      const py::object problem = py::cast(&self), solution = py::cast(std::move(result));
+      const py::dict kept = solution.attr("__dict__");
+      kept["system"] = self.system;
+      kept["groups"] = py::cpp_function([problem](const py::object&) { return list_groups(system_of(problem)); });
+      kept["tensions"] = py::cpp_function([problem](const Solution& at) {
+        return tensions_from(observe(system_of(problem), tensions_of_groups(system_of(problem)), at));
+      });
+      return solution;
     } else {
       return result;
     }

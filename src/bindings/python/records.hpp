@@ -137,11 +137,16 @@ class Record {
     return property(name, get, type, name_ + "." + name);
   }
 
-  /// Adds a value that `keep` stores with the report. It is None in a report without it.
+  /// Adds a value that is stored with the report, or a function of the report that finds it when it is asked for. It
+  /// is None in a report without it.
   Record& kept(const std::string& name, const std::string& type, const std::string& text) {
-    type_.def_property_readonly(
-        name.c_str(), [name](const py::object& self) { return py::object(self.attr("__dict__").attr("get")(name)); },
-        ("(" + type + ") " + text).c_str());
+    const auto get = [name](const py::object& self) {
+      const py::dict all = self.attr("__dict__");
+      py::object value = all.attr("get")(name);
+      if (py::isinstance<py::function>(value)) all[py::str(name)] = value = value(self);
+      return value;
+    };
+    type_.def_property_readonly(name.c_str(), get, ("(" + type + ") " + text).c_str());
     return *this;
   }
 

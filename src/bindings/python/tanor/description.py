@@ -24,6 +24,12 @@ def _meant(name: str, known: Collection[str]) -> str:
     return f"(did you mean {near[0]}?)" if near else f"(it has {', '.join(known)})"
 
 
+def no_name(name: object, known: Collection[str]) -> KeyError:
+    """What a name gets that nothing has: all that there are, and the one that is meant."""
+    near = difflib.get_close_matches(str(name), known, 1)
+    return KeyError(f"{name}: there are {', '.join(known) or 'no names'}" + (f"; did you mean {near[0]}?" if near else ""))
+
+
 def refuse_names(what: str, known: Collection[str], named: dict) -> None:
     """Raises TypeError for the first keyword that is no name of an argument, with the one that is meant."""
     for name in named:
@@ -242,7 +248,7 @@ def short_repr(self: Any) -> str:
 
 def reduce_report(self: Any) -> tuple:
     """How pickle and copy keep a report: as a plain namespace with the same fields."""
-    return types.SimpleNamespace, (), {**vars(self), **{name: getattr(self, name) for name in self._fields}}
+    return types.SimpleNamespace, (), {name: getattr(self, name) for name in [*vars(self), *self._fields]}
 
 
 def split_options(what: str, first: Any, solver: Any, named: dict) -> tuple:
@@ -362,7 +368,7 @@ class System:
         lists = ("coordinates", "friction", "forces", "supports", "constraints")
         found = {_name_of(group, number, what): group for what in lists for number, group in enumerate(getattr(self, what))}
         if name not in found:
-            raise KeyError(f"{name}: there are {', '.join(found)}")
+            raise no_name(name, found)
         return found[name]
 
     def __repr__(self) -> str:

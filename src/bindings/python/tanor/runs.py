@@ -1,7 +1,6 @@
 """Whole runs, kept as arrays."""
 
 import dataclasses
-import difflib
 import html
 import operator
 import os
@@ -15,7 +14,7 @@ import numpy
 from . import _core
 from ._core import (Constrainer, Dynamics, EquilibriumResult, InputError, InverseDynamics, Modes, MotionReport, Observed, Outcome, Scene,
                     Simulation, Solution)
-from .description import count, tells_names
+from .description import count, no_name, tells_names
 
 
 class Failed(RuntimeError):
@@ -102,9 +101,7 @@ def _look_up(name: str, observed: dict[str, numpy.ndarray], columns: dict[str, l
         if int(number) < groups[group][1]:
             return _look_up(group, {}, {}, groups, multipliers, tensions)[int(number)]
         raise KeyError(f"{name}: {group} has {count(groups[group][1], 'member')}, counted from 0")
-    known = [*observed, *groups]
-    near = difflib.get_close_matches(str(name), known, 1)
-    raise KeyError(f"{name}: there are {', '.join(known) or 'no names'}" + (f"; did you mean {near[0]}?" if near else ""))
+    raise no_name(name, [*observed, *groups])
 
 
 @dataclasses.dataclass(eq=False)
