@@ -54,8 +54,8 @@ TANOR_API std::vector<std::string> column_names(const Observed& observed);
 /// load of each entry of supports and, with a periodic cell, temperature and pressure.
 TANOR_API std::vector<Observable> default_observables(const System& system);
 
-/// Returns the tensions of all members of each group of rods, pulleys, springs and bonds, with its name, which must be
-/// that of no other one.
+/// Returns the tensions of all members of each group of rods, ropes, pulleys, springs and bonds, with its name, which
+/// must be that of no other one.
 TANOR_API std::vector<Observable> tensions_of_groups(const System& system);
 
 /// Evaluates observables at one state, such as a state of rest, with the constraints' rank and the friction there (3n,

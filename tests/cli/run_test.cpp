@@ -407,7 +407,7 @@ TEST(RunTest, NumbersOfRoundingAreZeroForPeopleAndAQuotientByZeroIsNone) {
   for (int k = 0; k < 3; ++k) EXPECT_NE(observed[k]["values"][0], 0.0) << "the scene tests nothing";
   const std::string page = read_text(folder / "o/report.txt");
   for (const char* line :
-       {"kinetic()        0", "temperature()    0", "moment(rods, x)  0", "ratio            not known"})
+       {"kinetic()        0", "temperature()    0", "moment(rods, x)  0", "ratio            not defined"})
     EXPECT_TRUE(contains(page, std::string("  ") + line + "\n")) << page;
   EXPECT_TRUE(read_text(folder / "o/observables.csv").ends_with(",\n"));
 }

@@ -55,6 +55,7 @@ TEST(SolveTest, PrintsTheAnswerOfTheContract) {
                          "reactions",
                          "reactions_by_cause",
                          "redundant",
+                         "self_stress",
                          "support_forces",
                          "tangent_accelerations",
                          "tangent_forces",

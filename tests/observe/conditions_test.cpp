@@ -243,6 +243,11 @@ TEST(ConditionsOnGroups, ForcesThatPrestressLeavesOpenAreNotKnown) {
   EXPECT_EQ(found[1].member, "links[2]");
   EXPECT_TRUE(std::isnan(found[2].values[0]));
   EXPECT_NEAR(found[3].values[2], 20.0, 1e-12);
+  const char* const open = "left to a prestress";
+  for (const auto& [k, reason] : {std::pair{0, open}, {1, ""}, {2, open}, {3, ""}})
+    EXPECT_EQ(found[static_cast<std::size_t>(k)].unknown, reason) << k;
+  const std::vector<Observable> asked{{.text = "tension(links)"}, {.text = "load(left).x/tension(links[2])"}};
+  for (const Observed& each : observe(system, asked, simulation.solution())) EXPECT_EQ(each.unknown, open);
 }
 
 /// Two points on a rod of which one hangs have 2 degrees of freedom, and 5 once it is let go.
@@ -446,9 +451,9 @@ TEST(ConditionsOnGroups, WhatCannotBreakIsRefused) {
   system.constraints.push_back(Planes{.name = "wall", .points = {1}, .normal = Vector3{0, 1, 0}});
   const auto refuse = [&](const Event& event) { return error_of([&] { check_event(system, event); }); };
   using enum EventAction;
-  EXPECT_EQ(
-      refuse({.when = "t > 1", .action = Break, .of = "wall"}),
-      "/do: 'wall[0]' is a plane and does not break; rods, ropes, pulleys, springs and bonds do, and release lets go of it");
+  EXPECT_EQ(refuse({.when = "t > 1", .action = Break, .of = "wall"}),
+            "/do: 'wall[0]' is a plane and does not break; rods, ropes, pulleys, springs and bonds do, and release "
+            "lets go of it");
   EXPECT_EQ(refuse({.when = "t > 1", .action = Break}),
             "/of: what the event breaks is not said: the condition \"t > 1\" speaks of no single thing");
   EXPECT_EQ(refuse({.when = "t > 1", .action = Release, .of = "hook"}),

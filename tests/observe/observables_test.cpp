@@ -361,8 +361,49 @@ TEST(Observables, ForcesThatAreNotUniqueAreNotTold) {
   ASSERT_TRUE(simulation.advance_to(0.2).ok());
   EXPECT_EQ(simulation.passages()[0].name, "t > 0.1") << "what has no name has its condition";
   expect("tension(legs[0])", {0.5 * of_all}, "");
-  expect("tension(legs)", {0.5 * of_all, 0.0, 0.5 * of_all, none}, "");
+  expect("tension(legs)", {0.5 * of_all, 0.0, 0.5 * of_all, none}, "legs[3] broken at t = 0.1");
   expect("max tension(legs)", {0.5 * of_all}, "");
+}
+
+TEST(Observables, AGroupOfWhichSomeBrokeAndOthersShareSaysBoth) {
+  System system;
+  const Point hook = system.add_support({0.0, 0.0, 0.0}), bob = system.add_point({.position = {0.0, 0.0, -1.0}});
+  RodGroup rods = system.add_rods("rods");
+  for (int k = 0; k < 3; ++k) rods.join(hook, bob);
+  system.add_gravity({0.0, 0.0, -of_earth});
+  Simulation simulation(system);
+  simulation.add_observable({.text = "tension(rods)"});
+  simulation.add_observable({.text = "tension(rods[1])"});
+  simulation.add_event({.when = "t > 0.1", .action = EventAction::Break, .of = "rods[1]"});
+  ASSERT_TRUE(simulation.advance_to(0.2).ok());
+  const std::span<const Observed> found = simulation.observe();
+  EXPECT_EQ(found[0].unknown, "rods[1] broken at t = 0.1, others not unique");
+  EXPECT_EQ(found[1].unknown, "broken at t = 0.1");
+}
+
+/// Two beads that stick share a load through the rod between them as the law of friction says; two rods elsewhere share
+/// theirs openly.
+TEST(Observables, FrictionChoosesForItsOwnIslandAlone) {
+  System system;
+  const Point left = system.add_point({.position = {0.0, 0.0, 0.0}}), right = system.add_point({{1.0, 0.0, 0.0}}),
+              hook = system.add_support({5.0, 0.0, 0.0}), bob = system.add_point({{5.0, 0.0, -1.0}});
+  system.add_rods("between").join(left, right);
+  RodGroup pair = system.add_rods("pair");
+  for (int k = 0; k < 2; ++k) pair.join(hook, bob);
+  system.constraints.push_back(
+      Lines{.name = "wire", .points = {left.index, right.index}, .origin = {}, .direction = Vector3{1, 0, 0}});
+  system.friction.push_back(Coulomb{.at = {"wire"}, .coefficient = 0.5});
+  system.add_gravity({0.0, 0.0, -of_earth});
+  system.forces.push_back(ConstantForce{.points = {left.index}, .force = {1.0, 0.0, 0.0}});
+  EXPECT_TRUE(Dynamics(system).solve({.positions = system.positions}, {}).friction.sticking_is_indeterminate);
+  Simulation simulation(system);
+  for (const char* text : {"tension(between)", "tension(pair)", "sum tension(pair)"})
+    simulation.add_observable({.text = text});
+  const std::span<const Observed> found = simulation.observe();
+  EXPECT_EQ(found[0].unknown, "");
+  EXPECT_TRUE(std::isfinite(found[0].values[0]));
+  EXPECT_EQ(found[1].unknown, "not unique");
+  EXPECT_NEAR(found[2].values[0], of_earth, 1e-12);
 }
 
 TEST(Observables, AFormulaHasTheUnitThatIsGivenAndAQuantityItsOwn) {

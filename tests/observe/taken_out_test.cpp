@@ -65,6 +65,42 @@ TEST(TakenOut, WhyANumberIsNotKnownIsToldOfItsOwnThing) {
   EXPECT_EQ(simulation.observe()[1].unknown, "released at t = 0.2");
 }
 
+/// Of a group it is told which members went, up to three by name.
+TEST(TakenOut, AGroupNamesItsMembersThatWent) {
+  Simulation simulation(make_hooks());
+  for (const char* text :
+       {"tension(rods)", "max tension(rods)", "tension(rods[0]) + tension(rods[1])", "each load(two)"})
+    simulation.add_observable({.text = text});
+  const auto reasons = [&] {
+    std::vector<std::string> list;
+    for (const Observed& each : simulation.observe()) list.push_back(each.unknown);
+    return list;
+  };
+  for (const auto& [when, of] : {std::pair("t > 0.1", "rods[1]"), {"t > 0.2", "rods[0]"}, {"t > 0.25", "two[1]"}})
+    simulation.add_event({.when = when, .action = *of == 'r' ? EventAction::Break : EventAction::Release, .of = of});
+  EXPECT_EQ(reasons(), std::vector<std::string>(4));
+  ASSERT_TRUE(simulation.advance_to(0.3).ok());
+  EXPECT_EQ(reasons(), (std::vector<std::string>{"rods[0] broken at t = 0.2, rods[1] broken at t = 0.1", "",
+                                                 "rods[0] broken at t = 0.2, rods[1] broken at t = 0.1",
+                                                 "two[1] released at t = 0.25"}));
+  simulation.add_event({.when = "t > 0.4", .action = EventAction::Break, .of = "rods[2]"});
+  ASSERT_TRUE(simulation.advance_to(0.5).ok());
+  EXPECT_EQ(reasons()[1], "rods[0] broken at t = 0.2, rods[1] broken at t = 0.1, rods[2] broken at t = 0.4");
+}
+
+/// A formula whose terms are known and that has no value says so.
+TEST(TakenOut, AFormulaWithoutAValueIsNotDefined) {
+  Simulation simulation(make_hooks());
+  for (const char* text : {"1/position(1).x", "sqrt(position(1).z)", "1/position(3).x"})
+    simulation.add_observable({.text = text});
+  const std::span<const Observed> found = simulation.observe();
+  for (const std::size_t k : {0u, 1u}) {
+    EXPECT_TRUE(std::isnan(found[k].values[0])) << k;
+    EXPECT_EQ(found[k].unknown, "not defined") << k;
+  }
+  EXPECT_EQ(found[2].unknown, "");
+}
+
 /// An observer that looks at observables, as reports do, leaves what events do to their own instants.
 TEST(TakenOut, ALookInsideAnAdvanceActsOnNothing) {
   Simulation simulation(make_hooks("hook"), {.method = Method::Rk4, .step = 1e-3}, {.threads = 1});

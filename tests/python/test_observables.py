@@ -129,6 +129,28 @@ class Observables(unittest.TestCase):
         self.assertTrue(math.isnan(simulation["coil"].tension[0]) and math.isnan(simulation.solution()["coil[0]"].tension))
         self.assertAlmostEqual(simulation["distance(0, 1)"], numpy.linalg.norm(run.positions[-1, 1]), 12)
 
+    def test_springs_may_have_the_name_of_the_time(self):
+        system = tanor.System([[0, 0, 0], [0, 0, -2], [0, 0, -3]], 1.0, supports=[tanor.Support(0)],
+                              constraints=[tanor.Rods([[1, 2]], name="rod")],
+                              forces=[tanor.Springs([[0, 1]], stiffness=100.0, rest_length=1.5, name="t")])
+        self.assertAlmostEqual(tanor.Simulation(system)["t"].tension[0], 50, 9)
+        run = tanor.run(tanor.Simulation(system), 0.1)
+        numpy.testing.assert_allclose(run["t"].tension[:, 0], 100 * (numpy.linalg.norm(run.positions[:, 1], axis=1) - 1.5), rtol=1e-9)
+        with self.assertRaisesRegex(tanor.InputError, "name of the time"):
+            tanor.Simulation(system).add_observable("tension(t)", name="t")
+
+    def test_tensions_of_a_solution_are_those_of_its_system(self):
+        system = tanor.System([[0, 0, 0], [0, 0, -1]], 2.0, supports=[tanor.Support(0)],
+                              constraints=[tanor.Rods([[0, 1]], name="rod")], forces=[tanor.Gravity((0, 0, -10))])
+        solution = tanor.Dynamics(system).solution(system.positions)
+        system.constraints[0].name = "other"  # the user's own list; the solution keeps what it was made of
+        system.constraints.append(tanor.Rods([[0, 1]], name="new"))
+        again = pickle.loads(pickle.dumps(solution))
+        for each in (solution, again):
+            self.assertEqual(each.groups, {"rod": (0, 1, 1)})
+            numpy.testing.assert_allclose(each.tensions["rod"], [20])
+        self.assertIs(solution.tensions, solution.tensions)
+
     def test_tensions_that_are_not_unique_are_nan(self):
         # The first two rods hold the weight of 4 kg together, in any share; the third holds 2 kg.
         system = tanor.System([[0, 0, 0], [0, 0, -1], [0, 0, -2]], 2.0, supports=[tanor.Support(0, name="hook")],
@@ -143,6 +165,10 @@ class Observables(unittest.TestCase):
             self.assertAlmostEqual(result["sum tension(rods)"], 60, 9)
         numpy.testing.assert_allclose(tanor.run(simulation, 0.1)["rods[1]"].tension, [math.nan] * 2)
         self.assertEqual([each.unknown for each in simulation.observe()], ["not unique", "not unique", ""])
+        for result in (simulation.solution(), rest, tanor.Dynamics(system).solution(system.positions)):
+            stress = result.self_stress
+            self.assertEqual((stress[0], stress[2]), (-stress[1], 0))
+            self.assertNotEqual(stress[0], 0)
         positions = numpy.array(system.positions, float)
         constrainer = tanor.Constrainer([math.inf, 2, 2], [tanor.Rods([[0, 1], [0, 1], [1, 2]])], positions)
         for text in ("tension(rod0)", "load(support0).z", "sum tension(rod0)"):

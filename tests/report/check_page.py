@@ -216,6 +216,19 @@ def part_scene(folder: pathlib.Path) -> pathlib.Path:
     return path
 
 
+def shared_scene(folder: pathlib.Path) -> pathlib.Path:
+    """Two rods hold one weight together, in any share, and a third another one alone."""
+    path = folder / "shared.json"
+    path.write_text(json.dumps({
+        "tanor_scene": 1, "points": {"positions": [[0, 0, 0], [0, 0, -1], [1, 0, 0], [1, 0, -1]], "masses": 2},
+        "supports": [{"name": "hooks", "points": [0, 2]}],
+        "constraints": [{"name": "rods", "kind": "rod", "pairs": [[0, 1], [0, 1], [2, 3]]}],
+        "forces": [{"kind": "gravity", "acceleration": [0, 0, -10]}],
+        "observe": ["each tension(rods)", "tension(rods[1])", "sum tension(rods)"],
+        "motion": {"t_end": 0.1, "output_every": 0.05}}))
+    return path
+
+
 def fixed_scene(folder: pathlib.Path) -> pathlib.Path:
     path = folder / "fixed.json"
     path.write_text(json.dumps({"tanor_scene": 1, "units": "si", "points": {"positions": [[0, 0, 0]]}, "supports": [{"points": [0]}],
@@ -268,7 +281,7 @@ def try_pages(program: str, folder: pathlib.Path, node: str, chromium: str) -> b
                  resting_scene(folder): "=certified", crane_scene(folder): "points,rods,guides,normal", box_scene(folder): "points,rods,cell",
                  ropes_scene(folder): "points,guides,normal",
                  hanging_scene(folder, "equilibrium"): f"~{2 * 9.81}", hanging_scene(folder, "modes"): f"~{2 * 9.81}",
-                 stressed_scene(folder): "~unknown", torn_scene(folder): "!", part_scene(folder): "+tension of links[2] (2–1),load of support0 (point 3)"}
+                 stressed_scene(folder): "~unknown", torn_scene(folder): "!", shared_scene(folder): "?20", part_scene(folder): "+tension of links[2] (2–1),load of support0 (point 3)"}
     switches |= {contradictory_scene(folder, name, length): "=not made" for name, length in STOPPED.items()}
     with concurrent.futures.ThreadPoolExecutor(2) as pool:
         list(pool.map(lambda scene: simulate(program, scene, folder / scene.stem), switches))

@@ -93,7 +93,7 @@ export async function tryCurve(browser, folder) {
 }
 
 /** What stands over the picture: texts with their places, and whether a pixel is painted. */
-const readOverlay = (browser) => browser.ask(`(() => {
+export const readOverlay = (browser) => browser.ask(`(() => {
   const texts = [], canvas = document.getElementById("overlay"), context = canvas.getContext("2d");
   context.fillText = (text, x, y) => { texts.push({ text, x, y }); CanvasRenderingContext2D.prototype.fillText.call(context, text, x, y); };
   tanorPage.render();

@@ -2,6 +2,7 @@
 //
 // FOLDER:~WEIGHT, of an equilibrium or of modes: looks for the loads, N or unknown, for tensions and for modes that swing.
 // FOLDER:+TITLES, of a run that shows some of its points: looks for the titles of its second rod and of its first point.
+// FOLDER:?TENSION, of a run in which two rods share a load: looks for tensions that are not told, and for that of the third.
 // FOLDER:!, of a run in which a rod breaks and a crank is let go: looks for what is drawn before and after.
 // FOLDER:=FACTS, of a run that has nothing to move or ended before its time: looks for the facts in the headline, and why it ended.
 // Finds drawn pixels and no error on the console, orbits, switches (SWITCHES are those that the page must offer), looks
@@ -15,7 +16,7 @@ import { existsSync, readFileSync, readdirSync, rmSync, statSync, writeFileSync 
 import { basename, join, resolve } from "node:path";
 import { pathToFileURL } from "node:url";
 import { Browser, tryInBrowser } from "./browser.mjs";
-import { compareFixtures, compareObservables, measureFill, readData, readTable, tryCell, tryClicks, tryCurve, tryFiles, tryFullScreen, tryGone, tryHistogram, tryLooks, tryNarrow, tryObservables, tryOverlay } from "./looks.mjs";
+import { compareFixtures, compareObservables, measureFill, readData, readOverlay, readTable, tryCell, tryClicks, tryCurve, tryFiles, tryFullScreen, tryGone, tryHistogram, tryLooks, tryNarrow, tryObservables, tryOverlay } from "./looks.mjs";
 
 const [chromium, ...trials] = process.argv.slice(2);
 const takesPictures = !!process.env.TANOR_PAGE_PICTURES;
@@ -434,6 +435,16 @@ async function tryNames(browser, folder, titles) {
   browser.expect(what.startsWith("4 points, 3 rods, "), `${what} is not all of the scene`);
 }
 
+async function tryShared(browser, folder, tension) {
+  await browser.open(pathToFileURL(resolve(join(folder, "report.html"))).href);
+  const told = await browser.ask(`[0, 1, 2].map((rod) => String(tanorPage.tension(rod)))`);
+  browser.expect(told[0] === "NaN" && told[1] === "NaN" && Math.abs(told[2] - tension) < 1e-3 * tension, `the tensions are ${told}`);
+  const known = await Promise.all([0, 2].map((rod) => browser.ask(`(tanorPage.choose({ kind: "rod", number: ${rod} }), document.getElementById("chosen").textContent)`)));
+  browser.expect(known[0].includes("not known") && !known[1].includes("not known"), `of the rods it says ${known}`);
+  const { bins } = await readOverlay(browser);
+  browser.expect(bins.filter((each) => each > 0).length === 1, `the histogram has the bars ${bins}`);
+}
+
 /** Milliseconds to place what an instant shows, without drawing it. */
 const timeInstants = (browser) => browser.ask(`(() => {
   const count = 5, before = performance.now();
@@ -461,6 +472,7 @@ await tryInBrowser(browser, async () => {
       await tryWidths(browser);
       await tryNarrow(browser);
     }
+    else if (switches.startsWith("?")) await tryShared(browser, folder, Number(switches.slice(1)));
     else if (switches.startsWith("+")) await tryNames(browser, folder, switches.slice(1).split(","));
     else if (switches.startsWith("=")) await tryStoppedPage(browser, folder, switches.slice(1).split(","));
     else await tryPage(browser, { folder, switches: switches.split(","), scene, begin });

@@ -16,6 +16,7 @@ import gzip
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -241,6 +242,38 @@ def check_lammps(out: pathlib.Path, arrays: dict) -> None:
         assert np.allclose(rows[1:, 1:4], arrays["position"][step], rtol=1e-9, atol=1e-9), step
 
 
+# Two rods hold one weight together, in any share, and a third another one alone.
+SHARED = {
+    "tanor_scene": 1,
+    "points": {"positions": [[0, 0, 0], [0, 0, -1], [1, 0, 0], [1, 0, -1]], "masses": 2},
+    "supports": [{"points": [0, 2]}],
+    "constraints": [{"name": "rods", "kind": "rod", "pairs": [[0, 1], [0, 1], [2, 3]]}],
+    "forces": [{"kind": "gravity", "acceleration": [0, 0, -10]}],
+    "motion": {"t_end": 0.1, "output_every": 0.05, "trajectory": FORMATS}}
+
+
+def check_shared(out: pathlib.Path) -> None:
+    """No file has a tension that is not unique, and each has the third one."""
+    def is_right(tensions) -> bool:
+        return np.isnan(tensions[..., :2]).all() and np.allclose(tensions[..., 2], 20, rtol=1e-12)
+    assert is_right(read_npz(out)["tension"])
+    with open(out / "trajectory.csv", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert is_right(np.array([[float(row[f"tension(rods[{k}])"]) for k in range(3)] for row in rows])), rows
+    lines = (out / "trajectory_rods.dump").read_text(encoding="utf-8").splitlines()
+    starts = [k for k, line in enumerate(lines) if line.startswith("ITEM: ENTRIES")]
+    assert len(starts) == 3
+    assert all(is_right(np.array([float(line.split()[4]) for line in lines[k + 1:k + 4]])) for k in starts)
+    if h5py:
+        with h5py.File(out / "trajectory.h5", "r") as file:
+            assert is_right(file["observables/tension/value"][:])
+    for frame in ET.parse(out / "trajectory.pvd").findall("Collection/DataSet"):
+        data = (out / frame.get("file")).read_bytes()
+        offset = int(re.search(rb'Name="tension" .*offset="(\d+)"', data)[1])
+        begin = data.index(b"_", data.index(b"<AppendedData")) + 1 + offset + 8  # behind the number of bytes
+        assert is_right(np.frombuffer(data, "<f8", 3, begin))
+
+
 # File, what it must give, by whom it is read.
 READINGS = [
     ("trajectory.xyz", "positions", ["ASE"]),
@@ -318,6 +351,9 @@ def main() -> int:
             check_ase(out, arrays)
     for file in ("trajectory.xyz", "trajectory.dump", "trajectory_rods.dump", "trajectory.csv", "trajectory.npz"):
         assert (folder / "parts" / file).read_bytes() == (folder / "whole" / file).read_bytes(), file
+    (folder / "scene.json").write_text(json.dumps(SHARED), encoding="utf-8")
+    run(tanor, folder, "--out", "shared")
+    check_shared(folder / "shared")
     ring = [[0, 1], [1, 2], [2, 0]]
     for name, scene, edges, rods, corner in (("upright", PERIODIC, UPRIGHT, [[0, 1]], [0, 0, 0]), ("tilted", IMPORTED, TILTED, ring, CORNER),
                                              ("shifted", IMPORTED, UPRIGHT, ring, CORNER)):

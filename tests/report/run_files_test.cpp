@@ -321,7 +321,8 @@ TEST(SummaryTest, HasTheKeysOfTheContract) {
   EXPECT_EQ(list_keys(summary["wall_s"]),
             (Keys{"assemble", "evaluate", "factor", "friction", "output", "setup", "solve", "total"}));
   EXPECT_EQ(list_keys(summary["final"]),
-            (Keys{"accelerations", "multipliers", "positions", "reactions", "support_forces", "t", "velocities"}));
+            (Keys{"accelerations", "multipliers", "positions", "reactions", "self_stress", "support_forces", "t",
+                  "velocities"}));
   EXPECT_EQ(list_keys(summary["violation"]), (Keys{"acceleration_max", "position_max", "velocity_max"}));
   EXPECT_EQ(list_keys(summary["energy"]),
             (Keys{"drift_relative", "end", "kinetic", "largest_drift", "largest_drift_time", "potential",

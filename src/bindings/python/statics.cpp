@@ -145,7 +145,7 @@ void bind_records(py::module_& module) {
       .fields<&E::multipliers>()
       .points<&E::reactions, &E::support_forces>()
       .property("multipliers_unique", &flags_of<&E::multipliers_unique>, "numpy.ndarray")
-      .fields<&E::self_stress_states, &E::dependences, &E::residual_force, &E::largest_force, &E::violation,
+      .fields<&E::self_stress, &E::self_stress_states, &E::dependences, &E::residual_force, &E::largest_force, &E::violation,
               &E::energy>()
       .property("open", &flags_of<&E::open>, "numpy.ndarray")
       .fields<&E::left_out>()

@@ -63,6 +63,8 @@ void Forms::make_plan() {
     left_out.push_back("second factorization for the parts along and across the motion: all points have one mass");
   if (tangent == nullptr) left_out.push_back("coordinates: none are given");
   if (normal == nullptr) left_out.push_back("constraints: none are given");
+  if (normal != nullptr && !work.team().is_alone())
+    left_out.push_back("which forces are not unique: nobody looks where ranks share an island");
   if (normal != nullptr && tangent != nullptr)
     left_out.push_back(std::string(is_tangent() ? "steps by constraints: " : "steps in coordinates: ") + reason_);
   if (normal != nullptr) plan.normal_flops = normal->predicted_flops();

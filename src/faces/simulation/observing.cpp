@@ -81,6 +81,7 @@ void check_event(const System& system, const Event& event) {
 
 std::size_t Simulation::Implementation::add_observable(const Observable& what) {
   if (observables == nullptr) observables = std::make_unique<Observables>(system(), taken);
+  check_name_in_tables(what);
   const std::size_t number = observables->add(what);
   if (what.every_step && !is_advancing && outcome.ok())
     observables->take(look_at(observables->needs(Which::OfEveryStep)), Which::OfEveryStep);
@@ -91,10 +92,10 @@ std::span<const Observed> Simulation::Implementation::observe(bool counts) {
   if (observables == nullptr) return {};
   if (!outcome.ok()) return observables->found();
   observables->take(look_at(observables->needs(Which::All)), Which::All, counts);
-  observables->explain([this](const ObservedText& text_of) -> std::string {
+  observables->explain_gone([this](const std::string& place) -> std::string {
     // A look in an advance leaves new passages to those who act on them.
     const auto last = std::find_if(passages.rbegin(), passages.rend(), [&](const Passage& each) {
-      return !each.taken.empty() && text_of.speaks_of(each.taken);
+      return !each.taken.empty() && (place == each.taken || place.starts_with(each.taken + "/"));
     });
     if (last == passages.rend()) return "";
     constexpr int digits = 6;

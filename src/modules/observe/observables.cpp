@@ -99,6 +99,10 @@ class OtherAnswers {
   double rounding_ = 1e-8;
 };
 
+bool has_unknown(const Observed& seen) {
+  return std::ranges::any_of(seen.values, [](double each) { return std::isnan(each); });
+}
+
 /// Returns the place of the comparison in a condition, outside of brackets and quotes.
 std::size_t find_comparison(std::string_view text) {
   int depth = 0;
@@ -136,11 +140,6 @@ std::size_t Observables::add(const Observable& what) {
     given.every_step |= what.every_step;
     if (!what.unit.empty()) given.unit = found_[same->second].unit = what.unit;
     return same->second;
-  }
-  if (observed.name == "t") {
-    const std::string problem = "\"t\" is the name of the time in results; give another name";
-    if (what.name.empty()) Formula::refuse(what.text, {0, problem});
-    throw InputError("/name", problem);
   }
   check_name(what.name, "/name");
   numbers_.emplace(observed.name, found_.size());
@@ -197,23 +196,32 @@ void Observables::take(const ObservedInstant& at, Which which, bool counts) {
     // A formula that divides by 0 has no number.
     if (texts_[k].quantity() == nullptr && std::isinf(seen.values[0]))
       seen.values[0] = std::numeric_limits<double>::quiet_NaN();
-    if (which == Which::All) seen.unknown.clear();
+    if (which == Which::All) seen.unknown = has_unknown(seen) ? texts_[k].explain(at) : "";
     if (others && texts_[k].needs().solves()) others->forget(texts_[k], &seen);
     for (std::size_t p = 0; counts && p < seen.least.size(); ++p)
       widen(seen, p, at.time, &seen.least[p], &seen.largest[p]);
   }
 }
 
-void Observables::explain(const std::function<std::string(const ObservedText&)>& why) {
+void Observables::explain_gone(const std::function<std::string(const std::string& place)>& when) {
   for (std::size_t k = 0; k < texts_.size(); ++k) {
-    const bool is_known = std::ranges::none_of(found_[k].values, [](double each) { return std::isnan(each); });
-    if (is_known || !found_[k].members.empty() || !found_[k].unknown.empty()) continue;
-    if (const std::string reason = why(texts_[k]); !reason.empty()) found_[k].unknown = reason;
+    Observed& seen = found_[k];
+    const std::string gone = has_unknown(seen) ? texts_[k].explain_gone(when) : "";
+    if (gone.empty() || (seen.members.empty() && !texts_[k].is_gone())) continue;
+    const bool has_others = !seen.unknown.empty() && !texts_[k].is_gone();
+    seen.unknown = has_others ? gone + ", others " + seen.unknown : gone;
   }
+}
+
+void detail::check_name_in_tables(const Observable& what) {
+  const std::string problem = "\"t\" is the name of the time in results; give another name";
+  if (what.name == "t") throw InputError("/name", problem);
+  if (what.name.empty() && what.text == "t") Formula::refuse(what.text, {0, problem});
 }
 
 void check_observable(const System& system, const Observable& observable) {
   Observables(system).add(observable);
+  check_name_in_tables(observable);
 }
 
 void detail::find_energies(const System& system, const Solution& at, ObservedInstant* energies) {
@@ -296,7 +304,7 @@ std::vector<Observable> tensions_of_groups(const System& system) {
     for (std::size_t k = 0; k < entries.size(); ++k) {
       const std::string name = things.name({list, k});
       if (has_tension(entries[k]) && things.find_all(name, {List::Constraints, List::Forces}).size() == 1 &&
-          name != "t" && things.num_members({list, k}) > 0)
+          things.num_members({list, k}) > 0)
         result.push_back({.name = name, .text = "each tension(" + quoted_name(name) + ")"});
     }
   };

@@ -35,8 +35,8 @@ class Observables {
   bool has_of_every_step() const;
   /// Evaluates them and takes their numbers into the extremes, if the instant counts.
   void take(const ObservedInstant& at, Which which, bool counts = true);
-  /// Asks for the reason where an observable without members is not known.
-  void explain(const std::function<std::string(const ObservedText&)>& why);
+  /// Says of observables that are not known what was taken out, and `when(place)`: "broken at t = 2 s".
+  void explain_gone(const std::function<std::string(const std::string& place)>& when);
   std::span<const Observed> found() const { return found_; }
   std::span<Observed> found() { return found_; }
   /// Returns the instant of the last look at all, s.
@@ -52,6 +52,9 @@ class Observables {
   double time_ = std::numeric_limits<double>::quiet_NaN();
   std::unique_ptr<Definitions> definitions_;  // null before forces are not unique
 };
+
+/// Throws InputError if an observable has the name of the time, beside which results have it.
+void check_name_in_tables(const Observable& what);
 
 /// Writes the energies of an answer, from the system alone. Its supports have no kinetic energy.
 void find_energies(const System& system, const Solution& at, ObservedInstant* energies);

@@ -240,16 +240,26 @@ double ObservedText::number(const ObservedInstant& at) const {
   return lone() ? variables_[1] : formula_->evaluate<double>(variables_);
 }
 
-bool ObservedText::speaks_of(std::string_view place) const {
+std::string ObservedText::explain(const ObservedInstant& at) const {
+  const auto is_known = [](double number) { return std::isfinite(number); };
+  const auto term_is_known = [&](const Term& term) { return std::ranges::all_of(term.numbers, is_known); };
+  if (!lone() && std::ranges::all_of(terms_, term_is_known)) return "not defined";
+  return needs_.solves() && !std::ranges::all_of(at.multipliers, is_known) ? "left to a prestress" : "";
+}
+
+std::string ObservedText::explain_gone(const std::function<std::string(const std::string& place)>& when) const {
+  constexpr std::size_t most_names = 3;
+  std::string list;
+  std::size_t count = 0;
   for (const Term& term : terms_) {
-    const std::optional<Thing> first = term.quantity.thing(0);
-    const std::string entry = first ? place_in_system({first->list, first->index}) : "";
-    if (!first || !place.starts_with(entry)) continue;
-    if (place == entry) return true;
-    for (std::size_t k = 0; k < term.quantity.num_members; ++k)
-      if (place_in_system(*term.quantity.thing(k)) == place) return true;
+    const bool is_one = terms_.size() == 1 && term.quantity.num_members == 1;
+    for (const std::size_t k : term.quantity.absent) {
+      const std::string reason = when(place_in_system(*term.quantity.thing(k)));
+      if (reason.empty() || ++count > most_names) continue;
+      list += (list.empty() ? "" : ", ") + (is_one ? "" : term.quantity.name_member(k) + " ") + reason;
+    }
   }
-  return false;
+  return count <= most_names ? list : list + " and " + text(count - most_names) + " more";
 }
 
 void ObservedText::take_any(int sign) {

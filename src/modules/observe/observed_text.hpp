@@ -42,8 +42,10 @@ class ObservedText {
   bool is_gone() const {
     return std::ranges::any_of(terms_, [](const Term& term) { return term.quantity.is_gone(); });
   }
-  /// Returns true if it speaks of a thing with a place in the system, or of a member of it.
-  bool speaks_of(std::string_view place) const;
+  /// Says why a number is not known that was just evaluated, where what was taken out is not the reason; or nothing.
+  std::string explain(const ObservedInstant& at) const;
+  /// Lists the members that were taken out with `when(place in the system)`.
+  std::string explain_gone(const std::function<std::string(const std::string& place)>& when) const;
   /// Returns true for a term alone with max or min.
   bool takes_member() const { return lone() && terms_[0].is_reduced(); }
   bool is_number() const { return !lone() || (terms_[0].columns() == 1); }

@@ -82,8 +82,9 @@ ExitCode execute_solve(const Options& options) {
   solution.reactions = reactions;
   solution.support_forces = support_forces;
   if (has_friction) solution.friction = friction;
-  solution.observed =
-      observe(dynamics.system(), scene.observables, dynamics.solution(state), solution.rank->rank, friction);
+  const tanor::Solution found = dynamics.solution(state);
+  if (!found.self_stress.empty()) solution.self_stress = found.self_stress;
+  solution.observed = observe(dynamics.system(), scene.observables, found, solution.rank->rank, friction);
   if (scene.certificate.when != scene::CertificatePolicy::When::Off) solution.certificate = dynamics.certify(state);
 
   const Split split = dynamics.split(state);

@@ -83,6 +83,7 @@ void write_summary(const fs::path& directory, const scene::Scene& scene, const E
     json.begin_object("final");
     arrays.write_points("positions", Dimension::Length, found.positions);
     arrays.write_list("multipliers", found.multipliers);
+    arrays.write_list("self_stress", found.self_stress.empty() ? std::nullopt : Numbers(found.self_stress));
     arrays.write_points("reactions", Dimension::Forces, found.reactions);
     arrays.write_points("support_forces", Dimension::Forces, found.support_forces);
     const std::vector<double>& shape = found.stability.lowest_shape;

@@ -177,12 +177,14 @@ std::string describe_part(const Observed& observed, std::size_t part, const Simu
     if (!observed.member.empty()) line += " in " + observed.member;
   } else {
     line = text_of_count(observed.members.size(), "number") +
-           (observed.unknown.empty() ? "" : ", some " + observed.unknown);
+           (observed.unknown.empty() ? "" : ", some unknown (" + observed.unknown + ")");
   }
   const std::string least_text = number_with_unit(least.value, observed.unit);
   if (std::isnan(least.value) || largest.value - least.value <= noise ||
       least_text == number_with_unit(largest.value, observed.unit))
-    return observed.members.empty() || std::isnan(least.value) ? line : line + ", all " + least_text;
+    return observed.members.empty() || std::isnan(least.value)
+               ? line
+               : line + (observed.unknown.empty() ? ", all " : ", others ") + least_text;
   return line + "; least " + describe_extreme(least, observed.unit, motion) + ", largest " +
          describe_extreme(largest, observed.unit, motion);
 }

@@ -50,6 +50,7 @@ void write_members(const ArrayWriter& arrays, const Solution& solution, JsonObje
   arrays.write_booleans("multipliers_unique",
                         solution.rank ? std::optional(solution.rank->multipliers_unique) : std::nullopt);
   json->add_members(describe_rank(solution.rank));
+  arrays.write_list("self_stress", solution.self_stress);
   arrays.write_points("reactions", Dimension::Forces, solution.reactions);
   write_causes(arrays, solution.reactions_by_cause, json);
   arrays.write_points("friction", Dimension::Forces, solution.friction);

@@ -20,7 +20,7 @@ struct Solution {
   Json groups{};  ///< of constraints
   Numbers positions, velocities, accelerations;
   std::optional<Split> split;  ///< parts in the tangent space and in the normal space
-  Numbers multipliers, reactions, support_forces;
+  Numbers multipliers, self_stress, reactions, support_forces;
   std::vector<Observed> observed;
   Numbers friction;  ///< tau; none if the system has no friction
   std::optional<FrictionReport> friction_report;

@@ -43,6 +43,8 @@ void add_final(const std::filesystem::path& directory, const RunFacts& facts, co
   arrays.write_points("velocities", Dimension::Velocity, find(&EndArrays::velocities));
   arrays.write_points("accelerations", Dimension::Acceleration, find(&EndArrays::accelerations));
   arrays.write_list("multipliers", has_multipliers(end.plan) ? find(&EndArrays::multipliers) : std::nullopt);
+  const bool has_stress = is_known && !end.arrays->self_stress.empty();
+  arrays.write_list("self_stress", has_stress ? Numbers(end.arrays->self_stress) : std::nullopt);
   arrays.write_points("reactions", Dimension::Forces, find(&EndArrays::reactions));
   arrays.write_points("support_forces", Dimension::Forces, find(&EndArrays::support_forces));
   json->end();
@@ -136,14 +138,15 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
       {count_contacts(simulation.system()), simulation.plan(), simulation.report(),
        facts.has_started ? std::optional(simulation.rank()) : std::nullopt, simulation.time(),
        EndArrays{simulation.positions(), simulation.velocities(), simulation.accelerations(), simulation.multipliers(),
-                 simulation.reactions(), simulation.support_forces()},
+                 simulation.self_stress(), simulation.reactions(), simulation.support_forces()},
        simulation.observe(false), simulation.passages(), simulation.system().units, list_groups(simulation.system())});
 }
 
 std::vector<std::filesystem::path> list_summary(const std::filesystem::path& directory) {
   std::vector<std::filesystem::path> files{directory / summary_name};
   for (const char* key :
-       {"positions", "velocities", "accelerations", "multipliers", "reactions", "support_forces", "lowest_shape"})
+       {"positions", "velocities", "accelerations", "multipliers", "self_stress", "reactions", "support_forces",
+        "lowest_shape"})
     files.push_back(directory / (std::string(arrays_prefix) + key + ".npy"));
   return files;
 }

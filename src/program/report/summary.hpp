@@ -47,7 +47,7 @@ inline constexpr const char* summary_name = "summary.json";
 
 /// All points and equations at the end of a run, in the order of the scene.
 struct EndArrays {
-  std::span<const double> positions, velocities, accelerations, multipliers, reactions, support_forces;
+  std::span<const double> positions, velocities, accelerations, multipliers, self_stress, reactions, support_forces;
 };
 
 /// The end of a run.

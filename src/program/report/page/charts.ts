@@ -41,6 +41,7 @@ export interface Chart {
   curves: { label: string; numbers: Figure[] }[];
   isLog?: boolean;
   note?: string;
+  unknown?: string; // what stands in place of curves of which no number is known; without it there is no chart
 }
 
 /** Draws charts over the time of the motion. They share the time of the view, and a click selects a time. */
@@ -102,11 +103,13 @@ export class Charts {
       { ...common, ...label, grid: { ...common.grid, filter }, size: 54, label: beside || " ", values: (_, ticks) => ticks.map((tick) => (tick === null ? "" : short(tick))) }];
   }
 
-  add({ title, unit, times, curves, isLog = false, note }: Chart): void {
+  add({ title, unit, times, curves, isLog = false, note, unknown }: Chart): void {
     if (!times || times.length < 2) return;
     const columns = curves.map(({ numbers }) => numbers.map((y) => (isLog && !(y! > 0) ? null : y)));
-    if (columns.every((column) => column.every((y) => y === null))) return;
+    const isKnown = columns.some((column) => column.some((y) => y !== null));
+    if (!isKnown && !unknown) return;
     const card = this.card(title);
+    if (!isKnown) return card.append(make("p", unknown!, "hint"));
     const plot = new uPlot({
       width: this.width(card), height: this.height, pxAlign: 0,
       cursor: { sync: { key: "time" }, y: false, drag: { x: false, y: false } },

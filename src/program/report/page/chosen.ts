@@ -37,7 +37,7 @@ export function admit({ kind, number }: Chosen, motion: Motion, { held }: Arrays
 
 /** Returns the force on what is chosen at all frames: tension of a rod or rope, load of a support, force of guides on a point. */
 export function chartOf({ kind, number }: Chosen, motion: Motion, arrays: Arrays): Chart {
-  const over = (read: (frame: number) => number) => motion.times.map((_, frame) => read(frame)).map((each) => (Number.isNaN(each) ? null : each)), chart = { unit: units.force, times: motion.times };
+  const over = (read: (frame: number) => number) => motion.times.map((_, frame) => read(frame)).map((each) => (Number.isNaN(each) ? null : each)), chart = { unit: units.force, times: motion.times, unknown: "not known" };
   if (kind === "rod") return { ...chart, title: `tension of ${nameRod(motion, arrays, number)}`, curves: [{ label: "tension", numbers: over((frame) => arrays.tensions.get(frame, number)) }] };
   if (kind === "tie") {
     const { name, kind: of } = motion.ties[number], isRope = of === "pulley" || of === "rope";
