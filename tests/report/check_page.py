@@ -229,6 +229,16 @@ def shared_scene(folder: pathlib.Path) -> pathlib.Path:
     return path
 
 
+def slack_scene(folder: pathlib.Path) -> pathlib.Path:
+    """A ball falls on a slack string, which is taut in the end."""
+    path = folder / "slack.json"
+    path.write_text(json.dumps({
+        "tanor_scene": 1, "points": {"positions": [[0, 0, 0], [0.3, 0, -0.2]], "masses": 1}, "supports": [{"points": [0]}],
+        "constraints": [{"name": "string", "kind": "rope", "paths": [[0, 1]], "length": 1}],
+        "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}], "motion": {"t_end": 0.5, "output_every": 0.05}}))
+    return path
+
+
 def fixed_scene(folder: pathlib.Path) -> pathlib.Path:
     path = folder / "fixed.json"
     path.write_text(json.dumps({"tanor_scene": 1, "units": "si", "points": {"positions": [[0, 0, 0]]}, "supports": [{"points": [0]}],
@@ -281,7 +291,7 @@ def try_pages(program: str, folder: pathlib.Path, node: str, chromium: str) -> b
                  resting_scene(folder): "=certified", crane_scene(folder): "points,rods,guides,normal", box_scene(folder): "points,rods,cell",
                  ropes_scene(folder): "points,guides,normal",
                  hanging_scene(folder, "equilibrium"): f"~{2 * 9.81}", hanging_scene(folder, "modes"): f"~{2 * 9.81}",
-                 stressed_scene(folder): "~unknown", torn_scene(folder): "!", shared_scene(folder): "?20", part_scene(folder): "+tension of links[2] (2–1),load of support0 (point 3)"}
+                 stressed_scene(folder): "~unknown", torn_scene(folder): "!", shared_scene(folder): "?20", slack_scene(folder): "_", part_scene(folder): "+tension of links[2] (2–1),load of support0 (point 3)"}
     switches |= {contradictory_scene(folder, name, length): "=not made" for name, length in STOPPED.items()}
     with concurrent.futures.ThreadPoolExecutor(2) as pool:
         list(pool.map(lambda scene: simulate(program, scene, folder / scene.stem), switches))

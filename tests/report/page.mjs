@@ -3,6 +3,7 @@
 // FOLDER:~WEIGHT, of an equilibrium or of modes: looks for the loads, N or unknown, for tensions and for modes that swing.
 // FOLDER:+TITLES, of a run that shows some of its points: looks for the titles of its second rod and of its first point.
 // FOLDER:?TENSION, of a run in which two rods share a load: looks for tensions that are not told, and for that of the third.
+// FOLDER:_, of a run in which a ball falls until its string of 1 m is taut: looks for the string, first sagging, then straight.
 // FOLDER:!, of a run in which a rod breaks and a crank is let go: looks for what is drawn before and after.
 // FOLDER:=FACTS, of a run that has nothing to move or ended before its time: looks for the facts in the headline, and why it ended.
 // Finds drawn pixels and no error on the console, orbits, switches (SWITCHES are those that the page must offer), looks
@@ -445,6 +446,19 @@ async function tryShared(browser, folder, tension) {
   browser.expect(bins.filter((each) => each > 0).length === 1, `the histogram has the bars ${bins}`);
 }
 
+async function trySlack(browser, folder) {
+  await browser.open(pathToFileURL(resolve(join(folder, "report.html"))).href);
+  const look = (time) => browser.ask(`(() => {
+    tanorPage.seek(tanorPage.${time});
+    const parts = (name) => { const { a, b } = tanorPage.scene.getObjectByName(name).geometry.attributes; return [Array.from(a.array), Array.from(b.array)]; };
+    const length = ([a, b]) => a.reduce((sum, _, k) => (k % 3 ? sum : sum + Math.hypot(...[0, 1, 2].map((axis) => b[k + axis] - a[k + axis]))), 0);
+    return { slack: length(parts("slack")), taut: length(parts("ropes")), lowest: Math.min(...parts("slack")[1].filter((_, k) => k % 3 === 2)) };
+  })()`);
+  const first = await look("begin"), last = await look("end");
+  browser.expect(Math.abs(first.slack - 1) < 0.03 && first.taut === 0 && first.lowest < -0.35, `at first the string is ${JSON.stringify(first)}`);
+  browser.expect(Math.abs(last.taut - 1) < 1e-3 && last.slack === 0, `at the end the string is ${JSON.stringify(last)}`);
+}
+
 /** Milliseconds to place what an instant shows, without drawing it. */
 const timeInstants = (browser) => browser.ask(`(() => {
   const count = 5, before = performance.now();
@@ -472,6 +486,7 @@ await tryInBrowser(browser, async () => {
       await tryWidths(browser);
       await tryNarrow(browser);
     }
+    else if (switches === "_") await trySlack(browser, folder);
     else if (switches.startsWith("?")) await tryShared(browser, folder, Number(switches.slice(1)));
     else if (switches.startsWith("+")) await tryNames(browser, folder, switches.slice(1).split(","));
     else if (switches.startsWith("=")) await tryStoppedPage(browser, folder, switches.slice(1).split(","));

@@ -355,6 +355,40 @@ TEST(RecordingTest, ARopeHasItsCourseAndItsTension) {
     EXPECT_TRUE(find_course({"tie", "", odd}, system.positions).empty());
 }
 
+/// A rope is as long as it is: what its points do not need hangs down from its longest segment.
+TEST(RecordingTest, SlackRopesSagByWhatTheirPointsLeave) {
+  System system;
+  system.positions = {0, 0, 0, 2, 0, 0, 3, 0, 0, 2, 0, 1};
+  system.masses = {1, 1, 1, 1};
+  system.constraints = {Ropes{.name = "slack",
+                              .paths = {{0, 1, 2}},
+                              .length = ScalarFunction::formula("4.5+0.5*t"),
+                              .coefficients = {1, 2}},
+                        Ropes{.name = "taut", .paths = {{1, 3}}, .length = 1.0}};
+  const ShownParts shown = choose_parts(system, {});
+  const std::vector<Guide> guides = list_guides(system, shown, {}, 0.0, 1.0);
+
+  ASSERT_EQ(guides.size(), 2u);
+  EXPECT_EQ(guides[0].numbers, (std::vector<double>{5, 1, 2, 0, 1, 2}));
+  bool is_slack = false;
+  const std::vector<Vector3> course = find_course(guides[0], system.positions, {0, 0, -10}, &is_slack);
+  EXPECT_TRUE(is_slack);
+  EXPECT_EQ(course.front(), (Vector3{0, 0, 0}));
+  EXPECT_EQ(course.back(), (Vector3{3, 0, 0}));
+  EXPECT_EQ(course[course.size() - 2], (Vector3{2, 0, 0}));
+  double length = 0.0, lowest = 0.0;
+  for (std::size_t k = 1; k + 1 < course.size(); ++k) {
+    length += std::hypot(course[k][0] - course[k - 1][0], course[k][2] - course[k - 1][2]);
+    lowest = std::min(lowest, course[k][2]);
+  }
+  EXPECT_NEAR(length, 3.0, 0.01 * 3.0) << "2 m from point to point, 1 m left over";
+  EXPECT_NEAR(lowest, -std::sqrt((9.0 - 4.0) * (4.0 - 2.0 / 3.0) / 16.0), 1e-12);
+  EXPECT_EQ(find_course(guides[1], system.positions, {}, &is_slack), (std::vector<Vector3>{{2, 0, 0}, {2, 0, 1}}));
+  EXPECT_FALSE(is_slack);
+  for (const std::vector<double>& odd : {std::vector<double>{1, 1, 0}, {1, 1, 0, 9}, {1, 1, -1, 0}, {1, 1, NAN, 0}})
+    EXPECT_TRUE(find_course({"rope", "", odd}, system.positions).empty());
+}
+
 /// They have no multiplier, so that their tension is not known here; one with a hidden end is not drawn.
 TEST(RecordingTest, SpringsAreCoilsAndBondsLinesBehindRopes) {
   System system;

@@ -84,12 +84,13 @@ void add_cord(Vec3 a, Vec3 b, double radius, const GuideSpace& space, Shapes* sh
 /// Adds a rope, the line of a formula or a spring. Each sheave is a wheel in the plane of the rope there.
 void add_tie(const report::Guide& tie, const GuideSpace& space, Shapes* shapes) {
   constexpr int arcs = 32;
-  const std::vector<Vector3> course = report::find_course(tie, space.positions);
-  const double cord = 0.28 * space.bead, wheel = 2.0 * space.bead * space.size;
+  bool is_slack = false;
+  const std::vector<Vector3> course = report::find_course(tie, space.positions, space.gravity, &is_slack);
+  const double cord = (is_slack ? 0.12 : 0.28) * space.bead, wheel = 2.0 * space.bead * space.size;
   const auto at = [&](std::size_t k) { return make_vec3(course[k]); };
   for (std::size_t k = 0; k + 1 < course.size(); ++k) add_cord(at(k), at(k + 1), cord, space, shapes);
   if (course.empty()) return;
-  const auto sheaves = static_cast<std::size_t>(tie.numbers[0]);
+  const std::size_t sheaves = tie.kind == "rope" ? 0 : static_cast<std::size_t>(tie.numbers[0]);
   for (std::size_t k = 1; k <= sheaves; ++k) {
     const Vec3 middle = at(k), along = at(k - 1) - middle,
                other = (k == 1 ? at(course.size() - 2) : at(course.size() - 1)) - middle;

@@ -15,6 +15,7 @@ struct GuideSpace {
   double most_parts;                  ///< straight parts of a curve
   std::span<const double> positions;  ///< m, of the frame
   double bead;                        ///< radius, relative to the size
+  Vector3 gravity{};                  ///< m/s^2, along which slack ropes sag
 };
 
 /// Adds the picture of a plane, sphere, ellipsoid, line, circle, helix, surface of a formula, tie or cell; other kinds

@@ -136,8 +136,8 @@ void add_guides(const Picture& picture, const Scale& scale, const Camera& camera
   const std::vector<report::Guide>& guides = picture.frame.guides;
   const double share = std::floor(parts_of_all / std::max(1.0, static_cast<double>(guides.size())));
   const GuideSpace space{
-      scale.middle, scale.size, camera, std::clamp(share, least_parts, most_parts), picture.frame.positions,
-      scale.bead};
+      scale.middle, scale.size,           camera, std::clamp(share, least_parts, most_parts), picture.frame.positions,
+      scale.bead,   picture.frame.gravity};
   for (const auto& [support, places, pivot] : picture.extent.supports) {
     if (places.size() == 1 || !picture.frame.is_support[support]) continue;
     add_path(places, space, shapes);

@@ -220,6 +220,12 @@ std::vector<Guide> list_ties(const ShownParts& shown, std::span<const Passage> p
   return guides;
 }
 
+double find_rope_length(const System& system, const RopeShape& rope, double t_start, double t) {
+  const auto& ropes = std::get<Ropes>(system.constraints[rope.group]);
+  const std::optional<double> given = number_of(ropes.length, rope.member, t);
+  return given ? *given : measure_initial(system, ropes, t_start, rope.member);
+}
+
 std::vector<Guide> list_guides_without_picture(const System& system, const ShownParts& shown, double t_start) {
   std::vector<Guide> guides;
   for (const Constraint& each : system.constraints) {
@@ -249,8 +255,17 @@ std::vector<Guide> list_guides(const System& system, const ShownParts& shown, co
     cells.push_back(
         {"cell", "", {o[0], o[1], o[2], cell->xx, 0, 0, cell->xy, cell->yy, 0, cell->xz, cell->yz, cell->zz}});
   }
-  for (const auto& list : {list_ties(shown, passages), cells, without_picture})
-    guides.insert(guides.end(), list.begin(), list.end());
+  std::vector<Guide> ties = list_ties(shown, passages);
+  for (std::size_t k = 0; k < ties.size(); ++k) {
+    const ShownParts::Tie& tie = shown.ties[k];
+    if (!tie.rope) continue;
+    std::vector<double> numbers{find_rope_length(system, *tie.rope, t_start, t)};
+    numbers.insert(numbers.end(), tie.rope->coefficients.begin(), tie.rope->coefficients.end());
+    numbers.insert(numbers.end(), tie.points.begin(), tie.points.end());
+    ties[k].kind = tie.kind;
+    ties[k].numbers = std::move(numbers);
+  }
+  for (const auto& list : {ties, cells, without_picture}) guides.insert(guides.end(), list.begin(), list.end());
   return guides;
 }
 

@@ -16,6 +16,7 @@ struct Passage;
 namespace tanor::report {
 
 struct ShownParts;
+struct RopeShape;
 
 /// A surface or curve that points are held on, as a view draws it.
 struct Guide {
@@ -24,15 +25,15 @@ struct Guide {
   /// plane n, offset | sphere c, R | line o, d | circle c, n, R | ellipsoid c, radii, axis, second axis |
   /// helix o, axis, radius, pitch, phase | formula t, index of the step that is xi, then each step of an Expression:
   /// operation, a, b, constant (of a variable: 0 to 3 for x, y, z, t) | tie, spring number of its sheaves, these, then
-  /// the rows of its points among those of the frame | cell origin, its three edges. A single number means that the
-  /// guide has no picture.
+  /// the rows of its points among those of the frame | rope length, coefficients of its segments, the rows of its
+  /// points | cell origin, its three edges. A single number means that the guide has no picture.
   std::vector<double> numbers;
   double gone = std::numeric_limits<double>::quiet_NaN();  ///< since when it holds no longer, s; NaN where it holds
 };
 
 /// Returns true for what is drawn along its course from point to point.
 inline bool has_course(const Guide& guide) {
-  return guide.kind == "tie" || guide.kind == "spring";
+  return guide.kind == "tie" || guide.kind == "spring" || guide.kind == "rope";
 }
 
 inline bool has_picture(const Guide& guide) {
@@ -72,21 +73,64 @@ inline std::vector<Vector3> make_coil(const Vector3& a, const Vector3& b) {
 
 /// Returns the ties as guides.
 std::vector<Guide> list_ties(const ShownParts& shown, std::span<const Passage> passages = {});
-/// Returns the places that a tie or spring passes, from its first point to its last one; none if its numbers are none.
-inline std::vector<Vector3> find_course(const Guide& tie, std::span<const double> positions) {
+
+/// Lets the longest segment of a rope sag along `down` if the rope is slack. `lengths` are its length, m, and the
+/// coefficients of its segments. Returns true if it is slack.
+inline bool let_sag(std::span<const double> lengths, const Vector3& down, std::vector<Vector3>* course) {
+  constexpr int parts = 16;
+  constexpr double rounding = 1e-9;
+  double slack = lengths[0], chord = 0.0;
+  std::size_t longest = 1;
+  for (std::size_t k = 1; k < course->size(); ++k) {
+    const Vector3 &a = (*course)[k - 1], &b = (*course)[k];
+    const double size = std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]);
+    slack -= lengths[k] * size;
+    if (size > chord) chord = size, longest = k;
+  }
+  const double steep = std::hypot(down[0], down[1], down[2]);
+  if (!(slack > rounding * lengths[0])) return false;
+  // 16 h^2 = (l^2 - c^2) (4 - c/l): a parabola of length l with the chord c hangs down by h; to 1 % where c is level
+  const double length = chord + slack / lengths[longest],
+               square = (length * length - chord * chord) * (4.0 - chord / length) / 16.0,
+               sag = std::sqrt(square) / (steep > 0.0 ? steep : 1.0);
+  const Vector3 along = steep > 0.0 ? down : Vector3{0.0, 0.0, -1.0}, a = (*course)[longest - 1],
+                b = (*course)[longest];
+  std::vector<Vector3> arc;
+  for (int part = 1; part < parts; ++part) {
+    const double s = static_cast<double>(part) / parts, low = 4.0 * s * (1.0 - s) * sag;
+    Vector3& place = arc.emplace_back();
+    for (std::size_t axis = 0; axis < 3; ++axis) place[axis] = a[axis] + s * (b[axis] - a[axis]) + low * along[axis];
+  }
+  course->insert(course->begin() + static_cast<std::ptrdiff_t>(longest), arc.begin(), arc.end());
+  return true;
+}
+
+/// Returns the places that a tie, rope or spring passes, from its first point to its last one; none if its numbers are
+/// none. A slack rope sags along `down`, and `is_slack` tells so.
+inline std::vector<Vector3> find_course(const Guide& tie, std::span<const double> positions, const Vector3& down = {},
+                                        bool* is_slack = nullptr) {
   const std::vector<double>& n = tie.numbers;
   const auto num_points = static_cast<double>(positions.size() / 3), size = static_cast<double>(n.size());
-  if (n.empty() || !(n[0] >= 0.0 && 1.0 + 3.0 * n[0] < size)) return {};
-  const auto first = static_cast<std::size_t>(1.0 + 3.0 * n[0]);
+  const bool is_rope = tie.kind == "rope";
+  if (n.empty() || (is_rope ? n.size() < 4 || n.size() % 2 != 0 : !(n[0] >= 0.0 && 1.0 + 3.0 * n[0] < size))) return {};
+  const std::size_t sheaves = is_rope ? 0 : static_cast<std::size_t>(n[0]),
+                    first = is_rope ? n.size() / 2 : 1 + 3 * sheaves;
   std::vector<Vector3> course;
   for (std::size_t k = first; k < n.size(); ++k) {
     if (!(n[k] >= 0.0 && n[k] < num_points)) return {};
     const double* r = &positions[3 * static_cast<std::size_t>(n[k])];
     course.push_back({r[0], r[1], r[2]});
-    for (std::size_t at = 1; k == first && at < first; at += 3) course.push_back({n[at], n[at + 1], n[at + 2]});
+    for (std::size_t at = 1; k == first && at <= 3 * sheaves; at += 3) course.push_back({n[at], n[at + 1], n[at + 2]});
+  }
+  if (is_rope) {
+    const bool sags = let_sag(std::span(n).first(first), down, &course);
+    if (is_slack != nullptr) *is_slack = sags;
   }
   return tie.kind == "spring" && course.size() == 2 ? make_coil(course[0], course[1]) : course;
 }
+
+/// Returns the length of a rope of the shown ties at time t, m.
+double find_rope_length(const System& system, const RopeShape& rope, double t_start, double t);
 
 /// Returns the ends of the twelve edges of a cell, the first and the last of which are the ends of a diagonal.
 inline std::vector<Vector3> find_edges(const Guide& cell) {

@@ -162,8 +162,17 @@ Json describe_motion(const System& system, const Recording& recording, const std
   const auto rod_group = [](const ShownParts::RodGroup& each) {
     return Json{{"name", each.name}, {"first", each.first}, {"members", each.members}};
   };
-  const auto tie = [](const ShownParts::Tie& each) {
-    return Json{{"kind", each.kind}, {"name", each.name}, {"points", each.points}, {"sheaves", each.sheaves}};
+  const auto tie = [&](const ShownParts::Tie& each) {
+    Json json{{"kind", each.kind}, {"name", each.name}, {"points", each.points}, {"sheaves", each.sheaves}};
+    if (!each.rope) return json;
+    std::vector<double> lengths;
+    for (const RecordedFrame& frame : frames)
+      lengths.push_back(find_rope_length(system, *each.rope, recording.t_start(), frame.time));
+    if (std::ranges::adjacent_find(lengths, std::not_equal_to<>()) == lengths.end() && !lengths.empty())
+      lengths.resize(1);
+    json["lengths"] = lengths;
+    json["coefficients"] = each.rope->coefficients;
+    return json;
   };
   bytes->add("rods", flat(shown.rods));
   bytes->add("held", recording.held());

@@ -84,8 +84,8 @@ void take_guides(const StoredFrame& frame, double size, MotionExtent* extent, Ou
   };
   for (const Guide& guide : frame.guides) {
     const auto& [kind, name, n, gone] = guide;
-    if (kind == "tie")
-      for (const Vector3& place : find_course(guide, frame.positions)) take_place(place);
+    if (kind == "tie" || kind == "rope")
+      for (const Vector3& place : find_course(guide, frame.positions, frame.gravity)) take_place(place);
     const std::vector<Vector3> ends = kind == "cell" ? find_edges(guide) : std::vector<Vector3>();
     if (!ends.empty() && distance(ends.front(), ends.back()) <= 4.0 * size)
       for (const Vector3& end : ends) take_place(end);

@@ -17,7 +17,7 @@ namespace {
 
 /// Adds the members of a constraint or force that a line from point to point shows, those whose points are all shown.
 template <class Group>
-void add_ties(const Group& group, const std::string& name, const std::string& place, std::size_t row,
+void add_ties(const Group& group, const std::string& name, const std::string& place, std::size_t entry, std::size_t row,
               const std::vector<std::int32_t>& slots, ShownParts* shown) {
   constexpr std::size_t most = 2000;  // each stands in every frame of a trajectory, as text
   if constexpr (std::is_same_v<Group, Pulleys> || std::is_same_v<Group, Ropes> ||
@@ -30,6 +30,10 @@ void add_ties(const Group& group, const std::string& name, const std::string& pl
           std::string(KindOf<Group>::name), name + "[" + number + "]", place + "/" + number, {}, {}, row + k};
       for (const Index point : members[k]) tie.points.push_back(slots[point]);
       if constexpr (std::is_same_v<Group, Pulleys>) tie.sheaves = {group.a, group.b};
+      if constexpr (std::is_same_v<Group, Ropes>) {
+        tie.rope = {entry, k, group.coefficients};
+        tie.rope->coefficients.resize(members[k].size() - 1, 1.0);
+      }
       if (tie.points.size() < 2 || std::ranges::any_of(tie.points, [](std::int32_t slot) { return slot < 0; }))
         continue;
       if (shown->ties.size() == most)
@@ -98,7 +102,7 @@ ShownParts choose_parts(const System& system, std::span<const Index> chosen) {
       if (group.members.size() == rods->pairs.size()) group.members.clear();
       if (is_shown) shown.rod_groups.push_back(std::move(group));
     }
-    std::visit([&](const auto& group) { add_ties(group, name, place_of_constraint(g), row, slots, &shown); },
+    std::visit([&](const auto& group) { add_ties(group, name, place_of_constraint(g), g, row, slots, &shown); },
                constraint);
     const auto [members, rows_per_member] = detail::shape_of(constraint);
     row += members * rows_per_member;
@@ -106,7 +110,7 @@ ShownParts choose_parts(const System& system, std::span<const Index> chosen) {
   for (std::size_t k = 0; k < system.forces.size(); ++k)
     std::visit(
         [&](const auto& group) {
-          add_ties(group, force_name(system, k), "forces/" + std::to_string(k), row, slots, &shown);
+          add_ties(group, force_name(system, k), "forces/" + std::to_string(k), k, row, slots, &shown);
         },
         system.forces[k]);
   for (std::size_t k = 0; k < shown.num_points; ++k) {

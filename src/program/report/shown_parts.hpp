@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -12,6 +13,12 @@
 #include <tanor/system.hpp>
 
 namespace tanor::report {
+
+/// A rope that may be slack.
+struct RopeShape {
+  std::size_t group, member;         ///< among the constraints
+  std::vector<double> coefficients;  ///< of its segments
+};
 
 /// The part of a system that a trajectory shows: some points, and the rods between them.
 struct ShownParts {
@@ -51,6 +58,7 @@ struct ShownParts {
     std::vector<std::int32_t> points;  ///< positions in `points`
     std::vector<Vector3> sheaves;      ///< m, which it passes after its first point
     std::size_t row;                   ///< among the multipliers; beyond them for a force
+    std::optional<RopeShape> rope{};   ///< of a rope that may be slack
   };
   std::vector<Tie> ties;          ///< the first 2000, those of forces last
   std::size_t ties_left_out = 0;  ///< number of the others

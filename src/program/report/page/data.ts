@@ -99,6 +99,8 @@ export interface Tie {
   name: string;
   points: number[];
   sheaves: number[][];
+  lengths?: number[]; // of a rope: one, or one for each frame
+  coefficients?: number[]; // of its segments
 }
 
 /** How many of the ties have a multiplier: ropes, pulleys and formulas, which come first. */

@@ -2,7 +2,8 @@ import { BufferAttribute, BufferGeometry, ConeGeometry, Group, InstancedMesh, Li
 import type { Arrays, Colours, Motion, Tie } from "./data";
 import { Ribbons, type Haze } from "./shapes";
 
-const arcs = 32; // of a sheave
+const arcs = 32; // of a sheave, and of a rope that sags
+const coils = 16;
 const most_supports = 500; // with a path or on the ground
 
 const lines = (places: number[], colour: string, opacity: number) =>
@@ -35,25 +36,34 @@ export function drawSupports({ supports, times }: Motion, { positions }: Arrays,
   return group;
 }
 
-/** Ropes over their sheaves, thin lines between the points of formulas and bonds, and springs as coils. */
+/** Ropes over their sheaves, thin lines between the points of formulas and bonds, and springs as coils. Slack ropes are thin and sag. */
 export class Ropes {
   readonly ribbons: Ribbons;
+  readonly slack: Ribbons;
   private sheave: number; // m, radius
 
   constructor(private ties: Tie[], bead: number, haze: Haze, rgb: number[]) {
-    const count = ties.reduce((sum, tie) => sum + courseOf(tie, () => new Vector3()).length - 1 + arcs * tie.sheaves.length, 0);
+    const count = ties.reduce((sum, tie) => sum + tie.points.length - 1 + (tie.kind === "spring" ? coils - 1 : (arcs + 1) * tie.sheaves.length), 0);
+    const countOfSlack = ties.reduce((sum, tie) => sum + (tie.lengths ? tie.points.length - 2 + arcs : 0), 0);
     this.sheave = 2 * bead;
     this.ribbons = new Ribbons(count, 0.28 * bead, 1.5, haze);
-    for (let k = 0; k < count; ++k) this.ribbons.tint.set(rgb, 3 * k);
+    this.slack = new Ribbons(countOfSlack, 0.12 * bead, 1, haze);
+    for (const { tint, count } of [this.ribbons, this.slack]) for (let k = 0; k < count; ++k) tint.set(rgb, 3 * k);
   }
 
-  /** Places all ropes; `place` returns where a point is now beside another one, `isThere` whether a tie holds. */
-  stand(place: (point: number, beside: number) => Vector3, isThere: (tie: number) => boolean): void {
-    let k = 0;
+  /**
+   * Places all ropes; `place` returns where a point is now beside another one, `isThere` whether a tie holds, `lengthOf` the
+   * length of a rope now. Slack ropes sag along `down`.
+   */
+  stand(place: (point: number, beside: number) => Vector3, isThere: (tie: number) => boolean, lengthOf: (tie: Tie) => number, down: Vector3): void {
+    let k = 0, thin = 0;
+    this.slack.a.fill(0);
+    this.slack.b.fill(0);
     for (const [number, tie] of this.ties.entries()) {
       const add = (from: Vector3, to: Vector3) => { from.toArray(this.ribbons.a, 3 * k); (isThere(number) ? to : from).toArray(this.ribbons.b, 3 * k); ++k; };
-      const course = courseOf(tie, place);
-      course.slice(1).forEach((to, part) => add(course[part], to));
+      const course = courseOf(tie, place), arc = tie.lengths && sag(course, tie.coefficients!, lengthOf(tie), down);
+      if (arc && isThere(number)) arc.slice(1).forEach((to, part) => { arc[part].toArray(this.slack.a, 3 * thin); to.toArray(this.slack.b, 3 * thin); ++thin; });
+      course.slice(1).forEach((to, part) => add(course[part], arc ? course[part] : to));
       tie.sheaves.forEach((_, sheave) => {
         // A wheel in the plane of the rope there.
         const middle = course[sheave + 1], along = course[sheave].clone().sub(middle), other = course.at(sheave ? -1 : -2)!.clone().sub(middle);
@@ -65,12 +75,24 @@ export class Ropes {
       });
     }
     this.ribbons.update();
+    this.slack.update();
   }
+}
+
+/** Returns the course of a rope whose longest segment sags along `down`, as pictures draw it, or nothing if the rope is taut. */
+function sag(course: Vector3[], coefficients: number[], length: number, down: Vector3): Vector3[] | null {
+  const chords = coefficients.map((_, k) => course[k].distanceTo(course[k + 1]));
+  const slack = chords.reduce((left, chord, k) => left - coefficients[k] * chord, length), chord = Math.max(...chords), longest = chords.indexOf(chord);
+  if (!(slack > 1e-4 * length)) return null; // places are packed
+  const whole = chord + slack / coefficients[longest], low = Math.sqrt(((whole * whole - chord * chord) * (4 - chord / whole)) / 16);
+  const [a, b] = [course[longest], course[longest + 1]];
+  const arc = Array.from({ length: arcs - 1 }, (_, k) => { const s = (k + 1) / arcs; return a.clone().lerp(b, s).addScaledVector(down, 4 * s * (1 - s) * low); });
+  return [...course.slice(0, longest + 1), ...arc, ...course.slice(longest + 1)];
 }
 
 /** A coil of square turns along the way from a place to another one, as springs are drawn. */
 function makeCoil(a: Vector3, b: Vector3): Vector3[] {
-  const parts = 16, width = 0.05, along = b.clone().sub(a), sizes = along.toArray().map(Math.abs);
+  const parts = coils, width = 0.05, along = b.clone().sub(a), sizes = along.toArray().map(Math.abs);
   const across = along.clone().cross(new Vector3().setComponent(sizes.indexOf(Math.min(...sizes)), 1)), over = along.clone().normalize().cross(across);
   return Array.from({ length: parts + 1 }, (_, k) =>
     a.clone().addScaledVector(along, k / parts).addScaledVector(k % 2 ? over : across, k % parts === 0 ? 0 : k % 4 < 2 ? width : -width));

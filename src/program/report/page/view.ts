@@ -1,5 +1,5 @@
 import { Box3, Group, Line, Matrix3, Mesh, Object3D, Points, Scene, Vector3 } from "three";
-import { countRopes, units, weighRows, words, type Arrays, type Colours, type Frames, type Motion } from "./data";
+import { countRopes, units, weighRows, words, type Arrays, type Colours, type Frames, type Motion, type Tie } from "./data";
 import { Ropes, courseOf, drawCell, drawSupports } from "./fixtures";
 import { Beads, Ribbons, drawGuide, makeHaze, type Haze } from "./shapes";
 import type { Look, Stage } from "./stage";
@@ -100,14 +100,14 @@ export class View {
     this.arms = new Ribbons(motion.pivots.length, bead, 2, this.haze);
     motion.pivots.forEach((_, k) => this.arms.tint.set(readColour(colours.support), 3 * k));
     if (motion.cell) this.fixed.cell.add(drawCell(motion.cell.edges, this.middleOfCell));
-    this.scene.add(...Object.values(this.fixed), this.ropes.ribbons.mesh, this.rods.mesh, this.arms.mesh, this.marks.rod.mesh, this.marks.point.mesh, this.beads.mesh, this.arrows.normal.mesh, this.arrows.tangent.mesh);
-    Object.entries({ rods: this.rods.mesh, ropes: this.ropes.ribbons.mesh, arms: this.arms.mesh, points: this.beads.mesh, normal: this.arrows.normal.mesh, tangent: this.arrows.tangent.mesh, ...this.fixed }).forEach(([name, drawn]) => (drawn.name = name));
+    this.scene.add(...Object.values(this.fixed), this.ropes.ribbons.mesh, this.ropes.slack.mesh, this.rods.mesh, this.arms.mesh, this.marks.rod.mesh, this.marks.point.mesh, this.beads.mesh, this.arrows.normal.mesh, this.arrows.tangent.mesh);
+    Object.entries({ rods: this.rods.mesh, ropes: this.ropes.ribbons.mesh, slack: this.ropes.slack.mesh, arms: this.arms.mesh, points: this.beads.mesh, normal: this.arrows.normal.mesh, tangent: this.arrows.tangent.mesh, ...this.fixed }).forEach(([name, drawn]) => (drawn.name = name));
     this.paint();
     stage.setUp(this.up);
     stage.camera.near = 0.002 * this.size;
     stage.camera.far = 40 * this.size;
     stage.resized = (width, height) => {
-      for (const each of [this.rods, this.ropes.ribbons, this.arms, this.marks.rod, this.arrows.normal, this.arrows.tangent]) each.resize(width, height);
+      for (const each of [this.rods, this.ropes.ribbons, this.ropes.slack, this.arms, this.marks.rod, this.arrows.normal, this.arrows.tangent]) each.resize(width, height);
       for (const each of [this.beads, this.marks.point]) each.resize(height);
     };
     stage.resize();
@@ -221,7 +221,8 @@ export class View {
     this.beads.positions.set(this.now.shown);
     this.beads.update();
     this.placeRods();
-    this.ropes.stand(this.place, (tie) => this.holds("ties", tie));
+    const lengthOf = ({ lengths }: Tie) => (lengths!.length === 1 ? lengths![0] : (1 - part) * lengths![low] + part * lengths![high]);
+    this.ropes.stand(this.place, (tie) => this.holds("ties", tie), lengthOf, this.up.clone().negate());
     this.placeArrows(this.arrows.normal, this.now.normal);
     this.placeArrows(this.arrows.tangent, this.now.tangent);
     this.placeGuides();
@@ -355,7 +356,7 @@ export class View {
     this.mark();
     this.beads.mesh.visible = this.fixed.supports.visible = this.arms.mesh.visible = this.shows.points;
     this.rods.mesh.visible = this.shows.rods;
-    this.fixed.guides.visible = this.ropes.ribbons.mesh.visible = this.shows.guides;
+    this.fixed.guides.visible = this.ropes.ribbons.mesh.visible = this.ropes.slack.mesh.visible = this.shows.guides;
     this.fixed.cell.visible = this.shows.cell;
     for (const part of ["normal", "tangent"] as const) this.arrows[part].mesh.visible = this.shows[part];
     const { camera, controls: { target } } = this.stage, away = camera.position.distanceTo(target);
