@@ -65,7 +65,7 @@ TEST(TakenOut, WhyANumberIsNotKnownIsToldOfItsOwnThing) {
   EXPECT_EQ(simulation.observe()[1].unknown, "released at t = 0.2");
 }
 
-/// Of a group it is told which members went, up to three by name.
+/// A group names up to three members that went.
 TEST(TakenOut, AGroupNamesItsMembersThatWent) {
   Simulation simulation(make_hooks());
   for (const char* text :
