@@ -235,6 +235,7 @@ struct [[nodiscard]] Solution {
   std::vector<double> coordinates;                 ///< q as in SolveArrays; empty in normal form
   std::vector<double> coordinate_rates;            ///< q_dot
   double position_violation = 0.0;                 ///< largest |xi|/|gradient|/length
+  std::size_t degrees_of_freedom = 0;              ///< 3(n - supports) - rank K of the rows that act
   std::vector<std::size_t> first_row, row_counts;  ///< [group of constraints] first equation; equations per member
   /// [equations] A state of self-stress: multipliers that act on no point that moves, with a part in each one that is
   /// not unique; any multiple may be added. Empty if all are unique.

@@ -84,7 +84,7 @@ struct [[nodiscard]] EquilibriumResult {
   /// 3n, m/s: those of the frame in which the points rest, which supports and constraints carry along; 0 without one.
   std::vector<double> velocities;
   /// [equations] lambda. If it is not unique, it is the minimum-norm one, or one with which the equilibrium is stable
-  /// if it is not so with the former. NaN if none was found, for rows between supports, and where prestress holds.
+  /// if it is not so with the former. NaN if none was found, and where prestress holds; 0 for rows between supports.
   std::vector<double> multipliers;
   /// 3n, N: K lambda, and the load that each support carries; NaN where a multiplier that is NaN takes part.
   std::vector<double> reactions, support_forces;

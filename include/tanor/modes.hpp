@@ -66,6 +66,8 @@ struct [[nodiscard]] Modes {
   std::size_t zero_modes = 0;         ///< modes asked for with omega = 0 to rounding; their omega is set to 0
   std::size_t rigid_zero_modes = 0;   ///< zero modes that are motions of bodies that nothing holds
   std::vector<double> multipliers;    ///< [equations] lambda at the equilibrium
+  /// 3n, N: K lambda there, and the load that each support carries; NaN as in EquilibriumResult.
+  std::vector<double> reactions, support_forces;
   std::vector<std::string> left_out;  ///< what has no part in vibrations: friction, drag, velocities
 
   std::size_t count() const { return omega.size(); }

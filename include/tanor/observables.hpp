@@ -58,9 +58,9 @@ TANOR_API std::vector<Observable> default_observables(const System& system);
 /// must be that of no other one.
 TANOR_API std::vector<Observable> tensions_of_groups(const System& system);
 
-/// Evaluates observables at one state, such as a state of rest, with the constraints' rank and the friction there (3n,
-/// N; empty without friction). Only temperatures need the rank. Throws InputError if a text cannot be read.
+/// Evaluates observables at one state, such as a state of rest, with the friction there (3n, N; empty without
+/// friction). Throws InputError if a text cannot be read.
 TANOR_API std::vector<Observed> observe(const System& system, std::span<const Observable> wanted, const Solution& at,
-                                        std::size_t rank = 0, std::span<const double> friction = {});
+                                        std::span<const double> friction = {});
 
 }  // namespace tanor

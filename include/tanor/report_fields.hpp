@@ -196,7 +196,8 @@ inline constexpr ReportFields<&Solution::outcome, &Solution::time, rows_of_point
                               rows_of_points<&Solution::velocities>, rows_of_points<&Solution::accelerations>,
                               &Solution::multipliers, rows_of_points<&Solution::reactions>,
                               rows_of_points<&Solution::support_forces>, &Solution::coordinates,
-                              &Solution::coordinate_rates, &Solution::position_violation, &Solution::self_stress>
+                              &Solution::coordinate_rates, &Solution::position_violation, &Solution::degrees_of_freedom,
+                              &Solution::self_stress>
     fields_of<Solution>{};
 template <>
 inline constexpr ReportFields<&Split::outcome, rows_of_points<&Split::tangent_accelerations>,

@@ -118,6 +118,17 @@ class Arguments(unittest.TestCase):
             (lambda: plot.tensions(run, "lnks"), "lnks: there are t, max tension(links), min tension(links), load(hook), links; did you mean links?")])
 
     @unittest.skipUnless(has_plots, "without matplotlib")
+    def test_plots_say_what_they_cannot_draw(self):
+        run = tanor.run_scene(os.path.join(EXAMPLES, "breaking_rod.json"))
+        self.expect(ValueError, [(lambda: plot.tensions(run, "rod"), f"tensions: no tension of rod at t = {run.times[-1]:g} s is known")])
+        with self.assertRaisesRegex(ValueError, "no table of tanor error-time"):
+            plot.error_time(os.path.join(EXAMPLES, "..", "tests", "data", "path.csv"))
+
+    def test_systems_that_are_not_valid_are_looked_at(self):
+        tanor.System([[0, 0, 0]], constraints=[tanor.Rods([[0, 7]])])._repr_html_()
+        self.assertIn("0 points", repr(tanor.System(5)))
+
+    @unittest.skipUnless(has_plots, "without matplotlib")
     def test_reports_that_were_pickled_are_drawn(self):
         modes = tanor.modes(cable(), tanor.find_equilibrium(cable()).positions)
         copied = pickle.loads(pickle.dumps(modes))

@@ -1,5 +1,6 @@
 """Observables and conditions in Python: closed forms of a hanging cable and of a rod that breaks."""
 
+import copy
 import math
 import pickle
 import unittest
@@ -128,6 +129,27 @@ class Observables(unittest.TestCase):
         self.assertEqual((run.passages[0].name, run["coil"].multipliers.shape), ("t > 1.25", (5, 1, 0)))
         self.assertTrue(math.isnan(simulation["coil"].tension[0]) and math.isnan(simulation.solution()["coil[0]"].tension))
         self.assertAlmostEqual(simulation["distance(0, 1)"], numpy.linalg.norm(run.positions[-1, 1]), 12)
+
+    def test_modes_tell_the_forces_of_the_rest_about_which_they_swing(self):
+        # The middle of a line of rods hangs on its prestress, a weight on the middle.
+        system = tanor.System([[0, 0, 0], [1, 0, 0], [2, 0, 0], [1, 0, -1]], 1.0, supports=[tanor.Support([0, 2], name="h")],
+                              constraints=[tanor.Rods([[0, 1], [1, 2], [1, 3]], name="rods")], forces=[tanor.Gravity((0, 0, -10))])
+        rest = tanor.find_equilibrium(system)
+        modes = tanor.modes(system, rest.positions)
+        dynamics = tanor.Dynamics(system).solution(system.positions)
+        for result in (rest, modes, dynamics, tanor.Simulation(system)):
+            self.assertAlmostEqual(result["reaction(3)"][2], 10, 9)
+            self.assertAlmostEqual(result["tension(rods[2])"], 10, 9)
+            self.assertTrue(numpy.isnan(result["each load(h)"]).all())
+            self.assertTrue(math.isnan(result["max tension(rods)"]))
+
+    def test_copies_keep_what_was_asked_for(self):
+        simulation = tanor.Simulation(make_cable(3))
+        simulation.add_observable("distance(0, 3)", name="span", every_step=True)
+        tanor.run(simulation, 0.1)
+        for again in (copy.deepcopy(simulation), pickle.loads(pickle.dumps(simulation))):
+            self.assertEqual([each.name for each in again.observe()], [each.name for each in simulation.observe()])
+            self.assertEqual(again["span"], simulation["span"])
 
     def test_springs_may_have_the_name_of_the_time(self):
         system = tanor.System([[0, 0, 0], [0, 0, -2], [0, 0, -3]], 1.0, supports=[tanor.Support(0)],

@@ -69,12 +69,25 @@ class Run : public Handle<Simulation> {
   const py::object system;
 
   const Simulation& now() const { return made(); }
-  /// Returns what pickle and deepcopy keep: the description and the bytes of `save`.
+  std::size_t add_observable(const Observable& what) {
+    const std::size_t number = run([&](Simulation& s) { return s.add_observable(what); });
+    observables_.push_back(what);
+    return number;
+  }
+  /// Returns what pickle and deepcopy keep: the description, the observables and the bytes of `save`.
   py::tuple state() {
-    return py::make_tuple(system, motion_, solver_, t_start_, to_bytes(ask<Run, &Simulation::save>(*this)));
+    py::list observed;
+    for (const Observable& each : observables_)
+      observed.append(py::make_tuple(each.text, each.name, each.every_step, each.unit));
+    return py::make_tuple(system, motion_, solver_, t_start_, to_bytes(ask<Run, &Simulation::save>(*this)), observed);
   }
   static std::unique_ptr<Run> from_state(const py::tuple& state) {
     auto result = std::make_unique<Run>(state[0], state[1], state[2], state[3].cast<double>());
+    for (const py::handle each : state[5]) {
+      const auto [text, name, every_step, unit] =
+          each.cast<std::tuple<std::string, std::string, bool, std::string>>();
+      result->add_observable({.name = name, .text = text, .every_step = every_step, .unit = unit});
+    }
     result->restore(state[4]);
     return result;
   }
@@ -103,6 +116,7 @@ class Run : public Handle<Simulation> {
 
   py::object motion_, solver_;
   double t_start_;
+  std::vector<Observable> observables_;
 };
 
 /// Returns what a method tells of the state that the last call left.
@@ -113,8 +127,7 @@ auto present(const Run& self) {
 
 std::size_t add_observable(Run& self, const std::string& what, const std::string& name, bool every_step,
                            const std::string& unit) {
-  const Observable observable{.name = name, .text = what, .every_step = every_step, .unit = unit};
-  return self.run([&](Simulation& s) { return s.add_observable(observable); });
+  return self.add_observable({.name = name, .text = what, .every_step = every_step, .unit = unit});
 }
 
 std::vector<Observed> observe(Run& self) {
@@ -128,6 +141,8 @@ std::vector<Observed> tensions_now(Run& self) {
 std::size_t add_event(Run& self, const py::object& function, const py::object& direction, bool stops,
                       const std::string& name, const std::string& when, const py::object& action,
                       const std::string& of) {
+  if (function.is_none() && when.empty())
+    throw py::type_error("add_event: wanted a function of (t, positions, velocities), or when=\"any tension(links) > 20\"");
   const bool is_condition = py::isinstance<py::str>(function) && when.empty();
   if (!is_condition && !function.is_none() && PyCallable_Check(function.ptr()) == 0)
     throw py::type_error("function: found " + py::repr(function).cast<std::string>() +

@@ -62,7 +62,11 @@ Solution state_between(System held, std::span<const double> at, const ModesOptio
   held.velocities.clear();
   Solution state = Dynamics(held, options.solver).solution({options.time, at});
   state.velocities.resize(at.size());
-  if (!found.multipliers.empty()) state.multipliers = found.multipliers;
+  if (!found.multipliers.empty()) {
+    state.multipliers = found.multipliers;
+    state.reactions = found.reactions;
+    state.support_forces = found.support_forces;
+  }
   if (!options.prestress.empty()) state.self_stress.clear();
   return state;
 }

@@ -249,7 +249,7 @@ RankReport Dependences::report() const {
   const Numbering& numbering = model_.numbering;
   RankReport report;
   report.dependences = list_rows();
-  report.rank = numbering.num_user_rows - report.dependences.size();
+  report.rank = numbering.num_user_rows - report.dependences.size() - work_.constraints.open.size();
   report.degrees_of_freedom = 3 * model_.num_moving() - report.rank;
   std::vector<bool> unique(model_.num_rows(), true);
   std::fill(unique.begin() + static_cast<std::ptrdiff_t>(numbering.first_idle_row()), unique.end(), false);

@@ -130,13 +130,17 @@ Outcome Forms::reactions(const Configuration& at, const Request& request, const 
   return {};
 }
 
+std::size_t Forms::degrees_of_freedom() const {
+  // With coordinates alone there are as many degrees of freedom as coordinates.
+  if (normal == nullptr) return work.coordinates.num_coordinates();
+  return 3 * model.num_moving() - (work.rank - work.constraints.open.size());
+}
+
 RankReport Forms::rank(const double* r, bool thoroughly) {
   RankReport report;
-  double freedoms = 3.0 * static_cast<double>(model.num_moving()) - static_cast<double>(work.rank);
+  auto freedoms = static_cast<double>(degrees_of_freedom());
   if (normal == nullptr) {
-    // With coordinates alone there are as many degrees of freedom as coordinates.
     report.is_known = false;
-    freedoms = static_cast<double>(work.coordinates.num_coordinates());
   } else if (work.team().is_alone()) {
     if (thoroughly) (void)normal->linearization().decide_rank_again(r, RankScope::AllRows);
     report = normal->linearization().dependences().report();

@@ -24,9 +24,12 @@ std::vector<Index> find_prestress_rigid_points(const System& system, const std::
 /// Returns the equations of the rods between such points and supports, increasing.
 std::vector<std::size_t> list_prestress_rigid_equations(const System& system, const std::vector<Index>& points);
 
+/// The name of the supports that stand for points held rigid by prestress.
+inline constexpr const char* rigid_points_name = "points held rigid by prestress";
+
 /// Turns points held rigid by prestress into supports.
 inline void hold_rigid_points(System* system, std::vector<Index> points) {
-  if (!points.empty()) system->supports.push_back({"points held rigid by prestress", std::move(points), {}});
+  if (!points.empty()) system->supports.push_back({rigid_points_name, std::move(points), {}});
 }
 
 /// Makes a system by `make(system)`, and once more with the points that `find` lists in the last result as supports,

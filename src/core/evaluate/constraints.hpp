@@ -48,6 +48,7 @@ class Constraints {
     /// Opens rows, [row] not 0, and closes all others.
     void set(const Constraints& constraints, std::span<const char> is_open);
     bool have(std::size_t row) const { return !is_open_.empty() && is_open_[row] != 0; }
+    std::size_t size() const { return rows_.size(); }
     /// Returns a number that changes with each change of the rows.
     std::size_t num_changes() const { return num_changes_; }
     void clear(double* rows) const {

@@ -28,7 +28,7 @@ struct Dynamics::Implementation {
   const Model& model = forms.model;
   EquationsOfMotion& form = *forms.main;
   CornerFunctions* const corners = form.corners();
-  const Form form_wanted;
+  const SolverOptions options;
   SolvedInstant now;          // the state solved last, as the form answered
   bool stands_there = false;  // True if the forms are current for this state, as no later call changed them.
   // The state in the form's own variables, if these are not the points themselves, …
@@ -43,8 +43,7 @@ struct Dynamics::Implementation {
   std::unique_ptr<AccelerationSplit> parts;
   std::unique_ptr<ReactionDecomposition> reaction_decomposition;
 
-  Implementation(System system, const SolverOptions& options)
-      : forms(std::move(system), options), form_wanted(options.form) {
+  Implementation(System system, const SolverOptions& given) : forms(std::move(system), given), options(given) {
     for (std::vector<double>* array : {&now.r, &now.v, &now.w}) array->resize(num_numbers());
     for (std::vector<double>* array : {&x, &x_dot, &x_ddot}) array->resize(has_own_variables ? form.size() : 0);
     now.lambda.resize(model.num_rows());
@@ -132,7 +131,7 @@ struct Dynamics::Implementation {
     const bool are_arrays_of_form = numbering().is_natural && &form == forms.normal.get() && !may_move_points;
     const bool wants_more = !wanted.reactions.empty() || !wanted.support_forces.empty() ||
                             !wanted.active_forces.empty() || !wanted.friction_forces.empty() ||
-                            form_wanted == Form::Both;
+                            options.form == Form::Both;
     const auto is_apart = [&](std::span<const double> read) {
       const std::span<const double> written = wanted.accelerations;
       return std::less_equal<>()(written.data() + written.size(), read.data()) ||
@@ -268,12 +267,12 @@ SolveReport Dynamics::solve(const StateView& at, const SolveArrays& wanted) {
   self.check(at);
   if (self.can_solve_in_place(at, wanted)) return self.solve_in_place(at, wanted);
   const bool with_reactions =
-      !wanted.reactions.empty() || !wanted.support_forces.empty() || self.form_wanted == Form::Both;
+      !wanted.reactions.empty() || !wanted.support_forces.empty() || self.options.form == Form::Both;
   Outcome outcome = self.solve(at, with_reactions);
   SolveReport report = self.now.report;
   report.outcome = std::move(outcome);
   if (!report.outcome.ok()) return report;
-  if (self.form_wanted == Form::Both) {
+  if (self.options.form == Form::Both) {
     if (Outcome compared = self.forms.compare({at.time, self.now.r.data(), self.now.v.data()}, self.demanding,
                                               self.now.w.data(), self.now.eta.data(), &report.forms_disagreement);
         !compared.ok()) {
@@ -305,8 +304,16 @@ Solution Dynamics::solution(const StateView& at) {
   self.numbering().scatter_points(self.now.r, now.positions);
   self.numbering().scatter_points(self.now.v, now.velocities);
   now.position_violation = self.work.position_violation(at.time, self.now.r.data());
-  if (self.forms.normal != nullptr && self.forms.normal->linearization().dependences().is_found()) {
-    forget_equations(system(), list_prestress_rigid_equations(system(), rank(at, false).prestress_rigid_points), &now);
+  now.degrees_of_freedom = self.forms.degrees_of_freedom();
+  if (self.forms.normal == nullptr || !self.forms.normal->linearization().dependences().is_found()) return now;
+  if (std::vector<Index> rigid = rank(at, false).prestress_rigid_points; !rigid.empty()) {
+    // The equations alone would let these points move.
+    const std::vector<std::size_t> unknown = list_prestress_rigid_equations(system(), rigid);
+    System held = system();
+    hold_rigid_points(&held, std::move(rigid));
+    now = Dynamics(std::move(held), self.options).solution(at);
+    forget_equations(system(), unknown, &now);
+  } else {
     now.self_stress = find_self_stress(self.forms);
   }
   return now;

@@ -18,6 +18,7 @@ struct Simulation::Implementation final : SimulatedMotion {
   std::size_t add_observable(const Observable& what);
   std::span<const Observed> observe(bool counts);
   std::vector<Observed> observe(std::span<const Observable> wanted);
+  void explain_gone(Observables* which) const;
   void observe_step() override;
   void verify_observables(const Reactions& anew, Certificate* certificate) override;
   ObservedInstant describe(const Solution& at, double t, const Energy& energy) const;
@@ -57,9 +58,11 @@ struct Simulation::Implementation final : SimulatedMotion {
   using SimulatedMotion::restore;
   /// Restores a state, out of whose system events may have taken other things than out of this one.
   static void restore(std::unique_ptr<Implementation>* at, std::span<const std::byte> saved);
+  /// Returns the system with the names of all that was taken out; else with points that prestress holds as supports.
+  const System& observed_system() const { return taken.empty() ? model.system : system(); }
   /// Finds by their names what the system has, and knows what was taken out.
   const Things& things() const {
-    if (!names) names.emplace(system(), taken);
+    if (!names) names.emplace(observed_system(), taken);
     return *names;
   }
   /// Returns the equations of constraints that were taken out.

@@ -80,7 +80,7 @@ void check_event(const System& system, const Event& event) {
 // ---- observables ----
 
 std::size_t Simulation::Implementation::add_observable(const Observable& what) {
-  if (observables == nullptr) observables = std::make_unique<Observables>(system(), taken);
+  if (observables == nullptr) observables = std::make_unique<Observables>(observed_system(), taken);
   check_name_in_tables(what);
   const std::size_t number = observables->add(what);
   if (what.every_step && !is_advancing && outcome.ok())
@@ -88,11 +88,8 @@ std::size_t Simulation::Implementation::add_observable(const Observable& what) {
   return number;
 }
 
-std::span<const Observed> Simulation::Implementation::observe(bool counts) {
-  if (observables == nullptr) return {};
-  if (!outcome.ok()) return observables->found();
-  observables->take(look_at(observables->needs(Which::All)), Which::All, counts);
-  observables->explain_gone([this](const std::string& place) -> std::string {
+void Simulation::Implementation::explain_gone(Observables* which) const {
+  which->explain_gone([this](const std::string& place) -> std::string {
     // A look in an advance leaves new passages to those who act on them.
     const auto last = std::find_if(passages.rbegin(), passages.rend(), [&](const Passage& each) {
       return !each.taken.empty() && (place == each.taken || place.starts_with(each.taken + "/"));
@@ -102,13 +99,23 @@ std::span<const Observed> Simulation::Implementation::observe(bool counts) {
     return (last->action == EventAction::Release ? "released at t = " : "broken at t = ") +
            with_unit(text(last->time, digits), system().units.time);
   });
+}
+
+std::span<const Observed> Simulation::Implementation::observe(bool counts) {
+  if (observables == nullptr) return {};
+  if (!outcome.ok()) return observables->found();
+  observables->take(look_at(observables->needs(Which::All)), Which::All, counts);
+  explain_gone(observables.get());
   return observables->found();
 }
 
 std::vector<Observed> Simulation::Implementation::observe(std::span<const Observable> wanted) {
-  Observables others(system(), taken);
+  Observables others(observed_system(), taken);
   for (const Observable& each : wanted) others.add(each);
-  if (outcome.ok()) others.take(look_at(others.needs(Which::All)), Which::All);
+  if (outcome.ok()) {
+    others.take(look_at(others.needs(Which::All)), Which::All);
+    explain_gone(&others);
+  }
   return {others.found().begin(), others.found().end()};
 }
 
@@ -129,8 +136,9 @@ ObservedInstant Simulation::Implementation::describe(const Solution& at, double 
           .friction = seen.friction,
           .kinetic = energy.kinetic,
           .potential = energy.potential,
-          .rank = work.rank,
-          .self_stress = seen.self_stress};
+          .degrees_of_freedom = forms.degrees_of_freedom(),
+          .self_stress = seen.self_stress,
+          .has_prestress = !forms.plan.prestress_rigid_equations.empty()};
 }
 
 /// Returns what observables read at the present state.
@@ -204,7 +212,7 @@ void Simulation::Implementation::verify_observables(const Reactions& anew, Certi
   seen.at.time = state.t;
   seen.friction = friction_of(anew);
   if (needs.solves()) seen.self_stress = find_self_stress(forms);
-  Observables second(system(), taken), nudged(system(), taken);
+  Observables second(observed_system(), taken), nudged(observed_system(), taken);
   second.add(*observables);
   nudged.add(*observables);
   Solution known = without_unknown(seen.at);
@@ -394,7 +402,7 @@ void Simulation::Implementation::continue_from(const Implementation& before) {
   truths = before.truths;
   keep_signs();
   if (before.observables == nullptr) return;
-  observables = std::make_unique<Observables>(system(), taken);
+  observables = std::make_unique<Observables>(observed_system(), taken);
   observables->add(*before.observables);
 }
 

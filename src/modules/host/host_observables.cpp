@@ -120,9 +120,11 @@ void HostObservables::evaluate(const HostState& at) {
   // Supports carry the forces of constraints and those of the host.
   loads_.assign(at.forces ? 3 * n : 0, 0.0);
   double kinetic = 0.0;
+  std::size_t num_moving = 0;
   for (std::size_t i = 0; i < n; ++i) {
     const Index point = parts_.points().of_host[i];
     const Vec3 v = load(velocities_.data(), i);
+    num_moving += parts_.points().is_support(point) ? 0 : 1;
     if (!parts_.points().is_support(point))
       kinetic += 0.5 * parts_.points().mass[static_cast<std::size_t>(point)] * dot(v, v);
     else if (at.forces)
@@ -139,7 +141,7 @@ void HostObservables::evaluate(const HostState& at) {
                            .support_forces = loads_,
                            .friction = {},
                            .kinetic = kinetic,
-                           .rank = now_->rank.value_or(0),
+                           .degrees_of_freedom = 3 * num_moving - now_->rank.value_or(0),
                            .self_stress = self_stress},
                           Observables::Which::All);
 }

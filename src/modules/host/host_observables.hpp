@@ -30,7 +30,7 @@ class HostObservables {
   /// Evaluates the observables. find_rank() returns the rank of K, for which the first one after an edit stands.
   template <class FindRank>
   void take(const HostState& at, const FindRank& find_rank) {
-    if (now_->observables->needs(Observables::Which::All).rank && !now_->rank) now_->rank = find_rank();
+    if (now_->observables->needs(Observables::Which::All).freedoms && !now_->rank) now_->rank = find_rank();
     evaluate(at);
   }
   std::span<const Observed> observed() const { return now_->observables->found(); }

@@ -13,8 +13,9 @@ struct ObservedInstant {
   std::span<const double> reactions, support_forces;             ///< 3n, N
   std::span<const double> friction;                              ///< 3n, N; empty without friction
   double kinetic = 0.0, potential = 0.0;                         ///< J
-  std::size_t rank = 0;                                          ///< of K
-  std::span<const double> self_stress{};                         ///< as in Solution
+  std::size_t degrees_of_freedom = 0;
+  std::span<const double> self_stress{};  ///< as in Solution
+  bool has_prestress = false;             ///< multipliers that are NaN are left to a prestress
 };
 
 /// Tells which parts of it some observables read.
@@ -24,7 +25,7 @@ struct Needs {
   bool forces = false;       ///< multipliers, reactions, loads of supports, accelerations, and places
   bool friction = false;
   bool energy = false;
-  bool rank = false;
+  bool freedoms = false;
 
   /// Returns true if they read what only a solve tells.
   bool solves() const { return multipliers || forces || friction; }
@@ -35,7 +36,7 @@ struct Needs {
     forces |= other.forces;
     friction |= other.friction;
     energy |= other.energy;
-    rank |= other.rank;
+    freedoms |= other.freedoms;
     return *this;
   }
 };

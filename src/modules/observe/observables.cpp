@@ -158,6 +158,7 @@ void Observables::add(const Observables& others) {
     own.largest = before.largest;
     if (own.members == before.members) own.values = before.values;
     own.member = before.member;
+    own.unknown = before.unknown;
   }
 }
 
@@ -239,7 +240,7 @@ void detail::find_energies(const System& system, const Solution& at, ObservedIns
 }
 
 std::vector<Observed> observe(const System& system, std::span<const Observable> wanted, const Solution& at,
-                              std::size_t rank, std::span<const double> friction) {
+                              std::span<const double> friction) {
   Observables observables(system);
   for (const Observable& each : wanted) observables.add(each);
   const std::vector<double> none(at.positions.size());
@@ -253,8 +254,9 @@ std::vector<Observed> observe(const System& system, std::span<const Observable> 
                        friction.empty() ? none : friction,
                        0.0,
                        0.0,
-                       rank,
-                       at.self_stress};
+                       at.degrees_of_freedom,
+                       at.self_stress,
+                       std::ranges::any_of(at.multipliers, [](double each) { return std::isnan(each); })};
   if (observables.needs(Observables::Which::All).energy) find_energies(system, at, &seen);
   observables.take(seen, Observables::Which::All);
   return {observables.found().begin(), observables.found().end()};

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <set>
 
 #include "base/suggestion.hpp"
 #include "base/text.hpp"
@@ -61,12 +62,16 @@ std::size_t ObservedText::Term::evaluate(const ObservedInstant& at) const {
   if (!is_reduced() && own_members == members && own_parts == parts && !part) return numbers.swap(values), 0;
   numbers.resize(own_members * own_parts);
   if (is_reduced()) {
-    std::size_t best = 0;
-    for (std::size_t k = 1; k < members; ++k)
+    std::size_t best = 0, num_known = 0;
+    for (std::size_t k = 0; k < members; ++k) {
+      num_known += std::isnan(number_of(k)) ? 0 : 1;
       if (std::isnan(number_of(best)) ||
           (word == Word::Max ? number_of(k) > number_of(best) : number_of(k) < number_of(best)))
         best = k;
-    numbers[0] = number_of(best);
+    }
+    // What is not known may be the largest; what went is not.
+    const bool is_decided = skips_unknown || num_known + quantity.absent.size() == members;
+    numbers[0] = is_decided ? number_of(best) : std::numeric_limits<double>::quiet_NaN();
     return best;
   }
   for (std::size_t k = 1; sums && k < members; ++k)
@@ -227,7 +232,7 @@ std::size_t ObservedText::evaluate(const ObservedInstant& at, Observed* to) cons
   }
   const std::size_t member = terms_[0].evaluate(at);
   to->values.swap(terms_[0].numbers);
-  if (terms_[0].is_reduced()) to->member = terms_[0].quantity.name_member(member);
+  if (terms_[0].is_reduced()) to->member = std::isnan(to->values[0]) ? "" : terms_[0].quantity.name_member(member);
   return member;
 }
 
@@ -244,18 +249,19 @@ std::string ObservedText::explain(const ObservedInstant& at) const {
   const auto is_known = [](double number) { return std::isfinite(number); };
   const auto term_is_known = [&](const Term& term) { return std::ranges::all_of(term.numbers, is_known); };
   if (!lone() && std::ranges::all_of(terms_, term_is_known)) return "not defined";
-  return needs_.solves() && !std::ranges::all_of(at.multipliers, is_known) ? "left to a prestress" : "";
+  return needs_.solves() && at.has_prestress ? "left to a prestress" : "";
 }
 
 std::string ObservedText::explain_gone(const std::function<std::string(const std::string& place)>& when) const {
   constexpr std::size_t most_names = 3;
   std::string list;
   std::size_t count = 0;
+  std::set<std::string> told;
   for (const Term& term : terms_) {
     const bool is_one = terms_.size() == 1 && term.quantity.num_members == 1;
     for (const std::size_t k : term.quantity.absent) {
-      const std::string reason = when(place_in_system(*term.quantity.thing(k)));
-      if (reason.empty() || ++count > most_names) continue;
+      const std::string place = place_in_system(*term.quantity.thing(k)), reason = when(place);
+      if (reason.empty() || !told.insert(place).second || ++count > most_names) continue;
       list += (list.empty() ? "" : ", ") + (is_one ? "" : term.quantity.name_member(k) + " ") + reason;
     }
   }
@@ -264,7 +270,10 @@ std::string ObservedText::explain_gone(const std::function<std::string(const std
 
 void ObservedText::take_any(int sign) {
   for (Term& term : terms_)
-    if (term.word == Word::Any) term.word = sign > 0 ? Word::Max : Word::Min;
+    if (term.word == Word::Any) {
+      term.word = sign > 0 ? Word::Max : Word::Min;
+      term.skips_unknown = true;
+    }
 }
 
 }  // namespace tanor

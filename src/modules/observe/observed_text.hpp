@@ -60,6 +60,7 @@ class ObservedText {
     Word word = Word::None;
     Quantity quantity;
     std::optional<std::size_t> part;  ///< num_parts() for the norm
+    bool skips_unknown = false;       ///< of `any`: members that are not known meet no condition
     mutable std::vector<double> values, numbers;
 
     bool is_reduced() const { return word == Word::Max || word == Word::Min; }

@@ -124,7 +124,7 @@ Quantity pulls_of_bonds(const Things& things, const Thing& thing, const Bonds& b
 }
 
 Quantity make_tension(const Things& things, const Arguments& arguments) {
-  arguments.require(1, 1, "rods, pulleys, springs or bonds");
+  arguments.require(1, 1, "rods, ropes, pulleys, springs or bonds");
   const Argument& argument = arguments[0];
   const Thing thing = things.find(argument, {List::Constraints, List::Forces});
   if (thing.list == List::Constraints) {

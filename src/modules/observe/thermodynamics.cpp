@@ -14,17 +14,16 @@ namespace {
 /// Symmetric tensors as LAMMPS orders them.
 constexpr std::array<std::array<std::size_t, 2>, 6> axes{{{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};
 
-/// Degrees of freedom that share the kinetic energy: 3 (n - supports) - rank K, and less the three of a sample that
-/// nothing holds in its periodic cell, since it moves as a whole.
-double degrees_of_freedom(const Things& things, std::size_t rank) {
+/// Degrees of freedom that share the kinetic energy, less the three of a sample that nothing holds in its periodic cell,
+/// since it moves as a whole.
+double count_sharing(const Things& things, const ObservedInstant& at) {
   const System& system = things.system();
-  std::size_t num_held = 0;
+  bool is_held = false;
   for (std::size_t s = 0; s < system.supports.size(); ++s) {
     const std::vector<bool> gone = things.find_absent({Thing::List::Supports, s});
-    num_held += system.supports[s].points.size() - static_cast<std::size_t>(std::ranges::count(gone, true));
+    is_held |= gone.empty() ? !system.supports[s].points.empty() : std::ranges::count(gone, false) > 0;
   }
-  const double count = 3.0 * static_cast<double>(system.num_points() - num_held) - static_cast<double>(rank);
-  return system.cell && num_held == 0 ? count - 3.0 : count;
+  return static_cast<double>(at.degrees_of_freedom) - (system.cell && !is_held ? 3.0 : 0.0);
 }
 
 /// The virial of the forces between points and of the constraints that join points: the sum of r (x) F over what acts,
@@ -73,13 +72,18 @@ class Virial {
   }
 
  private:
+  /// Returns true for constraints of several points; those that refer to fixed places act from outside.
   static bool joins_points(const Constraint& constraint) {
-    return std::holds_alternative<Rods>(constraint) || std::holds_alternative<Angles>(constraint);
+    if (const auto* own = std::get_if<UserConstraints>(&constraint)) return own->kernel.num_points > 1;
+    return std::holds_alternative<Rods>(constraint) || std::holds_alternative<Angles>(constraint) ||
+           std::holds_alternative<Ropes>(constraint);
   }
   static bool acts_between_points(const Force& force) {
+    if (const auto* energy = std::get_if<Potential>(&force)) return energy->kernel.num_points > 1;
+    if (const auto* formula = std::get_if<FormulaForce>(&force)) return formula->kernel.num_points > 1;
     return std::holds_alternative<Springs>(force) || std::holds_alternative<PairForces>(force) ||
-           std::holds_alternative<Potential>(force) || std::holds_alternative<Bonds>(force) ||
-           std::holds_alternative<Bendings>(force) || std::holds_alternative<Torsions>(force);
+           std::holds_alternative<Bonds>(force) || std::holds_alternative<Bendings>(force) ||
+           std::holds_alternative<Torsions>(force);
   }
   static System inner_system(System system) {
     std::erase_if(system.constraints, [](const Constraint& each) { return !joins_points(each); });
@@ -125,8 +129,8 @@ void require_cell(const Things& things, const Arguments& arguments) {
 
 Quantity make_temperature(const Things& things, const Arguments& arguments) {
   arguments.require(0, 0, "");
-  return one_number(Dimension::Temperature, {.energy = true, .rank = true}, [things](const ObservedInstant& at) {
-    const double degrees = degrees_of_freedom(things, at.rank);
+  return one_number(Dimension::Temperature, {.energy = true, .freedoms = true}, [things](const ObservedInstant& at) {
+    const double degrees = count_sharing(things, at);
     return degrees > 0.0 ? 2.0 * at.kinetic / (degrees * things.system().units.boltzmann) : 0.0;
   });
 }

@@ -3,16 +3,19 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <utility>
 #include <variant>
 
 #include "base/numbers.hpp"
+#include "dynamics/prestress_rigidity.hpp"
 #include "statics/islands.hpp"
 
 namespace tanor::detail {
 
 namespace {
 
-constexpr double step_of_irregular = 2.3;
+constexpr double step_of_irregular = 2.3, unknown = std::numeric_limits<double>::quiet_NaN();
 
 /// The rounding error of a sum of forces that cancel is this part of the largest one.
 constexpr double rounding_of_cancellation = 64.0 * eps;
@@ -147,6 +150,39 @@ void EquilibriumEquations::forget_idle_multipliers(const double* r, std::vector<
   for (const Incidence& incidence : model_.incidences) {
     const auto point = static_cast<std::size_t>(incidence.point);
     if (point < joined_.size() && is_loaded[own(point)] == 0) (*lambda)[static_cast<std::size_t>(incidence.row)] = 0.0;
+  }
+}
+
+void EquilibriumEquations::write_forces(const std::vector<double>& lambda, std::vector<double>* multipliers,
+                                        std::vector<double>* reactions, std::vector<double>* support_forces) const {
+  const Numbering& numbering = model_.numbering;
+  const std::size_t size = 3 * model_.num_points(), moving = 3 * model_.num_moving();
+  std::vector<double> eta(size), loads(size, 0.0);
+  model_.gather.reactions(model_.parallel, blocks_.data(), lambda.data(), eta.data());
+  for (std::size_t i = moving; i < size; ++i) loads[i] = eta[i] + f_[i];
+  for (const auto& [inner, user] : {std::pair(&eta, reactions), {&loads, support_forces}}) {
+    user->resize(size);
+    numbering.scatter_points(*inner, *user);
+  }
+  multipliers->resize(numbering.num_user_rows);
+  numbering.scatter_rows(lambda, *multipliers);
+
+  std::vector<char> is_rigid(model_.num_points(), 0), is_unknown(model_.num_rows(), 0);
+  for (const Support& support : model_.system.supports)
+    for (const Index point : support.points)
+      is_rigid[static_cast<std::size_t>(numbering.inner_point[static_cast<std::size_t>(point)])] =
+          support.name == rigid_points_name;
+  for (const Incidence& incidence : model_.incidences) {
+    const auto row = static_cast<std::size_t>(incidence.row);
+    if (row >= numbering.first_idle_row() && is_rigid[static_cast<std::size_t>(incidence.point)] != 0)
+      is_unknown[row] = 1;
+  }
+  for (const Incidence& incidence : model_.incidences) {
+    const auto row = static_cast<std::size_t>(incidence.row);
+    if (is_unknown[row] == 0) continue;
+    (*multipliers)[static_cast<std::size_t>(numbering.user_row[row])] = unknown;
+    const auto point = static_cast<std::ptrdiff_t>(numbering.user_point[static_cast<std::size_t>(incidence.point)]);
+    for (std::vector<double>* each : {reactions, support_forces}) std::fill_n(each->begin() + 3 * point, 3, unknown);
   }
 }
 

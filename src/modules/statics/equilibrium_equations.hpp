@@ -72,6 +72,11 @@ class EquilibriumEquations {
   StiffnessMatrix& stiffness() { return stiffness_; }
   /// The active forces f of the last `evaluate` [3 points], N.
   const std::vector<double>& forces() const { return f_; }
+  /// Writes multipliers [equations], reactions K lambda and the loads of supports [3n, N] of the last `evaluate` and
+  /// `linearise` in the user's order. NaN are multipliers of rods between points that prestress holds, and the forces
+  /// on these points and on their supports.
+  void write_forces(const std::vector<double>& lambda, std::vector<double>* multipliers, std::vector<double>* reactions,
+                    std::vector<double>* support_forces) const;
   /// Sets the multipliers of constraints to 0 where no force acts on any point that they join: there they are what
   /// rounding of other islands has left. Evaluates the forces at r.
   void forget_idle_multipliers(const double* r, std::vector<double>* lambda);

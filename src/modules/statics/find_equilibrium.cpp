@@ -146,19 +146,12 @@ class Search {
     result_.velocities.assign(size, 0.0);
     for (std::size_t i = 0; i < model_.num_points(); ++i)
       store(result_.velocities.data(), i, frame_.velocity_at(load(result_.positions.data(), i)));
-    std::vector<double> reactions(size), loads(size, 0.0);
-    model_.gather.reactions(model_.parallel, equations_.gradients().data(), state_.lambda.data(), reactions.data());
-    scatter(reactions, &result_.reactions);
-    for (std::size_t i = 3 * model_.num_moving(); i < size; ++i) loads[i] = reactions[i] + equations_.forces()[i];
-    scatter(loads, &result_.support_forces);
-    result_.multipliers.assign(model_.numbering.num_user_rows, 0.0);
-    model_.numbering.scatter_rows(state_.lambda, result_.multipliers);
+    equations_.write_forces(state_.lambda, &result_.multipliers, &result_.reactions, &result_.support_forces);
     if (const std::vector<double> stress = multipliers_.find_self_stress();
         !stress.empty() && options_.prestress.empty()) {
       result_.self_stress.resize(model_.numbering.num_user_rows);
       model_.numbering.scatter_rows(stress, result_.self_stress);
     }
-    forget_idle_rows();
     if (!inertia_.shape.empty()) scatter(inertia_.shape, &result_.stability.lowest_shape);
   }
 
@@ -355,21 +348,6 @@ class Search {
     equations_.linearise_near(state_.r.data(), lambda.data(), error);
     return find_inertia(equations_, state_.r, rank_.degrees_of_freedom, list_dependent_rows(model_, rank_),
                         &newton_.solver());
-  }
-
-  /// Sets undetermined results to NaN: the multipliers of rows that join only supports, or points that prestress holds
-  /// rigid, and the forces on the points of those rows.
-  void forget_idle_rows() {
-    constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
-    for (const Incidence& incidence : model_.incidences) {
-      const auto row = static_cast<std::size_t>(incidence.row);
-      if (row < model_.numbering.first_idle_row()) continue;
-      const auto point =
-          static_cast<std::size_t>(model_.numbering.user_point[static_cast<std::size_t>(incidence.point)]);
-      result_.multipliers[static_cast<std::size_t>(model_.numbering.user_row[row])] = unknown;
-      for (std::vector<double>* each : {&result_.reactions, &result_.support_forces})
-        std::fill_n(each->begin() + static_cast<std::ptrdiff_t>(3 * point), 3, unknown);
-    }
   }
 
   /// Starts with the multipliers that balance the load best, if they balance at least half of it, else with the

@@ -53,6 +53,13 @@ class GivenEquilibrium {
   /// Returns the rows of K that depend on others.
   std::vector<std::size_t> dependent_rows() const { return list_dependent_rows(model(), rank_); }
 
+  /// Writes the forces as `EquilibriumEquations::write_forces` does.
+  void write_forces(std::vector<double>* multipliers, std::vector<double>* reactions,
+                    std::vector<double>* support_forces) {
+    std::vector<double> g(equations_.size()), xi(model().num_rows());
+    equations_.evaluate(r_.data(), lambda_.data(), g.data(), xi.data());
+    equations_.write_forces(lambda_, multipliers, reactions, support_forces);
+  }
   /// Evaluates K and W for other multipliers.
   void linearise(const std::vector<double>& lambda) { equations_.linearise(r_.data(), lambda.data()); }
   /// Returns true if Coriolis forces couple motions that the constraints allow.

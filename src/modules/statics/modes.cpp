@@ -166,8 +166,7 @@ Modes modes(const System& system, std::span<const double> positions, const Modes
       result.left_out.push_back(name + ": what depends on velocities takes no part in vibrations");
   }
   result.degrees_of_freedom = state.degrees_of_freedom();
-  result.multipliers.resize(model.numbering.num_user_rows);
-  model.numbering.scatter_rows(state.multipliers(), result.multipliers);
+  state.write_forces(&result.multipliers, &result.reactions, &result.support_forces);
   const Plan plan = make_plan(result.degrees_of_freedom, state.equations().size(), options.count);
   if (Outcome outcome = find_obstacle(state, positions, options); !outcome.ok())
     return fail(result, outcome.status, std::move(outcome.what));

@@ -64,7 +64,11 @@ Solution state_of(const scene::Scene& scene, const Modes& found, System* system)
   if (std::ranges::any_of(found.left_out, is_velocity)) system->velocities.clear();
   system->velocities.resize(system->positions.size());
   Solution state = Dynamics(*system, scene.solver).solution({scene.modes.time, system->positions, system->velocities});
-  if (!found.multipliers.empty()) state.multipliers = found.multipliers;
+  if (!found.multipliers.empty()) {
+    state.multipliers = found.multipliers;
+    state.reactions = found.reactions;
+    state.support_forces = found.support_forces;
+  }
   if (!scene.equilibrium.prestress.empty()) state.self_stress.clear();
   return state;
 }

@@ -60,31 +60,26 @@ ExitCode execute_solve(const Options& options) {
   solution.velocities = velocities;
 
   const std::size_t size = positions.size();
-  std::vector<double> accelerations(size), multipliers(dynamics.num_equations()), reactions(size), support_forces(size);
   const bool has_friction = !dynamics.system().friction.empty();
   std::vector<double> friction(has_friction ? size : 0);
   const StateView state{.time = scene.t_start, .positions = positions, .velocities = velocities};
-  const SolveReport report = dynamics.solve(state, {.accelerations = accelerations,
-                                                    .multipliers = multipliers,
-                                                    .reactions = reactions,
-                                                    .support_forces = support_forces,
-                                                    .friction_forces = friction});
+  const SolveReport report = dynamics.solve(state, {.friction_forces = friction});
   if (has_friction) solution.friction_report = report.friction;
   if (!report.outcome.ok()) {
     write(options, solution);
     return tell(options.scene, report.outcome.what);
   }
-  solution.accelerations = accelerations;
-  if (report::has_multipliers(dynamics.plan())) solution.multipliers = multipliers;
+  const tanor::Solution found = dynamics.solution(state);
+  solution.accelerations = found.accelerations;
+  if (report::has_multipliers(dynamics.plan())) solution.multipliers = found.multipliers;
   solution.rank = dynamics.rank(state);
   if (const std::string redundancy = report::describe_redundancy(*solution.rank); !redundancy.empty() && !options.quiet)
     print_message(options.scene.string() + ": " + redundancy);
-  solution.reactions = reactions;
-  solution.support_forces = support_forces;
+  solution.reactions = found.reactions;
+  solution.support_forces = found.support_forces;
   if (has_friction) solution.friction = friction;
-  const tanor::Solution found = dynamics.solution(state);
   if (!found.self_stress.empty()) solution.self_stress = found.self_stress;
-  solution.observed = observe(dynamics.system(), scene.observables, found, solution.rank->rank, friction);
+  solution.observed = observe(dynamics.system(), scene.observables, found, friction);
   if (scene.certificate.when != scene::CertificatePolicy::When::Off) solution.certificate = dynamics.certify(state);
 
   const Split split = dynamics.split(state);

@@ -181,10 +181,11 @@ std::string describe_part(const Observed& observed, std::size_t part, const Simu
   }
   const std::string least_text = number_with_unit(least.value, observed.unit);
   if (std::isnan(least.value) || largest.value - least.value <= noise ||
-      least_text == number_with_unit(largest.value, observed.unit))
-    return observed.members.empty() || std::isnan(least.value)
-               ? line
-               : line + (observed.unknown.empty() ? ", all " : ", others ") + least_text;
+      least_text == number_with_unit(largest.value, observed.unit)) {
+    if (std::isnan(least.value)) return line;
+    if (observed.members.empty()) return std::isnan(observed.values[part]) ? line + ", before " + least_text : line;
+    return line + (observed.unknown.empty() ? ", all " : ", others ") + least_text;
+  }
   return line + "; least " + describe_extreme(least, observed.unit, motion) + ", largest " +
          describe_extreme(largest, observed.unit, motion);
 }

@@ -372,7 +372,8 @@ class System:
         return found[name]
 
     def __repr__(self) -> str:
-        parts = [count(len(self.positions), "point"), _masses_in_words(self)]
+        num_points = len(self.positions) if hasattr(self.positions, "__len__") else 0  # nothing is checked yet
+        parts = [count(num_points, "point"), _masses_in_words(self)]
         for what in ("supports", "constraints", "forces", "friction", "coordinates"):
             groups = getattr(self, what) or ()
             groups = groups if isinstance(groups, (list, tuple)) else [groups]

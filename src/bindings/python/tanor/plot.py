@@ -56,6 +56,9 @@ def tensions(run: "Trajectory | EquilibriumResult | Modes | Solution | Simulatio
         when, shown = f" at t = {run.times[frame]:g} {units['time']}".rstrip(), run[group].tension[frame]
     elif time is not None:
         raise ValueError(f"tensions: time: {type(run).__name__} is of one instant")
+    shown = numpy.asarray(shown)[numpy.isfinite(shown)]
+    if not len(shown):
+        raise ValueError(f"tensions: no tension of {group}{when} is known")
     axes = _axes(axes)
     axes.hist(shown, bins=bins)
     axes.set_xlabel(_with_unit(f"tension of {group}{when}", units["force"]))
@@ -101,6 +104,8 @@ def error_time(file: str | os.PathLike, axes=None):
     unit = ""
     with open(file, newline="", encoding="utf-8") as table:
         for row in csv.DictReader(table):
+            if not {"method", "wall_s", "trouble"} <= set(row):
+                raise ValueError(f"error_time: {os.fspath(file)} is no table of tanor error-time: it has the columns {', '.join(map(str, row))}")
             is_old = "error_m" in row  # tables of 0.2
             error = float(row["error_m" if is_old else "error"] or "nan")
             unit = "m" if is_old else row.get("unit_of_length", unit)
@@ -118,7 +123,8 @@ def _pairs_of(system: "System | Scene") -> numpy.ndarray:  # noqa: F821
     """The pairs of points [k, 2] that rods, springs and bonds join."""
     system = getattr(system, "system", system)
     pairs = [numpy.reshape(getattr(group, "pairs", ()), (-1, 2)) for group in (*system.constraints, *system.forces)]
-    return numpy.concatenate([numpy.zeros((0, 2), int), *pairs]).astype(int)
+    pairs = numpy.concatenate([numpy.zeros((0, 2), int), *pairs]).astype(int)
+    return pairs[((pairs >= 0) & (pairs < len(system.positions))).all(axis=1)]  # a system that is not valid is looked at, too
 
 
 def picture_of(system: "System | Scene", positions: numpy.ndarray | None = None, size: int = 320) -> str:  # noqa: F821

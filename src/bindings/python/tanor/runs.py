@@ -77,6 +77,8 @@ class Group(Member):
         members = len(self)
         if isinstance(number, slice):
             return [self[each] for each in range(*number.indices(members))]
+        if isinstance(number, str):
+            raise TypeError(f"{self.name}[{number!r}]: members have numbers, 0 to {members - 1}")
         if not -members <= operator.index(number) < members:
             raise IndexError(f"{self.name} has {count(members, 'member')}, counted from 0")
         number %= members

@@ -178,6 +178,7 @@ export function addHistories(charts: Charts, { history, observables = [] }: Page
     const isBeyond = (x: Figure, k: number) => exceeds(x, largest[k].value) || exceeds(minus(x), minus(least[k].value));
     const told = rows.some((row) => row.some((x, k) => isBeyond(x, k % least.length))) ? "at output times: " : ""; // between them the curve goes further
     charts.add({ title: name + (labels.length > most ? ` (${most} of ${labels.length} curves)` : ""), unit, times: t,
+      unknown: each.unknown ?? "not known",
       note: told + least.map((each, k) => `${parts[k] ? `${parts[k]}: ` : ""}${range(each, largest[k])}`).join("; "),
       curves: labels.slice(0, most).map((label, k) => ({ label, numbers: rows.map((row) => row[k]) })) });
   }

@@ -79,8 +79,9 @@ export function fillTable(id: string, head: string[], rows: string[][], choose?:
 /** Lists what is observed at rest: each part of each member. */
 export function listObserved({ observables = [] }: PageData): void {
   fillTable("observed", ["", "value"], observables.flatMap((each) => labelsOf(each).map((label, k) => {
-    const { name, members, least, rows, unit } = each, of = members.length ? "" : least[k]?.member;
-    return [label === name ? name : `${name}: ${label}`, words(rows[0]?.[k], unit) + (of ? ` in ${of}` : "")];
+    const { name, members, least, rows, unit, unknown } = each, of = members.length ? "" : least[k]?.member, number = rows[0]?.[k];
+    const told = (number === null && unknown) || words(number, unit);
+    return [label === name ? name : `${name}: ${label}`, told + (of ? ` in ${of}` : "")];
   })));
   find("observed").closest<HTMLElement>(".card")!.hidden = !observables.length;
 }

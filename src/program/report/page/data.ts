@@ -55,6 +55,7 @@ export interface Observable {
   least: Extreme[]; // of each part, or one
   largest: Extreme[];
   t: number[];
+  unknown: string | null; // why there are none among its numbers
   rows: Figure[][]; // one for each time: the parts of each member, member by member
 }
 
