@@ -203,7 +203,7 @@ struct Event {
 
 /// A zero crossing of an event, located to the accuracy of the method inside its steps.
 struct Passage {
-  std::size_t event = 0;  ///< number that `add_event` returned
+  std::size_t event = 0;  ///< number that `add_event` returned, behind the events of `breaks_at`
   double time = 0.0;      ///< s
   bool rises = false;
   std::string name{};                        ///< of the event, or its condition
@@ -255,7 +255,8 @@ class TANOR_API Simulation {
   /// snapshot, and `restore` forgets crossings later than the restored time. What events have taken out is in the
   /// snapshot: points, members and equations keep their numbers, a multiplier that is gone, and its tension,
   /// are NaN. Conditions on forces solve for accelerations at each place where they are evaluated. Throws
-  /// InputError if there is no function, or for a condition that cannot be read or acted upon.
+  /// InputError if there is no function, or for a condition that cannot be read or acted upon. Groups with `breaks_at`
+  /// have an event each, "breaks_at of links", before all others.
   std::size_t add_event(Event event);
   /// Returns the crossings so far, in the order of time.
   std::span<const Passage> passages() const;

@@ -51,7 +51,8 @@ TANOR_API void check_observable(const System& system, const Observable& observab
 TANOR_API std::vector<std::string> column_names(const Observed& observed);
 
 /// Returns what is observed where nothing is asked for: the largest and the smallest tension of each group of rods, the
-/// load of each entry of supports and, with a periodic cell, temperature and pressure.
+/// largest part of `breaks_at` that it reaches, the load of each entry of supports and, with a periodic cell,
+/// temperature and pressure.
 TANOR_API std::vector<Observable> default_observables(const System& system);
 
 /// Returns the tensions of all members of each group of rods, ropes, pulleys, springs and bonds, with its name, which

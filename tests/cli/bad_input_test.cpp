@@ -124,7 +124,7 @@ std::string constrained(const std::string& constraint) {
 // clang-format off
 const BadScene bad_scenes[] = {
     {"UnknownKey", two_points(R"("constraints": [{"kind": "rod", "pairs": [[0,1]], "lenght": 1}])"),
-     R"(/constraints/0/lenght: found the unknown key "lenght" (did you mean length?), wanted one of kind, name, pairs, length, offsets, side, restitution)"},
+     R"(/constraints/0/lenght: found the unknown key "lenght" (did you mean length?), wanted one of kind, name, pairs, length, offsets, side, restitution, breaks_at)"},
     {"DuplicateKey", two_points(R"("name": "a", "name": "b")"),
      R"(/name: found the key "name" twice, wanted once)"},
     {"WrongType", two_points(R"("name": 7)"), R"(/name: found number 7, wanted a string)"},

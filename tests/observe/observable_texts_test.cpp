@@ -20,7 +20,7 @@ TEST(Observables, BadTextsAreRefusedWithTheirPlace) {
       refuse("tenson(links)"),
       "formula \"tenson(links)\": column 1: 'tenson' is not known (did you mean tension?); known names: t, pi and "
       "the functions sqrt, exp, log, sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, tanh, abs, min, max, and "
-      "of things sum, each, any, tension, force, moment, load, multiplier, reaction, friction, position, "
+      "of things sum, each, any, tension, utilisation, force, moment, load, multiplier, reaction, friction, position, "
       "velocity, acceleration, distance, angle, energy, kinetic, potential, temperature, pressure, virial");
   EXPECT_EQ(refuse("max tenson(links)"),
             "formula \"max tenson(links)\": column 5: 'tenson' is no quantity (did you mean tension?)");

@@ -47,6 +47,18 @@ class Observables(unittest.TestCase):
             largest.append(simulation.observe()[0].largest[0].value)
         self.assertGreater(largest[1], largest[0])
 
+    def test_rods_and_ropes_break_at_a_tension(self):
+        for line in (tanor.Rods([[0, 1]], breaks_at=20, name="line"), tanor.Ropes([[0, 1]], breaks_at=[20], name="line")):
+            system = tanor.System([[0, 0, 0], [1, 0, 0]], 1.0, supports=[tanor.Support([0])], constraints=[line],
+                                  forces=[tanor.Gravity((0, 0, -10))])
+            simulation = tanor.Simulation(system)
+            self.assertTrue(simulation.advance_to(0.6).ok)
+            self.assertEqual([passage.name for passage in simulation.passages], ["breaks_at of line"])
+            self.assertEqual([passage.member for passage in simulation.passages], ["line[0]"])
+            self.assertEqual(pickle.loads(pickle.dumps(line)).breaks_at[0], 20)
+        with self.assertRaisesRegex(tanor.InputError, "breaks_at -1 is not positive"):
+            tanor.Simulation(tanor.System([[0, 0, 0], [1, 0, 0]], 1.0, constraints=[tanor.Rods([[0, 1]], breaks_at=-1)]))
+
     def test_an_event_is_a_condition_or_a_function(self):
         simulation = tanor.Simulation(make_cable(3))
         simulation.add_event("t > 0.15", do="break", of="links[1]")

@@ -330,6 +330,14 @@ const BadInput bad_inputs[] = {
      R"(scene.json: /motion/stabilisation: found string "baumgarte", wanted one of projection, none)"},
     {"FormIsUnknown", three_points(R"("solver": {"form": "dual"})"),
      R"(scene.json: /solver/form: found string "dual", wanted one of auto, normal, tangent, both)"},
+    {"StrengthIsNotPositive", three_points(R"("constraints": [{"kind": "rod", "pairs": [[0,1]], "breaks_at": -3}])"),
+     R"(scene.json: /constraints/0/breaks_at: breaks_at -3 is not positive)"},
+    {"StrengthsAreTooMany", three_points(R"("constraints": [{"kind": "rope", "paths": [[0,1]], "breaks_at": [1, 2]}])"),
+     R"(scene.json: /constraints/0/breaks_at: found a list, wanted one number, or a list of 1)"},
+    {"StrengthOfAPlane", three_points(R"("constraints": [{"kind": "plane", "points": [0], "normal": [0,0,1], )"
+    R"("breaks_at": 3}])"),
+     R"(scene.json: /constraints/0/breaks_at: found the unknown key "breaks_at", wanted one of kind, name, points, )"
+     R"(normal, offset, side, restitution)"},
     {"BothNamesOfALinearSolver", three_points(R"("solver": {"linear_solver": "auto", "way": "paths"})"),
      R"(scene.json: /solver/way: found beside linear_solver, which is its new name)"},
     {"LinearSolverIsUnknown", three_points(R"("solver": {"linear_solver": "short"})"),

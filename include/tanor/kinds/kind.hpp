@@ -74,6 +74,7 @@ struct FieldData {
   FieldRole role = FieldRole::Value;
   bool is_required = false;  ///< required in a scene file; else the field has the default of its struct
   bool is_constant = false;  ///< for a parameter: it must not depend on time
+  bool is_each = false;      ///< for a list of numbers: one for all members, or one for each
   int point = 0;             ///< for a Center: which of a member's points belongs to it
 };
 
@@ -101,6 +102,11 @@ inline constexpr ValueRange restitution_range = {
 template <class Group>
 inline constexpr std::tuple one_sided_fields{FieldOf("side", &Group::side),
                                              FieldOf("restitution", &Group::restitution, {.range = restitution_range})};
+
+/// The field of constraints with a tension at which members break: events that take them out, "breaks_at of links".
+template <class Group>
+inline constexpr FieldOf strength_field{
+    "breaks_at", &Group::breaks_at, {.unit = "N", .range = ValueRange::positive, .is_each = true}};
 
 // ---- definitions ----
 

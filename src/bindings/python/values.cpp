@@ -203,7 +203,7 @@ void read(const Given& given, std::vector<std::string>* names) {
 
 void read(const Given& given, std::vector<double>* numbers) {
   const auto array = numbers_of(given.value);
-  if (array.ndim() != 1) given.fail("a list of numbers");
+  if (array.ndim() > 1) given.fail("a list of numbers");  // a number is a list of one
   numbers->assign(array.data(), array.data() + array.size());
 }
 

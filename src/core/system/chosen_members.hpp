@@ -50,6 +50,7 @@ Group with_members(const Group& group, const std::vector<std::size_t>& members) 
     }
   });
   if constexpr (requires { result.offsets; }) choose(members, count, &result.offsets);
+  if constexpr (requires { result.breaks_at; }) choose(members, count, &result.breaks_at);
   if constexpr (std::is_same_v<Group, Potential>) {
     for (std::vector<double>& constant : result.constants) choose(members, count, &constant);
   }

@@ -70,6 +70,8 @@ void check_field([[maybe_unused]] const Group& group, const FieldOf<Group, Value
     if (value) check_number(*value, data.range, where, field.name);
   } else if constexpr (std::is_same_v<Value, std::vector<Vector3>>) {
     check_vectors_of_members(group, value, where, field.name);
+  } else if constexpr (std::is_same_v<Value, std::vector<double>>) {
+    if (data.is_each && !value.empty()) check_parameter(value, num_members(group), data.range, t, where, field.name);
   }
 }
 

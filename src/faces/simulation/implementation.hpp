@@ -30,6 +30,8 @@ struct Simulation::Implementation final : SimulatedMotion {
 
   // Events.
   std::size_t add_event(Event event);
+  /// Adds the events by which members break that have `breaks_at`, before those of users.
+  void add_breaks();
   std::span<const Passage> list_passages();
   void collect_passages() override { list_passages(); }
   bool has_taken_its_thing(std::size_t event) const;

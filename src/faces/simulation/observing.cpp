@@ -6,6 +6,7 @@
 #include "simulation/implementation.hpp"
 #include "simulation/taken_out.hpp"
 #include "system/formula_names.hpp"
+#include "system/strengths.hpp"
 
 namespace tanor {
 using namespace detail;
@@ -302,6 +303,21 @@ std::size_t Simulation::Implementation::add_event(Event event) {
   integration.watch().add(std::move(function));
   truths.emplace_back();
   return number;
+}
+
+void Simulation::Implementation::add_breaks() {
+  for (std::size_t g = 0; g < system().constraints.size(); ++g) {
+    const Constraint& group = system().constraints[g];
+    if (strengths_of(group).empty() || shape_of(group).members == 0) continue;
+    const std::string name = constraint_name(system(), g);
+    try {
+      add_event({.name = "breaks_at of " + name,
+                 .when = "any utilisation(" + quoted_name(name) + ") > 1",
+                 .action = EventAction::Break});
+    } catch (const InputError& error) {
+      throw InputError("/constraints/" + text(g) + "/breaks_at", error.what());
+    }
+  }
 }
 
 /// Returns true if what the event names is taken out.

@@ -24,12 +24,14 @@ Simulation::Simulation(Spread, System system, const Part& part, const MotionOpti
     implementation_.reset();  // two at a time would take twice the memory
     implementation_ = std::make_unique<Implementation>(std::move(held), motion, solver, part, t_start);
   }
-  if (all.empty()) return;
-  implementation_->given = std::move(given);
-  PlanSummary& plan = implementation_->forms.plan;
-  plan.prestress_rigid_points = std::move(all);
-  std::set_difference(plan.idle_equations.begin(), plan.idle_equations.end(), idle.begin(), idle.end(),
-                      std::back_inserter(plan.prestress_rigid_equations));
+  if (!all.empty()) {
+    implementation_->given = std::move(given);
+    PlanSummary& plan = implementation_->forms.plan;
+    plan.prestress_rigid_points = std::move(all);
+    std::set_difference(plan.idle_equations.begin(), plan.idle_equations.end(), idle.begin(), idle.end(),
+                        std::back_inserter(plan.prestress_rigid_equations));
+  }
+  implementation_->add_breaks();
 }
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;

@@ -13,6 +13,7 @@
 #include "host/host_parts.hpp"
 #include "host/point_address.hpp"
 #include "system/one_sided.hpp"
+#include "system/strengths.hpp"
 
 namespace tanor {
 using namespace detail;
@@ -145,6 +146,7 @@ Constrainer::Constrainer(std::span<const double> masses, std::vector<Constraint>
   const System system = make_system(points, std::move(constraints));
   validate(system);
   refuse_sides(system, one_sided_host);
+  refuse_breaks(system, unbreakable_host);
   std::span<const std::array<int, 3>> images;
   std::optional<PeriodicCell> cell;
   if (periodicity != nullptr) {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "system/one_sided.hpp"
+#include "system/strengths.hpp"
 #include "system/value_checks.hpp"
 
 namespace tanor::detail {
@@ -99,6 +100,7 @@ void check_group(const HostParts& parts, const Constraint& group, std::size_t nu
     throw InputError("/constraints", "\"" + name + "\" is the name of other constraints already; a name is used once");
   try {
     refuse_sides(make_small(parts.points(), group), one_sided_host);
+    refuse_breaks(make_small(parts.points(), group), unbreakable_host);
     validate(make_small(parts.points(), group));
   } catch (const InputError&) {
     validate(make_system(parts.points(), {group}));  // here points have the host's numbers

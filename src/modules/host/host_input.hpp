@@ -24,6 +24,7 @@ System make_system(const HostPoints& points, std::vector<Constraint> constraints
 
 /// The way of a host that has constraints to one side.
 inline constexpr const char* one_sided_host = "a Constrainer holds both, a Simulation finds where gaps close";
+inline constexpr const char* unbreakable_host = "the members of a Constrainer go where its host removes them";
 
 /// Throws if the group, on points with the host's numbers, cannot be added.
 void check_group(const HostParts& parts, const Constraint& group, std::size_t num_images);

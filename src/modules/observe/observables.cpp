@@ -9,6 +9,7 @@
 #include "base/parallel.hpp"
 #include "evaluate/forces.hpp"
 #include "system/formula_names.hpp"
+#include "system/strengths.hpp"
 
 namespace tanor {
 using namespace detail;
@@ -277,12 +278,13 @@ std::vector<Observable> default_observables(const System& system) {
   using List = Thing::List;
   std::vector<Observable> result;
   const Things things(system);
-  const auto add = [&](std::string_view quantity, const Thing& thing, std::initializer_list<List> lists) {
+  const auto add = [&](std::string_view quantity, const Thing& thing, std::initializer_list<List> lists,
+                       std::initializer_list<const char*> words = {"max ", "min "}) {
     const std::string name = things.name(thing), text = std::string(quantity) + "(" + quoted_name(name) + ")";
     const std::size_t members = things.num_members(thing);
     if (things.find_all(name, lists).size() > 1) return;  // `find_warnings` tells so
     if (members == 1 || (members > 0 && thing.list == List::Supports)) return result.push_back({.text = text});
-    for (const char* const word : {"max ", "min "})
+    for (const char* const word : words)
       if (members > 1) result.push_back({.text = word + text});
   };
   for (std::size_t k = 0; k < system.constraints.size(); ++k) {
@@ -291,6 +293,7 @@ std::vector<Observable> default_observables(const System& system) {
       add("tension", {List::Constraints, k}, {List::Constraints, List::Forces});
     else if (std::visit([]<class Group>(const Group&) { return has_single_points<Group>; }, constraint))
       add("force", {List::Constraints, k}, {List::Constraints});
+    if (!strengths_of(constraint).empty()) add("utilisation", {List::Constraints, k}, {List::Constraints}, {"max "});
   }
   for (std::size_t k = 0; k < system.supports.size(); ++k) add("load", {List::Supports, k}, {List::Supports});
   if (!system.cell || !system.cell->is_periodic_everywhere()) return result;

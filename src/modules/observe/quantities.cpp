@@ -9,6 +9,7 @@
 #include "observe/quantity.hpp"
 #include "system/law_numbers.hpp"
 #include "system/members.hpp"
+#include "system/strengths.hpp"
 
 namespace tanor::detail {
 
@@ -137,6 +138,21 @@ Quantity make_tension(const Things& things, const Arguments& arguments) {
   if (const auto* springs = std::get_if<Springs>(&force)) return pulls_of_springs(things, thing, *springs);
   if (const auto* bonds = std::get_if<Bonds>(&force)) return pulls_of_bonds(things, thing, *bonds);
   argument.fail("'" + things.name(thing) + "' has no tension; rods, ropes, pulleys, springs and bonds have one");
+}
+
+/// The pull over that at which members break.
+Quantity make_utilisation(const Things& things, const Arguments& arguments) {
+  arguments.require(1, 1, "rods or ropes");
+  const Thing thing = things.find(arguments[0], {List::Constraints});
+  const std::vector<double> strength = strengths_of(things.system().constraints[thing.index]);
+  if (strength.empty()) arguments[0].fail("'" + things.name(thing) + "' has no breaks_at");
+  Quantity result = multipliers_of(things, thing, Dimension::None, -1.0);
+  result.evaluate = [pulls = result.evaluate, strength, first = thing.member.value_or(0), count = result.num_members](
+                        const ObservedInstant& at, double* values) {
+    pulls(at, values);
+    for (std::size_t k = 0; k < count; ++k) values[k] /= strength[strength.size() == 1 ? 0 : first + k];
+  };
+  return result;
 }
 
 Quantity make_multiplier(const Things& things, const Arguments& arguments) {
@@ -343,6 +359,7 @@ std::span<const QuantityKind> quantity_kinds() {
   static constexpr QuantityKind kinds[] = {
       {"tension", "rods, ropes, pulleys, springs or bonds",
        "pull of a rod or rope, of the rope of a pulley, of a spring or bond", make_tension},
+      {"utilisation", "rods or ropes", "pull over breaks_at", make_utilisation},
       {"force", "constraints", "sum of the forces of guides, pulleys and other constraints on their points",
        make_force},
       {"moment", "supports or constraints, axis, about",

@@ -15,6 +15,7 @@
 #include "system/loops.hpp"
 #include "system/members.hpp"
 #include "system/neighbourhoods.hpp"
+#include "system/strengths.hpp"
 
 namespace tanor {
 using namespace detail;
@@ -44,6 +45,7 @@ class PartTaker {
       : whole_(system), owner_(owner.begin(), owner.end()), ranks_(ranks), local_(system.num_points(), -1) {
     if (owner.size() != system.num_points())
       throw InputError("", text(owner.size()) + " owners for " + text(system.num_points()) + " points");
+    if (ranks.size() > 1) refuse_breaks(system, "members break on one rank alone; take one, or leave it out");
     for (const Support& support : system.supports)
       for (const Index point : support.points) owner_[static_cast<std::size_t>(point)] = nobody;
     for (const int rank : owner_) {

@@ -226,6 +226,7 @@ void keep_members(const Group& group, const Keep& keep, Json* entry) {
     if (entry->contains(key) && (*entry)[key].is_array()) (*entry)[key] = keep_some((*entry)[key]);
   };
   keep_each("offsets");
+  keep_each("breaks_at");
   for_each_field<Group>([&](const auto& field) {
     if constexpr (std::is_same_v<std::remove_cvref_t<decltype(group.*field.value)>, Parameter>) keep_each(field.name);
   });

@@ -148,6 +148,7 @@ void read_field(const Cursor& cursor, const Context& context, const FieldOf<Grou
     one.remove_suffix(1);
     if (value.size() != num_members) cursor.fail(fmt::format("{} vectors, one a {}", num_members, one));
   } else if constexpr (std::is_same_v<Value, std::vector<double>>) {
+    if (data.is_each) return void(value = context.numbers(cursor, (group->*KindOf<Group>::members).size()));
     for (const Cursor number : cursor.list("a list of numbers")) value.push_back(number.number());
   } else if constexpr (std::is_same_v<Value, std::optional<OneSide>>) {
     value = cursor.choice<OneSide>();

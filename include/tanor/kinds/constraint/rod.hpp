@@ -17,6 +17,7 @@ struct Rods {
   std::vector<Vector3> offsets{};  ///< m; constant image shift of r_j - r_i; empty or one for each
   std::optional<OneSide> side{};
   double restitution = 0.0;
+  std::vector<double> breaks_at{};  ///< N, > 0, for all or one for each; empty: they do not break
 };
 
 template <>
@@ -29,7 +30,7 @@ struct KindOf<Rods> {
   static constexpr auto fields =
       std::tuple_cat(std::tuple{FieldOf("length", &Rods::length, {.unit = "m", .range = ValueRange::positive}),
                                 FieldOf("offsets", &Rods::offsets, {.unit = "m"})},
-                     one_sided_fields<Rods>);
+                     one_sided_fields<Rods>, std::tuple{strength_field<Rods>});
   static constexpr bool is_distance = true;
 
   template <class T>

@@ -22,6 +22,7 @@ struct Ropes {
   std::vector<double> coefficients{};  ///< > 0, one for each segment of a path; empty: all 1
   double restitution = 0.0;
   std::optional<OneSide> side = OneSide::AtMost;  ///< none: it is held at its length
+  std::vector<double> breaks_at{};                ///< N, > 0, for all or one for each; empty: they do not break
 };
 
 template <>
@@ -34,7 +35,8 @@ struct KindOf<Ropes> {
   static constexpr auto parameter = &Ropes::length;
   static constexpr std::tuple fields{FieldOf("length", &Ropes::length, {.unit = "m", .range = ValueRange::positive}),
                                      FieldOf("coefficients", &Ropes::coefficients),
-                                     FieldOf("restitution", &Ropes::restitution, {.range = restitution_range})};
+                                     FieldOf("restitution", &Ropes::restitution, {.range = restitution_range}),
+                                     strength_field<Ropes>};
 
   template <class T>
   struct Definition {
