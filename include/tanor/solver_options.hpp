@@ -54,6 +54,12 @@ enum class Factorization {
   ClosedForm     ///< row by row, for a matrix that is diagonal or has small blocks
 };
 
+/// Limits of constraints to one side. A motion that reaches one of them ends there, and says so.
+struct ContactOptions {
+  int max_at_one_instant = 100;  ///< impacts that follow one another at one instant, each of all rows that approach
+  int max_events = 100000;       ///< snaps, touches, slacks and lift-offs of a motion
+};
+
 /// Options of a Dynamics, a Simulation or an InverseDynamics.
 struct SolverOptions {
   Form form = Form::Auto;
@@ -68,6 +74,7 @@ struct SolverOptions {
   /// them, false to refine those alone whose residual is above 1e-12 of its largest term. The first solution of a
   /// general solver mostly is below that, and takes 0.7 to 0.9 of the time.
   bool exact = true;
+  ContactOptions contact{};
 };
 
 }  // namespace tanor

@@ -1,6 +1,7 @@
 /// docs/scene-format.md agrees with the tables of fields and the structs of options. The unit, the range and the
 /// default of each key are those of the library.
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <regex>
@@ -246,6 +247,13 @@ TEST(SceneFormatPage, OptionsHaveTheDefaultsOfTheirStructs) {
   expect_number("solver", "threads", solver.threads);
   EXPECT_EQ(default_of(tables, "solver", "reuse"), solver.reuse ? "true" : "false");
   EXPECT_EQ(default_of(tables, "solver", "exact"), solver.exact ? "true" : "false");
+
+  const auto of_contact =
+      std::ranges::find_if(tables, [](const Table& each) { return contains(each.probe, "contact"); });
+  ASSERT_NE(of_contact, tables.end());
+  for (const auto& [key, value] :
+       {std::pair{"max_at_one_instant", solver.contact.max_at_one_instant}, {"max_events", solver.contact.max_events}})
+    EXPECT_TRUE(says(of_contact->cells.at(key).at("default"), value)) << key;
 
   const EquilibriumOptions equilibrium;
   expect_name("equilibrium", "method", name_of(equilibrium.method));

@@ -59,6 +59,14 @@ class Observables(unittest.TestCase):
         with self.assertRaisesRegex(tanor.InputError, "breaks_at -1 is not positive"):
             tanor.Simulation(tanor.System([[0, 0, 0], [1, 0, 0]], 1.0, constraints=[tanor.Rods([[0, 1]], breaks_at=-1)]))
 
+    def test_limits_of_contact_are_options(self):
+        floor = tanor.Planes([0], normal=(0, 0, 1), side="at_least", restitution=0.9)
+        system = tanor.System([[0, 0, 1]], 1.0, constraints=[floor], forces=[tanor.Gravity((0, 0, -10))])
+        simulation = tanor.Simulation(system, contact={"max_events": 3})
+        self.assertIn("solver.contact.max_events", simulation.advance_to(10.0).what)
+        with self.assertRaisesRegex(tanor.InputError, "max_event"):
+            tanor.Simulation(system, contact={"max_event": 3})
+
     def test_an_event_is_a_condition_or_a_function(self):
         simulation = tanor.Simulation(make_cable(3))
         simulation.add_event("t > 0.15", do="break", of="links[1]")

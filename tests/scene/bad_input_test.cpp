@@ -333,11 +333,16 @@ const BadInput bad_inputs[] = {
     {"StrengthIsNotPositive", three_points(R"("constraints": [{"kind": "rod", "pairs": [[0,1]], "breaks_at": -3}])"),
      R"(scene.json: /constraints/0/breaks_at: breaks_at -3 is not positive)"},
     {"StrengthsAreTooMany", three_points(R"("constraints": [{"kind": "rope", "paths": [[0,1]], "breaks_at": [1, 2]}])"),
-     R"(scene.json: /constraints/0/breaks_at: found a list, wanted one number, or a list of 1)"},
+     R"(scene.json: /constraints/0/breaks_at: found a list of 2, wanted one number, or a list of 1)"},
     {"StrengthOfAPlane", three_points(R"("constraints": [{"kind": "plane", "points": [0], "normal": [0,0,1], )"
     R"("breaks_at": 3}])"),
      R"(scene.json: /constraints/0/breaks_at: found the unknown key "breaks_at", wanted one of kind, name, points, )"
      R"(normal, offset, side, restitution)"},
+    {"LimitOfContactIsZero", three_points(R"("solver": {"contact": {"max_events": 0}})"),
+     R"(scene.json: /solver/contact/max_events: found number 0, wanted a whole number from 1 to 2147483647)"},
+    {"LimitOfContactIsUnknown", three_points(R"("solver": {"contact": {"max_event": 10}})"),
+     R"(scene.json: /solver/contact/max_event: found the unknown key "max_event" (did you mean max_events?), )"
+     R"(wanted one of max_at_one_instant, max_events)"},
     {"BothNamesOfALinearSolver", three_points(R"("solver": {"linear_solver": "auto", "way": "paths"})"),
      R"(scene.json: /solver/way: found beside linear_solver, which is its new name)"},
     {"LinearSolverIsUnknown", three_points(R"("solver": {"linear_solver": "short"})"),

@@ -123,6 +123,48 @@ TEST(OneSidedMotion, ABrokenRopeAndAGuideThatLetsGoAreGone) {
   EXPECT_LT(simulation.positions()[5], -1.0);                        // below its circle
 }
 
+/// The first one of three balls in a row hits the second, which then hits the third, that was on its way: two impacts
+/// at one instant.
+TEST(OneSidedMotion, MoreImpactsAtOneInstantThanAllowedAreTold) {
+  const scene::Scene scene =
+      scene_of(R"("positions": [[0, 0, 0], [1, 0, 0], [2, 0, 0]], "velocities": [[2, 0, 0], [0, 0, 0], [0.1, 0, 0]])",
+               R"("constraints": [{"kind": "rod", "pairs": [[0, 1], [1, 2]], "side": "at_least", "restitution": 1}])");
+  for (const int allowed : {1, 2}) {
+    Simulation simulation(scene.system, {}, {.threads = 1, .contact = {.max_at_one_instant = allowed}});
+    EXPECT_EQ(simulation.outcome().ok(), allowed == 2) << simulation.outcome().what;
+    if (allowed == 2)
+      EXPECT_NEAR(simulation.velocities()[6], 2.0, 1e-12);
+    else
+      EXPECT_EQ(
+          simulation.outcome().what,
+          "more impacts follow one another at t = 0 than solver.contact.max_at_one_instant allows, 1, the last one at "
+          "rod0[1]");
+  }
+}
+
+TEST(OneSidedMotion, ARunEndsWhereItHasAsManyEventsAsAllowed) {
+  const scene::Scene scene =
+      scene_of(R"("positions": [[0, 0, 1]])",
+               R"("constraints": [{"name": "floor", "kind": "plane", "points": [0], "normal": [0, 0, 1],
+                  "side": "at_least", "restitution": 0.9}], "solver": {"contact": {"max_events": 5}})");
+  EXPECT_EQ(scene.solver.contact.max_events, 5);
+  EXPECT_EQ(scene.solver.contact.max_at_one_instant, 100);
+  Simulation whole(scene.system, {}, scene.solver), resumed(scene.system, {}, scene.solver);
+  ASSERT_TRUE(resumed.advance_to(1.5).ok());
+  resumed.restore(resumed.save());
+  for (Simulation* const simulation : {&whole, &resumed}) {
+    const Outcome outcome = simulation->advance_to(10.0);
+    EXPECT_EQ(outcome.status, Status::NotConverged);
+    EXPECT_EQ(outcome.what.find("the contact events are as many as solver.contact.max_events allows, 5, at t = "), 0u)
+        << outcome.what;
+    EXPECT_EQ(simulation->report().contact_events.size(), 5u);
+    EXPECT_EQ(simulation->report().contact_events.back().time, simulation->time());
+  }
+  EXPECT_FALSE(whole.advance_to(20.0).ok());
+  for (const ContactOptions& wrong : {ContactOptions{.max_at_one_instant = 0}, ContactOptions{.max_events = -1}})
+    EXPECT_THROW(Simulation(scene.system, {}, {.contact = wrong}), InputError);
+}
+
 /// A projection onto a floor would leave the point beyond its rope.
 TEST(OneSidedMotion, AStartThatProjectsObeysAllSides) {
   const scene::Scene scene = scene_of(R"("positions": [[0, 0, 0], [0, 0, -1.05]])",

@@ -56,6 +56,11 @@ py::object give(const Value& value) {
   } else if constexpr (std::is_same_v<Value, std::vector<std::vector<Index>>> ||
                        std::is_same_v<Value, std::vector<std::string>>) {
     return py::cast(value);
+  } else if constexpr (std::is_same_v<Value, ContactOptions>) {
+    py::dict limits;
+    limits["max_at_one_instant"] = value.max_at_one_instant;
+    limits["max_events"] = value.max_events;
+    return limits;
   } else if constexpr (std::is_same_v<Value, Parameter>) {
     if (!value.functions.empty()) return py::cast(Carried{value});
     if (value.constants.size() == 1) return py::float_(value.constants[0]);

@@ -105,8 +105,8 @@ struct Description<SolverOptions> {
   static constexpr const char* place = "/solver";
   static constexpr auto of_scene = &scene::Scene::solver;
   using S = SolverOptions;
-  static constexpr auto fields =
-      own_fields<&S::form, &S::linear_solver, &S::ordering, &S::threads, &S::friction, &S::reuse, &S::exact>;
+  static constexpr auto fields = own_fields<&S::form, &S::linear_solver, &S::ordering, &S::threads, &S::friction,
+                                            &S::reuse, &S::exact, &S::contact>;
 };
 template <>
 struct Description<MotionOptions> {

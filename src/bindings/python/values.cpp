@@ -254,6 +254,15 @@ void read(const Given& given, std::vector<Prestress>* prestress) {
                 });
 }
 
+void read(const Given& given, ContactOptions* contact) {
+  for_each_entry(given, "a dict of limits", [&](const std::string& name, const py::object& value) {
+    const Given own{value, given.place + "/" + name};
+    if (name == "max_at_one_instant") return read(own, &contact->max_at_one_instant);
+    if (name == "max_events") return read(own, &contact->max_events);
+    own.fail("\"max_at_one_instant\" or \"max_events\"");
+  });
+}
+
 void read(const Given& given, std::vector<OneSided>* sides) {
   sides->clear();
   for_each_entry(given, "a dict of names of constraints, each with one of " + words_of<OneSide>(),

@@ -59,6 +59,7 @@ void read(const Given& given, std::vector<std::vector<Index>>* tuples);
 void read(const Given& given, std::vector<std::vector<double>>* constants);  // a dict of names
 void read(const Given& given, std::vector<Prestress>* prestress);            // likewise a dict
 void read(const Given& given, std::vector<OneSided>* sides);                 // likewise a dict
+void read(const Given& given, ContactOptions* contact);                      // likewise a dict
 
 /// Returns the words of an enumeration, "auto, normal, tangent".
 template <class Enum>
@@ -107,7 +108,8 @@ py::object default_of(const Value& value) {
     return py::make_tuple(at[0].value(), at[1].value(), at[2].value());
   } else if constexpr (std::is_same_v<Value, Parameter>) {
     return value.is_initial() ? py::object(py::none()) : py::cast(value.constants.at(0));
-  } else if constexpr (std::ranges::range<Value> && !std::is_same_v<Value, std::string>) {
+  } else if constexpr ((std::ranges::range<Value> && !std::is_same_v<Value, std::string>) ||
+                       std::is_same_v<Value, ContactOptions>) {
     return py::tuple();
   } else {
     return py::cast(value);
@@ -148,6 +150,8 @@ constexpr TypeInWords in_words() {
     return {"dict[str, ArrayLike]", "names of rods, each with a number for all or one for each"};
   if constexpr (std::is_same_v<Value, std::vector<OneSided>>)
     return {"dict[str, str]", "names of constraints, each with \"at_least\" or \"at_most\""};
+  if constexpr (std::is_same_v<Value, ContactOptions>)
+    return {"dict[str, int]", "\"max_at_one_instant\" and \"max_events\", each with a whole number"};
   if constexpr (std::is_same_v<Value, std::vector<std::vector<Index>>>) return {"ArrayLike", "int [n, p]"};
   if constexpr (std::is_enum_v<Value>) return {"str", "a word"};
   return {"Any", ""};

@@ -10,6 +10,7 @@
 #include "base/text.hpp"
 #include "system/enum_check.hpp"
 #include "system/loops.hpp"
+#include "system/value_checks.hpp"
 
 namespace tanor::detail {
 
@@ -55,6 +56,10 @@ void check_solver_options(const SolverOptions& options) {
   check_enum(options.linear_solver, LinearSolver::Cholmod, "/solver/linear_solver");
   check_enum(options.ordering, Ordering::Points, "/solver/ordering");
   check_enum(options.friction, FrictionMethod::Enumeration, "/solver/friction");
+  const ContactOptions& contact = options.contact;
+  for (const auto& [number, key] :
+       {std::pair(contact.max_at_one_instant, "max_at_one_instant"), std::pair(contact.max_events, "max_events")})
+    check_number(number, ValueRange::positive, std::string("/solver/contact/") + key, key);
 }
 
 }  // namespace
@@ -74,7 +79,8 @@ NumberedSystem::NumberedSystem(System given, const SolverOptions& options, doubl
     : system(validated(std::move(given), t)),
       parallel((check_solver_options(options), (void)instruction_set(), options.threads)),
       numbering(number(system)),
-      is_exact(options.exact) {}
+      is_exact(options.exact),
+      max_impacts_at_one_instant(options.contact.max_at_one_instant) {}
 
 Model::Model(NumberedSystem numbered, const Families& families)
     : NumberedSystem(std::move(numbered)),

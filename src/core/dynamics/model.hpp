@@ -29,7 +29,8 @@ struct NumberedSystem {
   System system;
   Parallel parallel;
   Numbering numbering;
-  bool is_exact;  ///< SolverOptions::exact
+  bool is_exact;                   ///< SolverOptions::exact
+  int max_impacts_at_one_instant;  ///< ContactOptions
 };
 
 /// The families of a system, each at one instant. Time, sticking contacts and charts change them.

@@ -100,6 +100,12 @@ void Integration::take_trial(const StepAttempt& attempt, const Taken& taken) {
   if (trial_.events.count() > report_.events) report_.last_change = trial_.events.last_change();
   report_.events = trial_.events.count();
   trial_.events.take_changes(&report_.contact_events);
+  if (report_.contact_events.size() >= static_cast<std::size_t>(options_.max_contact_events)) {
+    has_stopped_ = true;
+    trial_.end = {Status::NotConverged, "the contact events are as many as solver.contact.max_events allows, " +
+                                            text(options_.max_contact_events) + ", at t = " + text(state.t) +
+                                            "; the last one: " + report_.last_change};
+  }
   report_.last_event = trial_.events.last_time();
   if (h > 0.0) {
     report_.last_step = h;

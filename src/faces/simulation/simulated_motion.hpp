@@ -71,7 +71,7 @@ struct SimulatedMotion {
         t_begin(t_start),
         forms(std::move(system), solver_options, t_start, team_of(part), part.is_whole() ? nullptr : part.ranks),
         chosen(choose_method(motion, model.system, form, forms.is_tangent())),
-        integration(chosen.method, {options, wants_exact_accelerations()}, form, &report) {
+        integration(chosen.method, {options, wants_exact_accelerations(), solver_options.contact}, form, &report) {
     note_method();
     if (!integration.scheme().is_adaptive() && !(options.step > 0.0)) {
       throw InputError("/motion/step", "method " + std::string(name_of(report.method)) +

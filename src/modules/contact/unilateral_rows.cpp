@@ -26,7 +26,6 @@ constexpr double zeno = 1e-4;                // Slower bounces are the last ones
 constexpr double unseen = 1e-7;              // Slower flights rise by less than rounding.
 /// Falling forces and gaps end a mode this far below 0, so that the rounding of one that rests there does not.
 constexpr double slack_of_forces = 1e-13, slack_of_gaps = 1e-14;
-constexpr int most_impacts = 100;  // at one instant
 
 /// The JSON pointer of an equation with one row a member, and its number in words, "; its length is 0.9 m".
 struct MemberPlace {
@@ -247,13 +246,16 @@ Outcome UnilateralRows::choose(Instant at) {
   changes_.clear();
   workspace_.set_time(at.t);
   const std::vector<char> before = closed_;
-  bool collides = true;
-  for (int pass = 0; pass < most_impacts && collides; ++pass) {
+  for (int impacts = 0;; ++impacts) {
+    bool collides = false;
     if (Outcome outcome = collide(&at, &collides); !outcome.ok()) return outcome;
+    if (!collides) break;
+    if (impacts == model_.max_impacts_at_one_instant)
+      return {Status::NotConverged, "more impacts follow one another at t = " + text(at.t) +
+                                        " than solver.contact.max_at_one_instant allows, " + text(impacts) +
+                                        ", the last one at " +
+                                        equation_name(model_.system, changes_.back().equations.front())};
   }
-  if (collides)
-    return {Status::NotConverged, "impacts follow one another without end at t = " + text(at.t) + ", the last one at " +
-                                      equation_name(model_.system, changes_.back().equations.front())};
   bool has_slow = true;
   for (std::size_t pass = 0; has_slow && pass <= rows_.size(); ++pass) {  // each closes one row or more
     if (Outcome outcome = find_closed(at); !outcome.ok()) return outcome;

@@ -160,6 +160,15 @@ void read_solver(const Cursor& solver, const Overrides& overrides, Scene* scene)
   scene->solver.friction = solver["friction"].choice<FrictionMethod>(scene->solver.friction);
   scene->solver.reuse = solver["reuse"].boolean(scene->solver.reuse);
   scene->solver.exact = solver["exact"].boolean(scene->solver.exact);
+  if (const Cursor contact = solver["contact"]) {
+    contact.object(keys_of("contact"));
+    constexpr std::int64_t most = std::numeric_limits<int>::max();
+    const auto read = [&](const char* key, int* limit) {
+      *limit = static_cast<int>(contact[key].integer(1, most, *limit));
+    };
+    read("max_at_one_instant", &scene->solver.contact.max_at_one_instant);
+    read("max_events", &scene->solver.contact.max_events);
+  }
   const int threads = static_cast<int>(solver["threads"].integer(0, most_threads, 0));
   scene->solver.threads = overrides.threads.value_or(threads);
   scene->certificate = read_certificate(solver["certificate"]);
