@@ -40,6 +40,8 @@ class ConstrainedSystem {
   /// K at the last linearization, and the rows of it that depend on others.
   virtual const std::vector<double>& blocks() const = 0;
   virtual const Dependences& redundancy() const = 0;
+  /// Replaces lambda [rows] by the multipliers of least norm with the same reactions at r, where K was evaluated last.
+  virtual void minimize_multiplier_norm(const double* r, double* lambda) = 0;
 };
 
 }  // namespace tanor::detail

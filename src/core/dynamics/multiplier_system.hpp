@@ -61,6 +61,9 @@ class MultiplierSystem final : public ConstrainedSystem {
 
   const std::vector<double>& blocks() const override { return linearization_.blocks(); }
   const Dependences& redundancy() const override { return linearization_.dependences(); }
+  void minimize_multiplier_norm(const double* r, double* lambda) override {
+    linearization_.minimize_multiplier_norm(r, lambda);
+  }
 
  private:
   Linearization& linearization_;

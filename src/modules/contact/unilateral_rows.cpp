@@ -10,6 +10,7 @@
 
 #include "base/text.hpp"
 #include "base/with_unit.hpp"
+#include "contact/dependent_rows.hpp"
 #include "contact/exchange.hpp"
 #include "system/members.hpp"
 
@@ -117,6 +118,11 @@ void UnilateralRows::measure_accelerations(const double* r, const double* v, con
   take_rows(&accelerations_);
 }
 
+/// Replaces multipliers by those of least norm, which alone show which rows pull the wrong way.
+void UnilateralRows::minimize_norm(const double* r, std::vector<double>* lambda) {
+  if (system_.redundancy().is_found()) system_.minimize_multiplier_norm(r, lambda->data());
+}
+
 /// Returns S_aa = K_a'M^-1 K_a of a closed row.
 double UnilateralRows::inverse_effective_mass(std::size_t k) const {
   double sum = 0.0;
@@ -146,12 +152,14 @@ void UnilateralRows::measure_slack(const Instant& at) {
 /// The value of an open row is its gap, that of a closed one its force, each with its slack.
 void UnilateralRows::evaluate_events(const Kinematics& at, const Reactions& found, double* values) {
   measure_gaps(at.t, at.x);
+  forces_ = found.lambda;
+  minimize_norm(at.x, &forces_);
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     if (closed_[k] == 0) {
       values[k] = gaps_[k] + slack_[k];
     } else {
       const double slack = slack_of_forces * acceleration(k) / inverse_effective_mass(k);
-      values[k] = rows_[k].sign * found.lambda[static_cast<std::size_t>(rows_[k].row)] + slack;
+      values[k] = rows_[k].sign * forces_[static_cast<std::size_t>(rows_[k].row)] + slack;
     }
   }
 }
@@ -279,14 +287,40 @@ ContactChange UnilateralRows::name_change(std::size_t k, bool closes) const {
   return is_tie ? ContactChange::Slack : ContactChange::LiftOff;
 }
 
-/// Exchanges rows that may close between closed and open until none is wrong.
-template <class Solve, class IsWrong>
-Outcome UnilateralRows::pivot(const Instant& at, const std::vector<char>& may_close, const Solve& solve,
-                              const IsWrong& is_wrong) {
-  Exchange exchange;
-  while (!exchange.is_stuck()) {
+/// Closes rows as `close_dependent_rows` finds them from `free_`, which free() fills where all of them are open. Looks
+/// ahead then, if it can.
+template <class Free, class Solve>
+Outcome UnilateralRows::close_dependent(const Instant& at, const std::vector<char>& may_close, const Free& free,
+                                        const Solve& solve) {
+  closed_.assign(rows_.size(), 0);
+  apply();
+  if (Outcome outcome = free(); !outcome.ok()) return outcome;
+  for (const bool looks_ahead : {false, true}) {
     apply();
-    if (Outcome outcome = solve(); !outcome.ok()) return outcome;
+    if (looks_ahead && !(solve().ok() && look_ahead(at, may_close))) return {};
+    closed_ = may_close;
+    apply();
+    if (Outcome outcome = system_.linearise(at.t, at.r); !outcome.ok()) return outcome;
+    if (auto found = close_dependent_rows(model_, system_, {may_close, free_.b, free_.lambda})) closed_ = *found;
+  }
+  return {};
+}
+
+/// Exchanges rows that may close between closed and open until none is wrong. Where rows depend on others, it begins
+/// with those of a compliant S.
+template <class Free, class Solve, class IsWrong>
+Outcome UnilateralRows::pivot(const Instant& at, const std::vector<char>& may_close, const Free& free,
+                              const Solve& solve, const IsWrong& is_wrong) {
+  closed_ = may_close;
+  Exchange exchange;
+  for (bool is_first = true; !exchange.is_stuck(); is_first = false) {
+    apply();
+    Outcome outcome = solve();
+    if (is_first && system_.redundancy().is_found()) {
+      if (Outcome found = close_dependent(at, may_close, free, solve); !found.ok()) return found;
+      continue;
+    }
+    if (!outcome.ok()) return outcome;
     std::vector<std::size_t> wrong;
     for (std::size_t k = 0; k < rows_.size(); ++k) {
       if (closed_[k] != 0 && !(inverse_effective_mass(k) > 0.0))
@@ -320,7 +354,12 @@ Outcome UnilateralRows::collide(Instant* at, bool* collides) {
   const std::size_t size = 3 * model_.num_points();
   std::vector<double> v(size);
   dw.resize(size);
-  closed_ = may_close;
+  const auto free = [&]() -> Outcome {
+    free_ = {std::vector<double>(model_.num_rows(), 0.0), {}, {}};
+    for (std::size_t k = 0; k < rows_.size(); ++k)
+      free_.b[static_cast<std::size_t>(rows_[k].row)] = rows_[k].sign * (1.0 + restitution[k]) * rates[k];
+    return {};
+  };
   const auto solve = [&]() -> Outcome {
     if (Outcome outcome = system_.linearise(at->t, at->r); !outcome.ok()) return outcome;
     (void)workspace_.constraints.evaluate_rates(model_.parallel, at->r, at->v, b.data());
@@ -329,6 +368,7 @@ Outcome UnilateralRows::collide(Instant* at, bool* collides) {
     }
     std::ranges::fill(dw, 0.0);
     system_.response().solve_refined(b.data(), x.data(), dw.data());
+    minimize_norm(at->r, &x);
     for (std::size_t i = 0; i < size; ++i) v[i] = at->v[i] + (i < 3 * model_.num_moving() ? dw[i] : 0.0);
     measure_rates(at->r, v.data(), &after);
     return {};
@@ -338,7 +378,7 @@ Outcome UnilateralRows::collide(Instant* at, bool* collides) {
     if (closed_[k] != 0) return P * inverse_effective_mass(k) < -resting * speed(k);
     return after[k] + restitution[k] * rates[k] < -resting * speed(k);
   };
-  if (Outcome outcome = pivot(*at, may_close, solve, is_wrong); !outcome.ok()) return outcome;
+  if (Outcome outcome = pivot(*at, may_close, free, solve, is_wrong); !outcome.ok()) return outcome;
   note_impact(*at, approaches, rates, after, x);
   std::ranges::copy(v, at->v);
   for (std::size_t k = 0; k < rows_.size(); ++k) {
@@ -415,18 +455,27 @@ Outcome UnilateralRows::find_closed(const Instant& at) {
   measure_rates(at.r, at.v, &rates_);
   for (std::size_t k = 0; k < rows_.size(); ++k)
     may_close[k] = at.touches[k] != 0 && at.leaves[k] == 0 && std::abs(rates_[k]) <= resting * speed(k);
-  closed_ = may_close;
   const auto solve = [&] {
     Outcome outcome = system_.accelerations({at.t, at.r, at.v}, at.request.evaluated_anew(), {}, at.to);
-    if (outcome.ok()) measure_accelerations(at.r, at.v, at.to.a);
+    if (!outcome.ok()) return outcome;
+    measure_accelerations(at.r, at.v, at.to.a);
+    forces_ = system_.lambda();
+    minimize_norm(at.r, &forces_);
+    return outcome;
+  };
+  const auto free = [&] {
+    Outcome outcome = solve();
+    free_.lambda = forces_;
+    free_.w.assign(at.to.a, at.to.a + 3 * model_.num_points());
+    measure_free(at.r, at.v);
     return outcome;
   };
   const auto is_wrong = [&](std::size_t k) {
     if (closed_[k] == 0) return accelerations_[k] < -resting * acceleration(k);
-    const double p = rows_[k].sign * system_.lambda()[static_cast<std::size_t>(rows_[k].row)];
+    const double p = rows_[k].sign * forces_[static_cast<std::size_t>(rows_[k].row)];
     return p * inverse_effective_mass(k) < -resting * acceleration(k);
   };
-  return pivot(at, may_close, solve, is_wrong);
+  return pivot(at, may_close, free, solve, is_wrong);
 }
 
 }  // namespace tanor::detail

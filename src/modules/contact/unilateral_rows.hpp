@@ -62,8 +62,14 @@ class UnilateralRows final : public Unilateral {
   void note_impact(const Instant& at, const std::vector<char>& approaches, const std::vector<double>& rates,
                    const std::vector<double>& after, const std::vector<double>& x);
   Outcome find_closed(const Instant& at);
-  template <class Solve, class IsWrong>
-  Outcome pivot(const Instant& at, const std::vector<char>& may_close, const Solve& solve, const IsWrong& is_wrong);
+  template <class Free, class Solve, class IsWrong>
+  Outcome pivot(const Instant& at, const std::vector<char>& may_close, const Free& free, const Solve& solve,
+                const IsWrong& is_wrong);
+
+  template <class Free, class Solve>
+  Outcome close_dependent(const Instant& at, const std::vector<char>& may_close, const Free& free, const Solve& solve);
+  void measure_free(const double* r, const double* v);
+  bool look_ahead(const Instant& at, const std::vector<char>& may_close);
 
   void apply();
   void take_rows(std::vector<double>* numbers) const;
@@ -71,6 +77,7 @@ class UnilateralRows final : public Unilateral {
   void measure_rates(const double* r, const double* v, std::vector<double>* rates);
   void measure_accelerations(const double* r, const double* v, const double* w);
   void measure_slack(const Instant& at);
+  void minimize_norm(const double* r, std::vector<double>* lambda);
   double inverse_effective_mass(std::size_t k) const;
   std::size_t neighbourhood(std::size_t k) const {
     return workspace_.scales.of_row(static_cast<std::size_t>(rows_[k].row));
@@ -92,9 +99,12 @@ class UnilateralRows final : public Unilateral {
   std::vector<char> closed_;                          // [one-sided row]
   std::vector<double> slack_;                         // [one-sided row] m: gaps below are 0
   std::vector<double> gaps_, rates_, accelerations_;  // [one-sided row] scratch
-  std::vector<double> all_rows_;                      // [d] scratch
-  Power impact_work_;                                 // J, at the last switch
-  std::vector<ContactEvent> changes_;                 // at the last switch
+  std::vector<double> all_rows_, forces_;             // [d] scratch
+  struct {
+    std::vector<double> b, lambda, w;  // b and multipliers [d]; accelerations [3n], none at impacts
+  } free_;                             // where all one-sided rows are open
+  Power impact_work_;                  // J, at the last switch
+  std::vector<ContactEvent> changes_;  // at the last switch
 };
 
 }  // namespace tanor::detail
