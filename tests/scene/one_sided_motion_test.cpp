@@ -123,6 +123,24 @@ TEST(OneSidedMotion, ABrokenRopeAndAGuideThatLetsGoAreGone) {
   EXPECT_LT(simulation.positions()[5], -1.0);                        // below its circle
 }
 
+/// A weight hangs below another one. Where the upper rope breaks the upper weight falls faster than the lower one,
+/// which is pushed up: the rope between them is slack from that instant on.
+TEST(OneSidedMotion, WhatABreakCausesIsListed) {
+  scene::Scene scene = scene_of(R"("positions": [[0, 0, 0], [0, 0, -1], [0, 0, -2]])", R"("supports": [{"points": [0]}],
+         "constraints": [{"name": "ropes", "kind": "rope", "paths": [[0, 1], [1, 2]]}])");
+  scene.system.forces.push_back(ConstantForce{.points = {2}, .force = Vector3{0.0, 0.0, 6.0}});
+  Simulation simulation(scene.system, {}, {.threads = 1});
+  simulation.add_event({.when = "t > 0.25", .action = EventAction::Break, .of = "ropes[0]"});
+  const Outcome outcome = simulation.advance_to(0.5);
+  ASSERT_TRUE(outcome.ok()) << outcome.what;
+  ASSERT_EQ(simulation.report().contact_events.size(), 1u);
+  const ContactEvent& event = simulation.report().contact_events[0];
+  EXPECT_EQ(event.change, ContactChange::Slack);
+  EXPECT_EQ(event.time, simulation.passages()[0].time);
+  EXPECT_EQ(event.equations, std::vector<std::size_t>{1});
+  EXPECT_NEAR(simulation.positions()[8] - simulation.positions()[5], -1.0 + 0.5 * 3.0 * 0.0625, 1e-9);
+}
+
 /// The first one of three balls in a row hits the second, which then hits the third, that was on its way: two impacts
 /// at one instant.
 TEST(OneSidedMotion, MoreImpactsAtOneInstantThanAllowedAreTold) {

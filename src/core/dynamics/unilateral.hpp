@@ -24,6 +24,10 @@ class Unilateral : public EventFunctions {
   /// Solves the impact of the rows that touch and approach at a start, which changes v, then chooses the closed rows
   /// and computes the accelerations.
   virtual Outcome begin(double t, const double* r, double* v, const Request& request, const AccelerationOutput& to) = 0;
+  /// Returns which rows are closed [row of the user].
+  virtual std::vector<char> closed_rows() const = 0;
+  /// Takes over which rows were closed before something was taken out of the system; `begin` lists what changes.
+  virtual void continue_from(std::span<const char> closed_rows) = 0;
   /// Exchanges what later events depend on beside the discrete state.
   virtual void exchange_memory(Memory& memory) = 0;
 };

@@ -148,8 +148,15 @@ Outcome Simulation::Implementation::take_out(std::unique_ptr<Implementation>* at
   v.resize(size);
   r.insert(r.end(), system.positions.begin() + static_cast<std::ptrdiff_t>(size), system.positions.end());
   v.resize(r.size());
+  Unilateral *const sides = after->unilateral(), *const sides_before = before.unilateral();
+  if (sides != nullptr) sides->continue_from(sides_before->closed_rows());
   after->restore_progress(progress, r, v);
   after->continue_from(before);
+  if (sides != nullptr) {
+    const std::span<const ContactEvent> changes = sides->changes_of_switch();
+    std::vector<ContactEvent>& events = after->report.contact_events;
+    events.insert(events.end(), changes.begin(), changes.end());
+  }
 
   // The change of energy counts as work, so that the drift remains that of the method.
   const Energy energy = after->form.energy(after->state.t, after->state.x.data(), after->state.v.data());

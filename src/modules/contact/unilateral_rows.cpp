@@ -228,10 +228,21 @@ UnilateralRows::Instant UnilateralRows::look(const Kinematics& place, double* v,
   return at;
 }
 
+std::vector<char> UnilateralRows::closed_rows() const {
+  std::vector<char> closed(model_.numbering.num_user_rows, 0);
+  for (std::size_t k = 0; k < rows_.size(); ++k) closed[user_row(k)] = closed_[k];
+  return closed;
+}
+
+void UnilateralRows::continue_from(std::span<const char> closed_rows) {
+  for (std::size_t k = 0; k < rows_.size(); ++k) closed_[k] = closed_rows[user_row(k)];
+  continues_ = true;
+}
+
 Outcome UnilateralRows::begin(double t, const double* r, double* v, const Request& request,
                               const AccelerationOutput& to) {
   Instant at = look({t, r, v}, v, request, to, touching_at_start);
-  at.begins = true;
+  at.begins = !std::exchange(continues_, false);
   return choose(std::move(at));
 }
 
@@ -269,11 +280,12 @@ Outcome UnilateralRows::choose(Instant at) {
     if (Outcome outcome = find_closed(at); !outcome.ok()) return outcome;
     if (Outcome outcome = end_slow_flights(at, &has_slow); !outcome.ok()) return outcome;
   }
+  const bool is_smooth = changes_.empty();  // no impact
   std::set<std::size_t> told;
   for (const ContactEvent& change : changes_) told.insert(change.equations.begin(), change.equations.end());
   for (std::size_t k = 0; k < rows_.size() && !at.begins; ++k) {
     const bool closes = before[k] == 0 && closed_[k] != 0 && !told.contains(user_row(k)),
-               opens = at.leaves[k] != 0 && closed_[k] == 0;
+               opens = closed_[k] == 0 && (at.leaves[k] != 0 || (is_smooth && before[k] != 0));
     if (closes || opens)
       changes_.push_back({.time = at.t, .change = name_change(k, closes), .equations = {user_row(k)}});
   }

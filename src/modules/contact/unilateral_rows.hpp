@@ -30,6 +30,8 @@ class UnilateralRows final : public Unilateral {
   void open_moving(double t, const double* r, const double* v) override;
   Outcome begin(double t, const double* r, double* v, const Request& request, const AccelerationOutput& to) override;
 
+  std::vector<char> closed_rows() const override;
+  void continue_from(std::span<const char> closed_rows) override;
   void exchange_memory(Memory& memory) override { memory.exchange(slack_); }
 
   std::size_t num_events() const override { return rows_.size(); }
@@ -97,6 +99,7 @@ class UnilateralRows final : public Unilateral {
   const Constraints::Selection selection_;
   Groups<Incidence> arms_;                            // [one-sided row] its blocks
   std::vector<char> closed_;                          // [one-sided row]
+  bool continues_ = false;                            // the next `begin` goes on with them
   std::vector<double> slack_;                         // [one-sided row] m: gaps below are 0
   std::vector<double> gaps_, rates_, accelerations_;  // [one-sided row] scratch
   std::vector<double> all_rows_, forces_;             // [d] scratch
