@@ -80,6 +80,51 @@ TEST(OneSidedMotion, ThreadsAndResumesLeaveTheBitsAsTheyAre) {
   for (const std::vector<double>& end : ends) EXPECT_EQ(end, ends[0]);
 }
 
+/// Snapshots of the instants of all contact events, and of steps between them, go on in a new motion with the bits of
+/// one that was not interrupted.
+TEST(OneSidedMotion, SnapshotsOfAllEventsLeaveTheBitsAsTheyAre) {
+  const scene::Scene ball = scene_of(
+      R"("positions": [[0, 0, 1], [2, 0, 0.5]], "velocities": [[0.3, 0, 0], [0, 0.2, 1]])",
+      R"("constraints": [{"kind": "plane", "points": [0], "normal": [0.1, 0, 1], "side": "at_least", "restitution": 0.6},
+                         {"kind": "sphere", "points": [1], "center": [2, 0, 0.2], "radius": 0.4, "side": "at_most"}])");
+  const scene::Scene grazing =
+      scene_of(R"("positions": [[0, 0, 0]], "velocities": [[1, 0, 2]])",
+               R"("constraints": [{"kind": "plane", "points": [0], "normal": [0, 0, 1], "offset": 0.203873,
+                                   "side": "at_most"}])");
+  // It swings over its support, where the string is slack from rest, and comes back into it.
+  const scene::Scene string =
+      scene_of(R"("positions": [[0, 0, 0], [0.3, 0, -0.4]], "velocities": [[0, 0, 0], [1.5, 0, 3.6]])",
+               R"("supports": [{"points": [0]}], "constraints": [{"kind": "rope", "paths": [[0, 1]], "length": 1}])");
+  constexpr std::size_t every = 11;  // steps
+  for (const auto& [scene, t_end] : {std::pair(falling_ropes(), 1.5), {ball, 1.5}, {grazing, 1.0}, {string, 2.2}}) {
+    for (const MotionOptions& motion :
+         {MotionOptions{.method = Method::Taylor}, MotionOptions{.method = Method::Dop853},
+          MotionOptions{.method = Method::Rattle, .step = 1e-3}}) {
+      Simulation whole(scene.system, motion, {.threads = 1});
+      std::vector<std::vector<std::byte>> saved;
+      std::size_t events = 0;
+      const bool is_fixed = motion.method == Method::Rattle;
+      const Outcome outcome = whole.advance_to(t_end, [&](const MotionReport& report) {
+        if (report.contact_events.size() > events || report.steps % (is_fixed ? 29 * every : every) == 0)
+          saved.push_back(whole.save());
+        events = report.contact_events.size();
+        return true;
+      });
+      ASSERT_TRUE(outcome.ok()) << name_of(motion.method) << ": " << outcome.what;
+      EXPECT_GE(events, 1u);
+      for (const std::vector<std::byte>& each : saved) {
+        Simulation fresh(scene.system, motion, {.threads = 1});
+        fresh.restore(each);
+        const double from = fresh.time();
+        if (from < t_end) ASSERT_TRUE(fresh.advance_to(t_end).ok());
+        EXPECT_EQ(copy(fresh.positions()), copy(whole.positions())) << name_of(motion.method) << " from t = " << from;
+        EXPECT_EQ(copy(fresh.velocities()), copy(whole.velocities())) << name_of(motion.method) << " from t = " << from;
+        EXPECT_EQ(fresh.report().contact_events.size(), whole.report().contact_events.size());
+      }
+    }
+  }
+}
+
 /// A support that swings makes a rope slack and taut again; the energy is that of the works.
 TEST(OneSidedMotion, ASwingingSupportSnapsItsRope) {
   const scene::Scene scene =
