@@ -1,6 +1,6 @@
 /// Runs extreme scenes x methods and writes a page in Markdown: which survive, which are reported, which are lost.
 ///
-///   extreme [seconds] [word]    time limit of a run (default 5); only scenes whose name holds the word
+///   extreme [seconds] [word]    time limit of a run (default 5); only scenes whose name holds the word, or of that group
 ///
 /// Each run is a process of its own: one that crashes or hangs is a row as well. Its time is that of the processor, so
 /// that a busy machine makes no run slow.
@@ -15,11 +15,13 @@
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
+#include <iterator>
 #include <map>
 #include <string>
 #include <vector>
 
 #include "motion/extreme_scenes.hpp"
+#include "motion/extreme_sides.hpp"
 
 namespace {
 
@@ -153,8 +155,10 @@ int main(int argc, char** argv) {
   }
   matrix += "\n" + rule + "\n";
   std::map<std::string, int> counts;
-  for (const Case& scene : extreme::list_cases()) {
-    if (scene.name.find(word) == std::string::npos) continue;
+  std::vector<Case> all = extreme::list_cases();
+  std::ranges::move(extreme::list_one_sided_cases(), std::back_inserter(all));
+  for (const Case& scene : all) {
+    if (scene.name.find(word) == std::string::npos && scene.group != word) continue;
     matrix += "| " + scene.name + " |";
     for (const Method method : all_methods) {
       if (!scene.methods.empty() && std::ranges::find(scene.methods, method) == scene.methods.end()) {
@@ -183,7 +187,9 @@ int main(int argc, char** argv) {
       "|---|---|---|---|---|---|---|---|---|\n";
   std::printf(
       "# Extreme scenes\n\n"
-      "Written by `scripts/extreme` (`bench/extreme.cpp`, `tests/motion/extreme_scenes.hpp` say what each scene is). "
+      "Written by `scripts/extreme` (`bench/extreme.cpp`, `tests/motion/extreme_scenes.hpp` and "
+      "`tests/motion/extreme_sides.hpp` say what each scene "
+      "is). "
       "%d runs survive, %d are reported with place and reason, %d are slow, %d are lost.\n\n"
       "A number: relative error against a closed form; in parentheses: drift of the energy, where there is none. "
       "Methods with tolerances: rtol 1e-10, the others take the steps that `extreme_scenes.hpp` gives them. "

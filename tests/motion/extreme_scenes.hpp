@@ -61,17 +61,20 @@ inline double largest_error_of(const Case& scene, Method method) {
   return std::min(visible, scene.extra + scene.extra_of_fixed_steps + of_steps);
 }
 
-/// Returns how much rods may be violated, relative: max(1e-12, 8 eps |r|/L) with the shortest rod as L.
+/// Returns how much rods and ropes may be violated, relative: max(1e-12, 8 eps |r|/L) with the shortest one as L.
 inline double largest_violation(const System& system) {
   double shortest = HUGE_VAL;
   for (const Constraint& constraint : system.constraints) {
-    const Rods* rods = std::get_if<Rods>(&constraint);
-    if (rods == nullptr) continue;
-    for (const auto& [i, j] : rods->pairs) {
+    const auto take = [&](Index i, Index j) {
       const Vector3 a = scenes::place_of(system, static_cast<std::size_t>(i)),
                     b = scenes::place_of(system, static_cast<std::size_t>(j));
       shortest = std::min(shortest, std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]));
-    }
+    };
+    if (const Rods* rods = std::get_if<Rods>(&constraint))
+      for (const auto& [i, j] : rods->pairs) take(i, j);
+    if (const Ropes* ropes = std::get_if<Ropes>(&constraint))
+      for (const std::vector<Index>& path : ropes->paths)
+        for (std::size_t k = 1; k < path.size(); ++k) take(path[k - 1], path[k]);
   }
   return std::max(1e-12, 8.0 * std::numeric_limits<double>::epsilon() * largest(system.positions) / shortest);
 }
