@@ -54,7 +54,7 @@ FrontTree::FrontTree(const Supernodes& supernodes) {
     Front& front = fronts[static_cast<std::size_t>(s)];
     front.panel = std::exchange(panels_size, panels_size + front.stride * front.columns);
   }
-  cut(all);
+  add_tasks(all);
   place_on_stacks();
   place_shared_updates(all);
   for (Front& front : fronts) {
@@ -63,7 +63,6 @@ FrontTree::FrontTree(const Supernodes& supernodes) {
     const std::size_t sums = front.is_tiled ? tile * num_tiles(front.stride) * num_tiles(front.columns) : 0;
     front.vector = std::exchange(vectors_size, vectors_size + front.stride + sums);
   }
-  add_tasks(all);
 }
 
 void FrontTree::link_children(const Supernodes& supernodes) {
@@ -102,7 +101,7 @@ std::vector<int> FrontTree::depth_first() const {
 
 /// Decides which fronts are tasks of their own, and cuts what is below them into sequences. What is not worth a second
 /// thread stays one sequence, whose updates take the least memory, unless it has a front in tiles.
-void FrontTree::cut(const std::vector<int>& all) {
+void FrontTree::add_tasks(const std::vector<int>& all) {
   std::vector<double> of_subtree(fronts.size());
   for (const int s : all) {
     const Front& front = fronts[static_cast<std::size_t>(s)];
@@ -114,27 +113,38 @@ void FrontTree::cut(const std::vector<int>& all) {
       cost < plan::flops_worth_threads && static_cast<double>(panels_size) < plan::numbers_worth_threads;
   const double share = is_one_task ? std::numeric_limits<double>::infinity()
                                    : std::max(plan::share_of_task * cost, plan::least_cost_of_task);
+  std::vector<int> last(fronts.size(), -1), before;  // last: [front] the task that ends it
   double open = 0.0;
   sequence_start_.push_back(0);
   const auto close = [&] {
-    if (order_.size() > sequence_start_.back()) sequence_start_.push_back(order_.size());
+    if (order_.size() == sequence_start_.back()) return;
+    const int task = add({FrontTask::Kind::Sequence, sequence_start_.size() - 1}, open);
+    for (std::size_t k = sequence_start_.back(); k < order_.size(); ++k) last[order_[k]] = task;
+    sequence_start_.push_back(order_.size());
     open = 0.0;
   };
-  for (const int s : all) {
-    Front& front = fronts[static_cast<std::size_t>(s)];
-    front.is_top = front.is_tiled || of_subtree[static_cast<std::size_t>(s)] > share;
+  for (const int number : all) {
+    const auto s = static_cast<std::size_t>(number);
+    Front& front = fronts[s];
+    front.is_top = front.is_tiled || of_subtree[s] > share;
     for_children(front, [&](std::size_t, const Front& child) { front.is_top = front.is_top || child.is_top; });
-    if (front.is_top) {
-      for_children(front, [&](std::size_t c, const Front&) { fronts[c].home = Front::Home::Arena; });
-      close();
+    if (!front.is_top) {
+      order_.push_back(s);
+      open += cost_of(front);
+      const bool ends_subtree = front.parent < 0 || of_subtree[static_cast<std::size_t>(front.parent)] > share;
+      if (ends_subtree && open > 0.5 * share) close();
       continue;
     }
-    order_.push_back(static_cast<std::size_t>(s));
-    open += cost_of(front);
-    const bool ends_subtree = front.parent < 0 || of_subtree[static_cast<std::size_t>(front.parent)] > share;
-    if (ends_subtree && open > 0.5 * share) close();
+    close();
+    before.clear();
+    for_children(front, [&](std::size_t c, const Front&) {
+      fronts[c].home = Front::Home::Arena;
+      before.push_back(last[c]);
+    });
+    last[s] = add_front(s, before);
   }
   close();
+  graph_.finish();
 }
 
 /// Places the updates inside sequences on two stacks. The update of a front is never on the stack of its children's.
@@ -232,54 +242,24 @@ void FrontTree::place_shared_updates(const std::vector<int>& all) {
   }
 }
 
-void FrontTree::add_tasks(const std::vector<int>& all) {
-  std::vector<int> last(fronts.size(), -1), before;
-  std::size_t sequence = 0;
-  const auto add_sequence = [&] {
-    double sum = 0.0;
-    for (std::size_t k = sequence_start_[sequence]; k < sequence_start_[sequence + 1]; ++k)
-      sum += cost_of(fronts[order_[k]]);
-    const int task = add({FrontTask::Kind::Sequence, sequence}, sum);
-    for (std::size_t k = sequence_start_[sequence]; k < sequence_start_[sequence + 1]; ++k) last[order_[k]] = task;
-    ++sequence;
-  };
-  std::size_t passed = 0;
-  for (const int s : all) {
-    const Front& front = fronts[static_cast<std::size_t>(s)];
-    if (!front.is_top) {
-      if (passed++ == sequence_start_[sequence]) add_sequence();
-      continue;
-    }
-    before.clear();
-    for_children(front, [&](std::size_t c, const Front&) { before.push_back(last[c]); });
-    int task;
-    if (front.is_tiled) {
-      task = add_tiles(static_cast<std::size_t>(s), before);
-    } else {
-      task = add({FrontTask::Kind::Whole, static_cast<std::size_t>(s)}, cost_of(front));
-      for (const int earlier : before) graph_.link(earlier, task);
-    }
-    last[static_cast<std::size_t>(s)] = task;
-  }
-  graph_.finish();
-}
-
-/// Adds the tiles of a front: those of its panel, column by column, then those of its update. A tile of L waits for the
-/// tile on its left and for the diagonal tile of its columns, and so for all that it reads. Returns the task that waits
-/// for all tiles, or -1 if the front has no rows below.
-int FrontTree::add_tiles(std::size_t s, const std::vector<int>& before) {
+/// Adds a front that waits for the tasks before. Of tiles it adds those of its panel, column by column, then those of
+/// its update. A tile of L waits for the tile on its left and for the diagonal tile of its columns, and so for all that
+/// it reads. Returns the task that waits for all of the front, or -1 if it has tiles and no rows below.
+int FrontTree::add_front(std::size_t s, const std::vector<int>& before) {
   const Front& front = fronts[s];
+  if (!front.is_tiled) {
+    const int task = add({FrontTask::Kind::Whole, s}, cost_of(front));
+    for (const int earlier : before) graph_.link(earlier, task);
+    return task;
+  }
   const std::size_t rows = num_tiles(front.stride), columns = num_tiles(front.columns);
   constexpr auto area = static_cast<double>(tile * tile);
-  const auto add_tile = [&](FrontTask::Kind kind, std::size_t row, std::size_t column, double flops) {
-    return add({kind, s, row, column}, flops);
-  };
   std::vector<int> left(rows);
   for (std::size_t column = 0; column < columns; ++column) {
     int diagonal = -1;
     for (std::size_t row = column; row < rows; ++row) {
       const double depth = 2.0 * static_cast<double>(tile * column) + static_cast<double>(tile);
-      const int task = add_tile(FrontTask::Kind::PanelTile, row, column, depth * area);
+      const int task = add({FrontTask::Kind::PanelTile, s, row, column}, depth * area);
       if (column > 0) graph_.link(left[row], task);
       if (row > column) graph_.link(diagonal, task);
       if (row == column) diagonal = task;
@@ -297,14 +277,14 @@ int FrontTree::add_tiles(std::size_t s, const std::vector<int>& before) {
   };
   for (std::size_t column = 0; column < sides; ++column) {
     for (std::size_t row = column; row < sides; ++row) {
-      const int task =
-          add_tile(FrontTask::Kind::UpdateTile, row, column, 2.0 * static_cast<double>(front.columns) * area);
+      const double flops = 2.0 * static_cast<double>(front.columns) * area;
+      const int task = add({FrontTask::Kind::UpdateTile, s, row, column}, flops);
       link_rows(row, task);
       if (row > column) link_rows(column, task);
       updates.push_back(task);
     }
   }
-  const int join = add_tile(FrontTask::Kind::Join, 0, 0, static_cast<double>(front.rows));
+  const int join = add({FrontTask::Kind::Join, s}, static_cast<double>(front.rows));
   for (const int task : updates) graph_.link(task, join);
   return join;
 }

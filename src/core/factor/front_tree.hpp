@@ -78,11 +78,10 @@ struct FrontTree {
  private:
   std::vector<int> depth_first() const;
   void link_children(const Supernodes& supernodes);
-  void cut(const std::vector<int>& all);
+  void add_tasks(const std::vector<int>& all);
+  int add_front(std::size_t s, const std::vector<int>& before);
   void place_on_stacks();
   void place_shared_updates(const std::vector<int>& all);
-  void add_tasks(const std::vector<int>& all);
-  int add_tiles(std::size_t s, const std::vector<int>& before);
   int add(const FrontTask& task, double of_task) {
     tasks_.push_back(task);
     return graph_.add(of_task);
