@@ -15,6 +15,13 @@ constexpr std::size_t depth = plan::terms_of_product;
 static_assert(depth % front_width == 0 && front_width == 2 * tile,
               "a tile begins at the first lane of a register or in its middle");
 
+/// A block of a front, with whole lanes of rows.
+struct FrontBlock {
+  std::size_t rows, columns;
+  bool is_lower = false;  // true if entries above the diagonal are not needed
+  bool is_fresh = false;  // true if they count as 0 before
+};
+
 /// Computes c_ij -= sum over k of a_ik b_jk for `lanes` x 8 rows and `columns` columns, or c = -… if c is fresh. The
 /// sums stay in registers; if there are too few, the tile is split and its parts are done one after the other.
 template <class Lanes, std::size_t lanes, std::size_t columns, bool fresh>
@@ -45,16 +52,6 @@ template <class Lanes, std::size_t lanes, std::size_t columns, bool fresh>
       for (std::size_t i = 0; i < lanes; ++i) sum[j][i].write(c + j * c_stride + front_width * i);
     }
   }
-}
-
-/// Does the same for the rows [first, end) in whole lanes.
-template <class Lanes, std::size_t columns, bool fresh = false>
-[[gnu::always_inline]] inline void subtract_rows(std::size_t first, std::size_t end, std::size_t terms, const double* a,
-                                                 const double* b, std::size_t stride, double* c, std::size_t c_stride) {
-  std::size_t i = first;
-  for (; i + 2 * front_width <= end; i += 2 * front_width)
-    subtract_tile<Lanes, 2, columns, fresh>(terms, a + i, b, stride, c + i, c_stride);
-  if (i < end) subtract_tile<Lanes, 1, columns, fresh>(terms, a + i, b, stride, c + i, c_stride);
 }
 
 /// Computes c -= a b' for whole lanes of rows, `wide` columns at once; 24 rows at a time stay in the first cache.
@@ -131,15 +128,15 @@ template <class Lanes, std::size_t columns>
 
 /// Adds the rows of column j. Long columns are added in whole lanes where their rows follow each other in the front.
 template <class Lanes>
-[[gnu::always_inline]] inline void add_column(std::size_t j, const TrianglePart& part, const ChildUpdate& child,
+[[gnu::always_inline]] inline void add_column(std::size_t j, const Tile& part, const ChildUpdate& child,
                                               const double* column, double* sum) {
-  const std::size_t low = std::max(part.low, j);
-  if (part.high < low + plan::long_column) {
-    for (std::size_t i = low; i < part.high; ++i) sum[child.in_parent[i]] += column[i];
+  const std::size_t low = std::max(part.row, j);
+  if (part.end_row < low + plan::long_column) {
+    for (std::size_t i = low; i < part.end_row; ++i) sum[child.in_parent[i]] += column[i];
     return;
   }
-  for (std::size_t i = low; i < part.high;) {
-    const std::size_t stop = std::min(part.high, static_cast<std::size_t>(child.run_end[i]));
+  for (std::size_t i = low; i < part.end_row;) {
+    const std::size_t stop = std::min(part.end_row, static_cast<std::size_t>(child.run_end[i]));
     double* const to = sum + child.in_parent[i];
     if (i + front_width <= stop) {
       (Lanes::at(to) + Lanes::at(column + i)).write(to);
@@ -152,10 +149,9 @@ template <class Lanes>
 
 /// Adds a part of a child's update, whose columns stand a stride apart within a block.
 template <class Lanes>
-[[gnu::always_inline]] inline void add_columns(const TrianglePart& part, const ChildUpdate& child,
-                                               const FrontNumbers& front) {
-  for (std::size_t j = part.first; j < part.end;) {
-    const std::size_t stop = std::min(part.end, (j / Triangle::width + 1) * Triangle::width);
+[[gnu::always_inline]] inline void add_columns(const Tile& part, const ChildUpdate& child, const FrontNumbers& front) {
+  for (std::size_t j = part.column; j < part.end_column;) {
+    const std::size_t stop = std::min(part.end_column, (j / Triangle::width + 1) * Triangle::width);
     const std::size_t stride = child.update.stride_of(j);
     for (const double* column = child.update.column(j); j < stop; ++j, column += stride)
       add_column<Lanes>(j, part, child, column, front.column(static_cast<std::size_t>(child.in_parent[j])));
@@ -204,17 +200,15 @@ template <class Lanes, std::size_t columns, std::size_t first>
   });
 }
 
-/// Computes L of the columns j … j + columns - 1, from which all columns before them have been subtracted. Returns
-/// false if a pivot is not positive, with its column in `failed`.
+/// Computes L of the columns j … j + columns - 1, from which all columns before them have been subtracted. `failed`
+/// becomes the first column whose pivot is not positive, if there is one.
 template <class Lanes, std::size_t columns>
-[[gnu::always_inline]] inline bool factorize_tile(std::size_t j, std::size_t rows, std::size_t stride, double* panel,
-                                                  std::size_t* failed) {
+[[gnu::always_inline]] inline void factorize_few(std::size_t j, std::size_t rows, std::size_t stride, double* panel,
+                                                 std::size_t* failed) {
   double* const c = panel + j * stride;
   TileFactor<columns> factor;
-  if (const std::size_t q = factorize_square<columns>(c + j, stride, &factor); q < columns) {
-    *failed = j + q;
-    return false;
-  }
+  if (const std::size_t q = factorize_square<columns>(c + j, stride, &factor); q < columns)
+    return void(*failed = j + q);
   const std::size_t begin = lanes_of(j);
   Lanes x[columns];
   divide_lanes<Lanes, columns>(factor, stride, c + begin, x);
@@ -223,7 +217,6 @@ template <class Lanes, std::size_t columns>
   else
     write_tile<Lanes, columns, tile>(factor, x, stride, c + begin);
   divide_rows<Lanes, columns>(factor, begin + front_width, rows, stride, c);
-  return true;
 }
 
 /// Computes L of the first columns. Returns the first column without a positive pivot, or `columns`.
@@ -236,9 +229,10 @@ template <class Lanes>
     for (std::size_t j = first; j < end && failed == columns; j += tile) {
       with_columns(
           end - j, [&](auto count) __attribute__((always_inline)) {
-            subtract_rows<Lanes, count>(lanes_of(j), rows, j - first, panel + first * stride,
-                                        panel + first * stride + j, stride, panel + j * stride, stride);
-            factorize_tile<Lanes, count>(j, rows, stride, panel, &failed);
+            const double* const before = panel + first * stride;
+            subtract_slices<Lanes, 2, count, false>({rows, count}, j - first, before, before + j, stride,
+                                                    panel + j * stride, stride, lanes_of(j), rows);
+            factorize_few<Lanes, count>(j, rows, stride, panel, &failed);
           });
     }
     if (failed < columns) return failed;
@@ -249,69 +243,85 @@ template <class Lanes>
   return columns;
 }
 
-/// Computes update = -a a' with a [rows, terms] and update [rows, rows].
+/// Computes x := x L11'^-1 with x [rows, columns] and L11 in `diagonal`.
 template <class Lanes>
-[[gnu::always_inline]] inline void set_negative_square(std::size_t rows, std::size_t terms, const double* a,
-                                                       std::size_t stride, const Triangle& update) {
-  for (std::size_t j = 0; j < rows; j += Triangle::width) {
-    const std::size_t columns = std::min(Triangle::width, rows - j);
-    subtract_all<Lanes>({lanes_of(rows - j + front_width - 1), columns, true, true}, terms, a + j, a + j, stride,
-                        update.column(j) + j, update.stride_of(j));
+[[gnu::always_inline]] inline void divide_columns(std::size_t columns, std::size_t rows, const double* diagonal,
+                                                  std::size_t stride, double* x) {
+  for (std::size_t first = 0; first < columns; first += depth) {
+    const std::size_t end = std::min(columns, first + depth);
+    for (std::size_t j = first; j < end; j += tile) {
+      with_columns(
+          end - j, [&](auto count) __attribute__((always_inline)) {
+            subtract_slices<Lanes, 2, count, false>({rows, count}, j - first, x + first * stride,
+                                                    diagonal + first * stride + j, stride, x + j * stride, stride, 0,
+                                                    rows);
+            TileFactor<count> factor;
+            for (std::size_t q = 0; q < count; ++q) {
+              for (std::size_t p = q; p < count; ++p) factor.l[p][q] = diagonal[(j + q) * stride + j + p];
+              factor.inverse[q] = 1.0 / factor.l[q][q];
+            }
+            factor.divide();
+            divide_rows<Lanes, count>(factor, 0, rows, stride, x + j * stride);
+          });
+    }
+    if (end == columns) return;
+    subtract_slices<Lanes, 3, 8, false>({rows, columns - end}, end - first, x + first * stride,
+                                        diagonal + first * stride + end, stride, x + end * stride, stride, 0, rows);
+  }
+}
+
+/// Adds the updates of the children to a tile of the front, whose columns are all in the panel or all below.
+template <class Lanes>
+[[gnu::always_inline]] inline void add_children(const FrontNumbers& front, const Tile& part) {
+  for (const ChildUpdate& child : front.children) {
+    // Returns how many of its rows come before a row of the front.
+    const auto place = [&](std::size_t row) {
+      if (row == 0 || row == front.columns) return row == 0 ? row : child.rows_in_panel;
+      const int* const end = child.in_parent + child.rows;
+      if (static_cast<int>(row) > end[-1]) return child.rows;
+      return static_cast<std::size_t>(std::lower_bound(child.in_parent, end, static_cast<int>(row)) - child.in_parent);
+    };
+    add_columns<Lanes>({place(part.row), place(part.end_row), place(part.column), place(part.end_column)}, child,
+                       front);
   }
 }
 
 }  // namespace
 
-std::size_t factorize_panel(std::size_t columns, std::size_t rows, std::size_t stride, double* panel) {
-  return dispatch(
-      [=]<class Lanes>(std::type_identity<Lanes>) { return factorize_columns<Lanes>(columns, rows, stride, panel); });
+void add_updates(const FrontNumbers& front, const Tile& part) {
+  dispatch([=]<class Lanes>(std::type_identity<Lanes>) { add_children<Lanes>(front, part); });
 }
 
-std::size_t eliminate_front(const FrontNumbers& front, std::size_t below, std::span<const ChildUpdate> children) {
+std::size_t eliminate(const FrontNumbers& front, const Tile& panel, const Tile& update) {
   return dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
-    for (const ChildUpdate& child : children) add_columns<Lanes>({0, child.rows_in_panel, 0, child.rows}, child, front);
-    const std::size_t done = factorize_columns<Lanes>(front.columns, front.stride, front.stride, front.panel);
-    if (done < front.columns || below == 0) return done;
-    set_negative_square<Lanes>(below, front.columns, front.panel + front.columns, front.stride, front.update);
-    for (const ChildUpdate& child : children)
-      add_columns<Lanes>({child.rows_in_panel, child.rows, 0, child.rows}, child, front);
-    return front.columns;
-  });
-}
-
-void add_to_front(const TrianglePart& part, const ChildUpdate& child, const FrontNumbers& front) {
-  dispatch([=]<class Lanes>(std::type_identity<Lanes>) { add_columns<Lanes>(part, child, front); });
-}
-
-void subtract_block(const FrontBlock& block, std::size_t terms, const double* a, const double* b, std::size_t stride,
-                    double* c, std::size_t c_stride) {
-  dispatch([=, &block]<class Lanes>(std::type_identity<Lanes>) {
-    subtract_all<Lanes>(block, terms, a, b, stride, c, c_stride);
-  });
-}
-
-void divide_block(std::size_t columns, std::size_t rows, const double* diagonal, std::size_t stride, double* x) {
-  dispatch([=]<class Lanes>(std::type_identity<Lanes>) {
-    for (std::size_t first = 0; first < columns; first += depth) {
-      const std::size_t end = std::min(columns, first + depth);
-      for (std::size_t j = first; j < end; j += tile) {
-        with_columns(
-            end - j, [&](auto count) __attribute__((always_inline)) {
-              subtract_rows<Lanes, count>(0, rows, j - first, x + first * stride, diagonal + first * stride + j, stride,
-                                          x + j * stride, stride);
-              TileFactor<count> factor;
-              for (std::size_t q = 0; q < count; ++q) {
-                for (std::size_t p = q; p < count; ++p) factor.l[p][q] = diagonal[(j + q) * stride + j + p];
-                factor.inverse[q] = 1.0 / factor.l[q][q];
-              }
-              factor.divide();
-              divide_rows<Lanes, count>(factor, 0, rows, stride, x + j * stride);
-            });
+    const std::size_t stride = front.stride, columns = panel.end_column - panel.column;
+    if (columns > 0) {
+      add_children<Lanes>(front, panel);
+      const std::size_t rows = panel.end_row - panel.row;
+      const bool is_diagonal = panel.row == panel.column;
+      double* const own = front.panel + panel.column * stride;
+      subtract_all<Lanes>({rows, columns, is_diagonal}, panel.column, front.panel + panel.row,
+                          front.panel + panel.column, stride, own + panel.row, stride);
+      if (!is_diagonal) {
+        divide_columns<Lanes>(columns, rows, own + panel.column, stride, own + panel.row);
+      } else if (const std::size_t done = factorize_columns<Lanes>(columns, rows, stride, own + panel.column);
+                 done < columns) {
+        return panel.column + done;
       }
-      if (end == columns) return;
-      subtract_slices<Lanes, 3, 8, false>({rows, columns - end}, end - first, x + first * stride,
-                                          diagonal + first * stride + end, stride, x + end * stride, stride, 0, rows);
     }
+    if (update.column == update.end_column) return panel.end_column;
+    const bool is_diagonal = update.row == update.column;
+    const double* const below = front.panel + front.columns;
+    for (std::size_t j = update.column; j < update.end_column; j += Triangle::width) {
+      const std::size_t from = is_diagonal ? j : update.row;  // rows above the block's diagonal are not stored
+      subtract_all<Lanes>({update.end_row - from, std::min(Triangle::width, update.end_column - j), is_diagonal, true},
+                          front.columns, below + from, below + j, stride, front.update.column(j) + from,
+                          front.update.stride_of(j));
+    }
+    const std::size_t first = front.columns;
+    add_children<Lanes>(front,
+                        {first + update.row, first + update.end_row, first + update.column, first + update.end_column});
+    return panel.end_column;
   });
 }
 

@@ -9,10 +9,6 @@ namespace tanor::detail::kernels {
 
 inline constexpr std::size_t front_width = 8;
 
-/// Replaces the first columns of a front, whose lower triangle stands in `panel` [rows, columns], by those of L, with 0
-/// above the diagonal in its lanes. Returns the first column without a positive pivot, or `columns`.
-std::size_t factorize_panel(std::size_t columns, std::size_t rows, std::size_t stride, double* panel);
-
 /// The lower triangle of an update, in blocks of columns that begin at the diagonal: little more than half of a square.
 struct Triangle {
   static constexpr std::size_t width = 32;  ///< columns of a block, whole lanes
@@ -37,29 +33,6 @@ struct Triangle {
   }
 };
 
-/// A block of a large front, with whole lanes of rows.
-struct FrontBlock {
-  std::size_t rows, columns;
-  bool is_lower = false;  // true if entries above the diagonal are not needed
-  bool is_fresh = false;  // true if c counts as 0 before
-};
-/// Computes c -= a b' with a [rows, terms] and b [columns, terms].
-void subtract_block(const FrontBlock& block, std::size_t terms, const double* a, const double* b, std::size_t stride,
-                    double* c, std::size_t c_stride);
-/// Computes x := x L11'^-1 with x [rows, columns] and L11 in `diagonal`.
-void divide_block(std::size_t columns, std::size_t rows, const double* diagonal, std::size_t stride, double* x);
-
-/// The numbers of a front.
-struct FrontNumbers {
-  std::size_t columns, stride;
-  double* panel;    ///< [stride, columns]
-  Triangle update;  ///< of the rows below
-
-  /// Returns the column of the front that belongs to its row j. Its row i stands at [i], from the diagonal on.
-  double* column(std::size_t j) const {
-    return j < columns ? panel + j * stride : update.column(j - columns) - columns;
-  }
-};
 /// An update that a front takes from a child. Its row i is the row in_parent[i] of the front; the rows [i, run_end[i])
 /// follow each other there too. The first rows are among the columns of the front.
 struct ChildUpdate {
@@ -67,15 +40,33 @@ struct ChildUpdate {
   Triangle update;
   std::size_t rows_in_panel, rows;
 };
-/// Part of a triangle: the columns [first, end) and the rows [low, high) of each, from the diagonal on.
-struct TrianglePart {
-  std::size_t first, end, low, high;
+/// The numbers of a front.
+struct FrontNumbers {
+  std::size_t columns, stride;
+  double* panel;    ///< [stride, columns]
+  Triangle update;  ///< of the rows below
+  std::span<const ChildUpdate> children;
+
+  /// Returns the column of the front that belongs to its row j. Its row i stands at [i], from the diagonal on.
+  double* column(std::size_t j) const {
+    return j < columns ? panel + j * stride : update.column(j - columns) - columns;
+  }
 };
-/// Adds a part of the child's update to the front.
-void add_to_front(const TrianglePart& part, const ChildUpdate& child, const FrontNumbers& front);
-/// Adds the updates of the children, replaces the panel, which holds the entries of S, by L and writes the front's own
-/// update of `below` rows. Returns the first column without a positive pivot, or all columns.
-std::size_t eliminate_front(const FrontNumbers& front, std::size_t below, std::span<const ChildUpdate> children);
+/// A part of a lower triangle: the rows [row, end_row), whole lanes of them, of the columns [column, end_column).
+struct Tile {
+  std::size_t row, end_row, column, end_column;
+};
+/// Adds the updates of the children to a tile of the panel.
+void add_updates(const FrontNumbers& front, const Tile& part);
+/// Makes a tile of L and one of the update, either of which may be empty:
+///
+///   L         the entries of S and the updates of the children there, less the products of the tiles on the left,
+///   which
+///             are there, divided by the diagonal tile unless it is that one; with 0 above the diagonal in its lanes
+///   update    the updates of the children less L21 L21'
+///
+/// Returns the first column without a positive pivot, or the end of the panel's tile.
+std::size_t eliminate(const FrontNumbers& front, const Tile& panel, const Tile& update);
 
 /// Columns of L in a front, or a tile of them. y [rows] is padded with zeros.
 struct Panel {

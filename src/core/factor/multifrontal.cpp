@@ -90,29 +90,6 @@ void Multifrontal::take_entries(const Front& front, const double* values, const 
   }
 }
 
-/// Adds the updates of the children to a part of a front, which is among its columns or below them.
-void Multifrontal::add_updates(const Front& front, const Tile& tile, Workspace& workspace) {
-  const kernels::FrontNumbers numbers = numbers_of(front, workspace);
-  tree_.for_children(front, [&](std::size_t c, const Front&) {
-    const kernels::ChildUpdate child = update_of_child(c, workspace);
-    const auto place = [&](std::size_t row) {
-      const int* const end = child.in_parent + child.rows;
-      return static_cast<std::size_t>(std::lower_bound(child.in_parent, end, static_cast<int>(row)) - child.in_parent);
-    };
-    kernels::add_to_front({place(tile.column), place(tile.end_column), place(tile.row), place(tile.end_row)}, child,
-                          numbers);
-  });
-}
-
-void Multifrontal::keep_pivots(const Front& front, std::size_t first, std::size_t end) {
-  const double* const panel = panels_.data() + front.panel;
-  for (std::size_t j = first; j < end; ++j) {
-    const double pivot = panel[j * (front.stride + 1)];
-    pivots_[front.first_column + j] = pivot;
-    inverse_pivots_[front.first_column + j] = 1.0 / pivot;
-  }
-}
-
 /// Keeps the first of all columns that fail. Later columns in the order of elimination are skipped, earlier ones are
 /// not, so the result does not depend on what other threads have found.
 void Multifrontal::fail(std::size_t column) {
@@ -121,60 +98,25 @@ void Multifrontal::fail(std::size_t column) {
   }
 }
 
-void Multifrontal::factorize_front(std::size_t s, const double* values, Workspace& workspace) {
-  const Front& front = tree_.fronts[s];
-  if (failed_.load(std::memory_order_relaxed) < front.first_column) return;
-  const Tile whole{0, front.stride, 0, front.columns};
-  take_entries(front, values, whole);
-  if (is_kept(front)) return add_updates(front, whole, workspace);
-  workspace.children.clear();
-  tree_.for_children(front,
-                     [&](std::size_t c, const Front&) { workspace.children.push_back(update_of_child(c, workspace)); });
-  const std::size_t done = kernels::eliminate_front(numbers_of(front, workspace), front.below(), workspace.children);
-  if (done < front.columns) return fail(front.first_column + done);
-  keep_pivots(front, 0, front.columns);
-}
-
-/// Computes a tile of L: the entries there, minus the products of the tiles on its left, divided by the diagonal tile.
+/// Makes a tile of L or of the update, or both of all of a front without tiles.
 void Multifrontal::factorize_tile(const FrontTask& task, const double* values, Workspace& workspace) {
   const Front& front = tree_.fronts[task.front];
-  const Tile tile = tile_of(task, front);
-  if (failed_.load(std::memory_order_relaxed) < front.first_column + tile.end_column) return;
-  take_entries(front, values, tile);
-  add_updates(front, tile, workspace);
-  if (is_kept(front)) return;
-  double* const panel = panels_.data() + front.panel;
-  double* const columns = panel + tile.column * front.stride;
-  const std::size_t num_rows = tile.end_row - tile.row, num_columns = tile.end_column - tile.column;
-  const bool is_diagonal = task.row == task.column;
-  kernels::subtract_block({num_rows, num_columns, is_diagonal}, tile.column, panel + tile.row, panel + tile.column,
-                          front.stride, columns + tile.row, front.stride);
-  if (!is_diagonal)
-    return kernels::divide_block(num_columns, num_rows, columns + tile.column, front.stride, columns + tile.row);
-  const std::size_t done = kernels::factorize_panel(num_columns, num_rows, front.stride, columns + tile.column);
-  if (done < num_columns) return fail(front.first_column + tile.column + done);
-  keep_pivots(front, tile.column, tile.end_column);
-}
-
-/// Computes a tile of U: -L21 L21' plus the updates of the children.
-void Multifrontal::update_tile(const FrontTask& task, Workspace& workspace) {
-  const Front& front = tree_.fronts[task.front];
-  if (failed_.load(std::memory_order_relaxed) < front.first_column + front.columns) return;
-  const std::size_t first_row = FrontTree::tile * task.row, first_column = FrontTree::tile * task.column;
-  const std::size_t end_row = std::min(first_row + FrontTree::tile, front.update_stride);
-  const std::size_t end_column = std::min(first_column + FrontTree::tile, front.below());
-  const double* const below = panels_.data() + front.panel + front.columns;
-  const kernels::Triangle rest = update(front, workspace);
-  for (std::size_t j = first_column; j < end_column; j += kernels::Triangle::width) {
-    const std::size_t from = task.row == task.column ? j : first_row;  // rows above the block's diagonal are not stored
-    const std::size_t columns = std::min(kernels::Triangle::width, end_column - j);
-    kernels::subtract_block({end_row - from, columns, task.row == task.column, true}, front.columns, below + from,
-                            below + j, front.stride, rest.column(j) + from, rest.stride_of(j));
+  const bool is_of_update = task.kind == FrontTask::Kind::UpdateTile;
+  const Tile panel = is_of_update ? Tile{} : tile_of(task, front);
+  const Tile update =
+      is_of_update || !front.is_tiled ? tile_of(task, front, front.update_stride, front.below()) : Tile{};
+  const std::size_t end = front.first_column + (is_of_update ? front.columns : panel.end_column);
+  if (failed_.load(std::memory_order_relaxed) < end) return;
+  take_entries(front, values, panel);
+  const kernels::FrontNumbers numbers = numbers_of(front, workspace);
+  if (is_kept(front)) return kernels::add_updates(numbers, panel);
+  const std::size_t done = kernels::eliminate(numbers, panel, update);
+  if (done < panel.end_column) return fail(front.first_column + done);
+  for (std::size_t j = panel.column; task.row == task.column && j < panel.end_column; ++j) {
+    const double pivot = numbers.panel[j * (front.stride + 1)];
+    pivots_[front.first_column + j] = pivot;
+    inverse_pivots_[front.first_column + j] = 1.0 / pivot;
   }
-  add_updates(
-      front,
-      {front.columns + first_row, front.columns + end_row, front.columns + first_column, front.columns + end_column},
-      workspace);
 }
 
 bool Multifrontal::factorizes_by_threads() const {
@@ -186,9 +128,7 @@ Cholesky::Quality Multifrontal::factorize(const double* values, int threads) {
   reserve(threads);
   failed_.store(pivots_.size(), std::memory_order_relaxed);
   tree_.run(threads, TaskGraph::Direction::Forwards, [&](const FrontTask& task, std::size_t thread) {
-    if (task.kind == FrontTask::Kind::Whole) factorize_front(task.front, values, workspaces_[thread]);
-    if (task.kind == FrontTask::Kind::PanelTile) factorize_tile(task, values, workspaces_[thread]);
-    if (task.kind == FrontTask::Kind::UpdateTile) update_tile(task, workspaces_[thread]);
+    if (task.kind != FrontTask::Kind::Join) factorize_tile(task, values, workspaces_[thread]);
   });
   const std::size_t done = failed_.load(std::memory_order_relaxed);
   if (done < num_eliminated()) return {false, done, 0.0};

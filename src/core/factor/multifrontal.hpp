@@ -68,22 +68,21 @@ class Multifrontal {
     LargeArray<double> stacks[2], y;             // y of the front that a solve is at
     std::vector<kernels::ChildUpdate> children;  // of the front that is worked on
   };
-  /// A part of a front's lower triangle: the rows [row, end_row) of the columns [column, end_column).
-  struct Tile {
-    std::size_t row, end_row, column, end_column;
-  };
+  using Tile = kernels::Tile;
 
   void find_rows_in_parents();
   void find_entries(const TrianglePattern& lower);
   void reserve(int threads);
 
   bool is_kept(const Front& front) const { return front.first_column + num_kept_ >= pivots_.size(); }
-  /// Returns the tile of a task, which is the front if that has no tiles.
+  /// Returns the tile of a task in the panel, or in so many rows and columns: all of them in a front without tiles.
   static Tile tile_of(const FrontTask& task, const Front& front) {
-    if (!front.is_tiled) return {0, front.stride, 0, front.columns};
+    return tile_of(task, front, front.stride, front.columns);
+  }
+  static Tile tile_of(const FrontTask& task, const Front& front, std::size_t rows, std::size_t columns) {
+    if (!front.is_tiled) return {0, rows, 0, columns};
     const std::size_t row = FrontTree::tile * task.row, column = FrontTree::tile * task.column;
-    return {row, std::min(row + FrontTree::tile, front.stride), column,
-            std::min(column + FrontTree::tile, front.columns)};
+    return {row, std::min(row + FrontTree::tile, rows), column, std::min(column + FrontTree::tile, columns)};
   }
   kernels::Panel panel_of(const Front& front, const Tile& tile) const {
     return {tile.end_column - tile.column, tile.end_row - tile.row, front.stride,
@@ -96,22 +95,19 @@ class Multifrontal {
                                                                    : arena_;
     return {home.data() + front.update, front.update_stride};
   }
+  /// Returns the numbers of a front, with the updates of its children until those of another front are asked for.
   kernels::FrontNumbers numbers_of(const Front& front, Workspace& workspace) {
-    return {front.columns, front.stride, panels_.data() + front.panel, update(front, workspace)};
-  }
-  kernels::ChildUpdate update_of_child(std::size_t s, Workspace& workspace) {
-    const Front& front = tree_.fronts[s];
-    const std::size_t first = supernodes_.rows_start[s] + front.columns;
-    return {rows_in_parent_.data() + first, run_end_.data() + first, update(front, workspace), front.rows_in_panel,
-            front.below()};
+    workspace.children.clear();
+    tree_.for_children(front, [&](std::size_t c, const Front& child) {
+      const std::size_t first = supernodes_.rows_start[c] + child.columns;
+      workspace.children.push_back({rows_in_parent_.data() + first, run_end_.data() + first, update(child, workspace),
+                                    child.rows_in_panel, child.below()});
+    });
+    return {front.columns, front.stride, panels_.data() + front.panel, update(front, workspace), workspace.children};
   }
 
-  void factorize_front(std::size_t s, const double* values, Workspace& workspace);
   void factorize_tile(const FrontTask& task, const double* values, Workspace& workspace);
-  void update_tile(const FrontTask& task, Workspace& workspace);
   void take_entries(const Front& front, const double* values, const Tile& tile);
-  void add_updates(const Front& front, const Tile& tile, Workspace& workspace);
-  void keep_pivots(const Front& front, std::size_t first, std::size_t end);
   void fail(std::size_t column);
 
   void pass(TaskGraph::Direction direction, double* x, int threads);
