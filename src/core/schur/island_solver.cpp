@@ -26,7 +26,7 @@ IslandGroup::IslandGroup(const SchurProblem& problem, std::span<const Index> isl
 Elimination IslandSolver::linearise(const Parallel& parallel, const double* r, const PointSource* source,
                                     double* blocks) {
   bring_points(parallel, source);
-  group_->constraints.evaluate_gradients(parallel, group_->members, r, blocks);
+  group_.constraints.evaluate_gradients(parallel, group_.members, r, blocks);
   return factorize(parallel, blocks);
 }
 
@@ -39,12 +39,12 @@ void IslandSolver::correct(const Parallel& parallel, const double* blocks, doubl
 template <class Evaluate>
 Projection IslandSolver::iterate(const Parallel& parallel, const double* blocks, double target,
                                  const Evaluate& evaluate, double* points, double* sum) {
-  rows_.resize(group_->constraints.num_rows());
+  rows_.resize(group_.constraints.num_rows());
   return iterate_along_chord(
       target, [&] { return evaluate(rows_.data()); },
       [&] {
         correct(parallel, blocks, rows_.data(), points);
-        if (sum != nullptr) group_->add_rows(parallel, rows_.data(), sum);
+        if (sum != nullptr) group_.add_rows(parallel, rows_.data(), sum);
       });
 }
 
@@ -54,15 +54,14 @@ Projection IslandSolver::project_positions(const Parallel& parallel, const doubl
   if (sum != nullptr) add_reactions(parallel, blocks, sum, r);
   return iterate(
       parallel, blocks, target,
-      [&](double* xi) { return group_->constraints.evaluate_values(parallel, group_->members, r, xi); }, r, sum);
+      [&](double* xi) { return group_.constraints.evaluate_values(parallel, group_.members, r, xi); }, r, sum);
 }
 
 Projection IslandSolver::project_velocities(const Parallel& parallel, const double* blocks, double target,
                                             const double* r, double* v, double* sum) {
   return iterate(
       parallel, blocks, target,
-      [&](double* rates) { return group_->constraints.evaluate_rates(parallel, group_->members, r, v, rates); }, v,
-      sum);
+      [&](double* rates) { return group_.constraints.evaluate_rates(parallel, group_.members, r, v, rates); }, v, sum);
 }
 
 }  // namespace tanor::detail

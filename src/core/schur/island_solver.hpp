@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -41,7 +40,7 @@ class IslandSolver : public SchurSolver {
   Projection project_velocities(const Parallel& parallel, const double* blocks, double target, const double* r,
                                 double* v, double* sum) override;
   void add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) override {
-    group_->gather.add_scaled(parallel, blocks, rows, group_->inverse_mass.data(), group_->points, points);
+    group_.gather.add_scaled(parallel, blocks, rows, group_.inverse_mass.data(), group_.points, points);
   }
   /// Does nothing: the families have the offsets.
   void read_offsets(std::span<const Vec3>) override {}
@@ -49,23 +48,21 @@ class IslandSolver : public SchurSolver {
  protected:
   /// Factorizes S of given blocks of K.
   virtual Elimination factorize(const Parallel& parallel, const double* blocks) = 0;
-  IslandSolver() = default;
   explicit IslandSolver(IslandGroup group) : group_(std::move(group)) {}
 
-  void serve(const SchurProblem& problem, std::span<const Index> islands) { group_.emplace(problem, islands); }
-  const IslandGroup& group() const { return *group_; }
   /// Brings all points of its islands at once. Does nothing if `source` is null, since the points are there then.
   void bring_points(const Parallel& parallel, const PointSource* source) const {
     if (source == nullptr) return;
-    group_->points.for_ranges(parallel, [&](std::size_t begin, std::size_t end) { source->bring(begin, end - begin); });
+    group_.points.for_ranges(parallel, [&](std::size_t begin, std::size_t end) { source->bring(begin, end - begin); });
   }
+
+  const IslandGroup group_;
 
  private:
   template <class Evaluate>
   Projection iterate(const Parallel& parallel, const double* blocks, double target, const Evaluate& evaluate,
                      double* points, double* sum);
 
-  std::optional<IslandGroup> group_;
   std::vector<double> rows_;  // [d] scratch; made at the first projection
 };
 

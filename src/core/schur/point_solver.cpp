@@ -147,21 +147,22 @@ void for_each_guide(const Constraints& constraints, const Visit& visit) {
 // ---- set-up ----
 
 /// Takes the points that nothing joins, and makes chunks of them.
-PointSolver::PointSolver(const SchurProblem& problem, std::vector<Index>* islands)
-    : constraints_(problem.constraints), inverse_mass_(problem.inverse_mass), block_(problem.numbering.num_rows(), -1) {
+std::unique_ptr<PointSolver> PointSolver::make(const SchurProblem& problem, std::vector<Index>* islands) {
   struct Row {
     Index point = -1, kind, guide;
   };
-  std::vector<Row> rows(block_.size());
-  for_each_guide(constraints_, [&]<class Kernel>(const Family<Kernel>& family) {
+  std::vector<Row> rows(problem.numbering.num_rows());
+  std::vector<Index> block_of(rows.size(), -1);
+  for_each_guide(problem.constraints, [&]<class Kernel>(const Family<Kernel>& family) {
     for (std::size_t k = 0; k < family.size(); ++k) {
       for (Index m = 0; m < Kernel::num_rows; ++m) {
         const auto row = static_cast<std::size_t>(family.rows[k] + m);
         rows[row] = {family.kernel.points[k][0], family.first_block, family.kernel.geometry[k]};
-        block_[row] = family.first_block + static_cast<Index>(k) * Kernel::num_blocks + m;
+        block_of[row] = family.first_block + static_cast<Index>(k) * Kernel::num_blocks + m;
       }
     }
   });
+  std::vector<Chunk> chunks;
   std::vector<Index> served;
   std::erase_if(*islands, [&](Index island) {
     const Index* const start = problem.numbering.island_start.data() + island;
@@ -175,26 +176,21 @@ PointSolver::PointSolver(const SchurProblem& problem, std::vector<Index>* island
              last.first_row + last.num_points * count == first &&
              std::ranges::equal(own, std::span(rows).subspan(last.first_row, count), {}, &Row::kind, &Row::kind);
     };
-    if (chunks_.empty() || !continues(chunks_.back())) chunks_.push_back({point, first, count});
-    Chunk& chunk = chunks_.back();
+    if (chunks.empty() || !continues(chunks.back())) chunks.push_back({point, first, count});
+    Chunk& chunk = chunks.back();
     for (std::size_t m = 0; m < count; ++m) {
-      const std::size_t front = chunk.first_row + m, block = static_cast<std::size_t>(block_[front]);
+      const std::size_t front = chunk.first_row + m, block = static_cast<std::size_t>(block_of[front]);
       chunk.has_one_guide[m] = chunk.has_one_guide[m] && own[m].guide == rows[front].guide;
       chunk.are_neighbours[m] =
-          chunk.are_neighbours[m] && static_cast<std::size_t>(block_[first + m]) == block + chunk.num_points;
+          chunk.are_neighbours[m] && static_cast<std::size_t>(block_of[first + m]) == block + chunk.num_points;
     }
     ++chunk.num_points;
     served.push_back(island);
     return true;
   });
-  serve(problem, served);
-}
-
-std::unique_ptr<PointSolver> PointSolver::make(const SchurProblem& problem, std::vector<Index>* islands) {
-  const std::size_t before = islands->size();
-  std::unique_ptr<PointSolver> result(new PointSolver(problem, islands));
-  if (result->chunks_.empty()) return nullptr;
-  FactorSummary factor{.parts = before - islands->size()};
+  if (chunks.empty()) return nullptr;
+  std::unique_ptr<PointSolver> result(new PointSolver({problem, served}, std::move(block_of), std::move(chunks)));
+  FactorSummary factor{.parts = served.size()};
   std::size_t num_gradients = 0;
   for (Chunk& chunk : result->chunks_) {
     chunk.first_gradient = num_gradients;
@@ -224,7 +220,7 @@ class PointSolver::Work {
     gradients_ = chunk.num_rows > 1 ? solver_.gradients_.data() + chunk.first_gradient : of_single_rows_;
   }
   bool has_several_rows() const { return chunk_->num_rows > 1; }
-  PointGroups masses() { return {chunk_->num_groups(), read(solver_.inverse_mass_.data(), 1, copies_[3])}; }
+  PointGroups masses() { return {chunk_->num_groups(), read(solver_.group_.inverse_mass.data(), 1, copies_[3])}; }
   /// Returns the points; `write_accelerations` completes w.
   PointGroups read_points(const FreeMotion& motion, double* w) {
     PointGroups result = masses();
@@ -269,7 +265,7 @@ class PointSolver::Work {
   void evaluate(const FreeMotion& motion, const PointGroups& points) {
     for (std::size_t m = 0; m < chunk_->num_rows;) {
       const Index block = solver_.block_[chunk_->first_row + m];
-      for_each_guide(solver_.constraints_, [&]<class Kernel>(const Family<Kernel>& family) {
+      for_each_guide(solver_.group_.constraints, [&]<class Kernel>(const Family<Kernel>& family) {
         const Index begin = family.first_block;
         if (block < begin || block >= begin + Kernel::num_blocks * static_cast<Index>(family.size())) return;
         evaluate(family, motion, points, m);

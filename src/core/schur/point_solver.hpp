@@ -38,12 +38,11 @@ class PointSolver final : public IslandSolver {
   };
   class Work;
 
-  PointSolver(const SchurProblem& problem, std::vector<Index>* islands);
+  PointSolver(IslandGroup points, std::vector<Index> block, std::vector<Chunk> chunks)
+      : IslandSolver(std::move(points)), block_(std::move(block)), chunks_(std::move(chunks)) {}
   template <class Visit>
   Elimination for_each_chunk(const Parallel& parallel, const Visit& visit);
 
-  const Constraints& constraints_;
-  std::span<const double> inverse_mass_;
   std::vector<Index> block_;  // [row]; -1 where it belongs to no guide
   std::vector<Chunk> chunks_;
   std::vector<Pack3<>> gradients_;  // [row][group] of each chunk of several rows: their factor is as soon made as read
