@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "base/instruction_sets.hpp"
 #include "plan/thresholds.hpp"
@@ -22,26 +23,24 @@ namespace {
 }  // namespace
 
 ShortPathSeries::ShortPathSeries(const RodRows& rods, const Numbering& numbering, std::span<const double> inverse_mass,
-                                 std::vector<Index>* islands) {
-  std::size_t num_rods = 0;
+                                 std::vector<Index>* islands)
+    : inverse_mass_(inverse_mass) {
   std::erase_if(*islands, [&](Index island) {
     const Index* const start = numbering.island_start.data() + island;
     if (static_cast<std::size_t>(start[1] - start[0]) >= plan::fewest_rods_of_cut_path) return false;
     const std::optional<RodPath> path = find_path(rods.ends, numbering, island);
     if (!path || path->is_ring) return false;
-    paths_.push_back({*path, num_rods});
-    num_rods += path->num_rows();
+    std::vector<Vec3> offsets;
+    for (std::size_t k = 0; !rods.offset.empty() && k < path->num_rows(); ++k) {
+      const std::size_t row = static_cast<std::size_t>(path->first_row) + k;
+      const bool is_turned = rods.ends[row][0] != path->points[k];
+      offsets.push_back(is_turned ? -rods.offset[row] : rods.offset[row]);
+    }
+    paths_.push_back({*path, std::move(offsets)});
+    num_points_ += path->points.size();
     most_rods_ = std::max(most_rods_, path->num_rows());
     return true;
   });
-  for (const auto& [path, first] : paths_) {
-    for (const Index point : path.points) inverse_mass_.push_back(inverse_mass[static_cast<std::size_t>(point)]);
-    for (std::size_t k = 0; !rods.offset.empty() && k < path.num_rows(); ++k) {
-      const std::size_t row = static_cast<std::size_t>(path.first_row) + k;
-      const bool is_turned = rods.ends[row][0] != path.points[k];
-      offsets_.push_back(is_turned ? -rods.offset[row] : rods.offset[row]);
-    }
-  }
 }
 
 /// The expansion of one path.
@@ -159,7 +158,7 @@ double ShortPathSeries::expand(const Parallel& parallel, const LaneExpansion& ex
   const std::size_t stride = expansion.stride();
   const int order = expansion.order();
   const bool is_counting = expansion.is_counting();
-  const Parallel worth(inverse_mass_.size() < plan::rows_of_lanes_worth_a_thread ? 1 : parallel.threads());
+  const Parallel worth(num_points_ < plan::rows_of_lanes_worth_a_thread ? 1 : parallel.threads());
   rooms_.resize(static_cast<std::size_t>(parallel.threads()));
   for (Room& room : rooms_) {
     room.rods.resize(most_rods_);
@@ -169,15 +168,15 @@ double ShortPathSeries::expand(const Parallel& parallel, const LaneExpansion& ex
   }
   worth.for_tasks(paths_.size(), [&](std::size_t p, std::size_t thread) {
     Room& room = rooms_[thread];
-    const auto& [path, first] = paths_[p];
+    const auto& [path, offsets] = paths_[p];
     for (std::size_t i = 0; i <= path.num_rows(); ++i) {
       const Index number = path.points[i];
       const auto [position, velocity] = is_counting ? needed.atol_of(number) : NeededTerms::Errors{};
-      room.points[i] = {Four{}, inverse_mass_[first + p + i], position, velocity, number};
+      room.points[i] = {Four{}, inverse_mass_[static_cast<std::size_t>(number)], position, velocity, number};
     }
     const OnePath own{path.num_rows(), stride, room.rods.data(), room.points.data(),
                       reinterpret_cast<Four*>(room.series.data())};
-    own.begin(coefficients, lambda + path.first_row, offsets_.empty() ? nullptr : offsets_.data() + first, needed);
+    own.begin(coefficients, lambda + path.first_row, offsets.empty() ? nullptr : offsets.data(), needed);
     TermCounter terms(needed.step, 1);
     int reached = 2;
     for (bool are_enough = false; !are_enough && reached < order;) {

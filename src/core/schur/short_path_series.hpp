@@ -14,8 +14,8 @@ namespace tanor::detail {
 /// and are over before a group has begun.
 class ShortPathSeries final : public IslandSeries {
  public:
-  /// Takes the islands that are paths of fewer than `plan::fewest_rods_of_cut_path` rods out of `islands`.
-  /// `inverse_mass` is [inner point].
+  /// Takes the islands that are paths of fewer than `plan::fewest_rods_of_cut_path` rods out of `islands`. Keeps a
+  /// reference to `inverse_mass` [inner point].
   ShortPathSeries(const RodRows& rods, const Numbering& numbering, std::span<const double> inverse_mass,
                   std::vector<Index>* islands);
 
@@ -32,10 +32,9 @@ class ShortPathSeries final : public IslandSeries {
     double inverse_mass, of_position, of_velocity;  // weights of terms, see TermCounter
     Index number;                                   // inner
   };
-  /// A path, and where its rods begin in the lists of all; its points begin at `first + number of the path`.
   struct Path {
     RodPath rows;
-    std::size_t first;
+    std::vector<Vec3> offsets;  // [rod] part of a_0; empty if there are none
   };
   /// The arrays of a thread.
   struct Room {
@@ -47,9 +46,8 @@ class ShortPathSeries final : public IslandSeries {
   struct OnePath;
 
   std::vector<Path> paths_;
-  std::vector<double> inverse_mass_;  // [path][point]
-  std::vector<Vec3> offsets_;         // [rod] part of a_0; empty if there are none
-  std::size_t most_rods_ = 0;
+  std::span<const double> inverse_mass_;
+  std::size_t num_points_ = 0, most_rods_ = 0;
   std::vector<Room> rooms_;  // [thread]
 };
 
