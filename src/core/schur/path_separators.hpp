@@ -8,19 +8,11 @@
 
 namespace tanor::detail::lanes {
 
-/// The numbers of points that eight pieces of paths hand to one another.
-struct PointsOfPieces {
-  Pack3<> dw_of_first, dw_of_last;  ///< of the points of the piece
-  Pack3<> r_of_first;               ///< of its first point
-  Pack3<> r_before, r_behind;       ///< what the piece adds to r of the points before and behind it
-  Pack3<> r_joined;                 ///< what the piece before adds to r of the first point
-};
-
 /// The rods of a path that are eliminated after its pieces: the last one of each. They are a path themselves.
 ///
 /// A piece is eliminated as if its first rod had the product 1 with the separator before it, so that it needs to know
 /// nothing of that one. The true product is `coupling`.
-struct Border : PointsOfPieces {
+struct Border {
   Pack3<> first, u;            ///< directions of the first rod of the piece, and of this one
   Pack<> inverse_mass_before;  ///< of the point between the separator before and that first rod
   Pack<> inverse_mass_behind;  ///< of the point behind this one
@@ -28,13 +20,17 @@ struct Border : PointsOfPieces {
   Pack<> spread;               ///< what the elimination of the piece makes of the product 1
   Pack<> taken, taken_y;       ///< what the piece takes from the separator before, for that product
   Pack<> coupling;
-  Pack<> l, inverse_pivot;  ///< of the separators' factor L D L'
-  Pack<> spike;             ///< product with the last one
-  Pack<> b, y;              ///< of a right side: its own, and what the piece leaves of it
-  Pack<> x;                 ///< the solution
-  Pack<> joined;            ///< what the points that the piece before moves add to b of the first rod
-  Pack<> b_of_first;        ///< the same with what the separator before adds
-  Pack3<> force_before;     ///< of the separator before, on the first point
+  Pack<> l, inverse_pivot;          ///< of the separators' factor L D L'
+  Pack<> spike;                     ///< product with the last one
+  Pack<> b, y;                      ///< of a right side: its own, and what the piece leaves of it
+  Pack<> x;                         ///< the solution
+  Pack<> joined;                    ///< what the points that the piece before moves add to b of the first rod
+  Pack<> b_of_first;                ///< the same with what the separator before adds
+  Pack3<> force_before;             ///< of the separator before, on the first point
+  Pack3<> dw_of_first, dw_of_last;  ///< of the points of the piece
+  Pack3<> r_of_first;               ///< of its first point
+  Pack3<> r_before, r_behind;       ///< what the piece adds to r of the points before and behind it
+  Pack3<> r_joined;                 ///< what the piece before adds to r of the first point
 };
 
 /// The separators of one path, which stand in lanes of borders: number q in the lane slots[q] of all.

@@ -24,11 +24,10 @@ struct RodTree {
   /// Returns true if the tree is one piece. Others stand apart, since their pieces wait for one another.
   bool is_small() const { return rods.size() <= plan::most_rods_of_branch; }
   std::size_t num_points() const { return static_cast<std::size_t>(end_point - first_point); }
-  /// Reads an island. Returns nothing if it has other constraints or rings.
-  static std::optional<RodTree> read(const RodRows& rods, const Numbering& numbering, Index island);
 };
 
-std::optional<RodTree> RodTree::read(const RodRows& given, const Numbering& numbering, Index island) {
+/// Reads an island. Returns nothing if it has other constraints or rings.
+std::optional<RodTree> read_tree(const RodRows& given, const Numbering& numbering, Index island) {
   const auto number = static_cast<std::size_t>(island);
   const auto num_moving = static_cast<Index>(numbering.num_moving);
   RodTree result{.island = island, .first_point = num_moving, .rods = {}};
@@ -44,7 +43,7 @@ std::optional<RodTree> RodTree::read(const RodRows& given, const Numbering& numb
     num_between += has_support ? 0 : 1;
     result.first_point = std::min(result.first_point, low);
     result.end_point = std::max(result.end_point, (has_support ? low : high) + 1);
-    result.rods.push_back(has_support ? Rod{row, high, low} : Rod{row, low, high});
+    result.rods.push_back(has_support ? RodTree::Rod{row, high, low} : RodTree::Rod{row, low, high});
   }
   if (num_between + 1 != result.num_points()) return std::nullopt;
   return result;
@@ -335,7 +334,7 @@ LanePlan take_trees(const RodRows& rods, const Numbering& numbering, bool eagerl
   };
   std::vector<RodTree> small, trees;
   for (const Index island : *islands) {
-    if (std::optional<RodTree> tree = RodTree::read(rods, numbering, island))
+    if (std::optional<RodTree> tree = read_tree(rods, numbering, island))
       (tree->is_small() ? small : trees).push_back(*std::move(tree));
   }
   std::erase_if(trees, [&](const RodTree& tree) { return !is_full({tree}); });
