@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/power_iteration.hpp"
 #include "base/stopwatch.hpp"
-#include "schur/condition.hpp"
 #include "schur/rod_rows.hpp"
 
 namespace tanor::detail {
@@ -147,10 +147,29 @@ SchurFactor& Linearization::factor() {
   return *present_;
 }
 
+/// Estimates 1/cond(D S D), D = diag(S)^-1/2. The factors of the composite and of QR hold no matrix: there the largest
+/// eigenvalues of D S D and of its inverse are found by power iterations.
 double Linearization::estimate_reciprocal_condition() {
-  // The matrix of S contains neither the rows of the composite nor those that QR solves.
   if (present_ == all_rows_.get() && !dependences().uses_qr()) return gram().estimate_reciprocal_condition();
-  return detail::estimate_reciprocal_condition(problem_of(work_), model_.parallel, blocks_.data(), *present_);
+  constexpr int iterations = 4;
+  std::vector<double> scale(work_.constraints.num_rows(), 0.0), x(scale.size()), dw(3 * model_.num_points(), 0.0);
+  for (const auto& [point, row, block, sign] : model_.incidences) {
+    const Vec3 g = load(blocks_.data(), block);
+    scale[static_cast<std::size_t>(row)] += model_.inverse_mass[static_cast<std::size_t>(point)] * dot(g, g);
+  }
+  for (double& each : scale) each = each > 0.0 ? std::sqrt(each) : 1.0;  // 1 for rows that move nothing
+  const double largest = estimate_norm(&x, iterations, [&] {
+    for (std::size_t a = 0; a < x.size(); ++a) x[a] /= scale[a];
+    write_reactions(model_, blocks_, x.data(), dw.data());
+    work_.constraints.apply_transposed(model_.parallel, blocks_.data(), dw.data(), nullptr, x.data());
+    for (std::size_t a = 0; a < x.size(); ++a) x[a] /= scale[a];
+  });
+  const double largest_of_inverse = estimate_norm(&x, iterations, [&] {
+    for (std::size_t a = 0; a < x.size(); ++a) x[a] *= scale[a];
+    present_->solve_negative(model_.parallel, x.data(), x.data());
+    for (std::size_t a = 0; a < x.size(); ++a) x[a] *= scale[a];
+  });
+  return 1.0 / (largest * largest_of_inverse);
 }
 
 // ---- solutions ----

@@ -4,9 +4,8 @@
 #include <cmath>
 #include <functional>
 
-#include "base/numbers.hpp"
+#include "base/power_iteration.hpp"
 #include "plan/thresholds.hpp"
-#include "schur/condition.hpp"
 
 namespace tanor::detail {
 

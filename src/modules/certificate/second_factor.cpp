@@ -8,8 +8,8 @@
 #include <numeric>
 
 #include "base/numbers.hpp"
+#include "base/power_iteration.hpp"
 #include "factor/dependent_columns.hpp"
-#include "schur/condition.hpp"
 
 namespace tanor::detail {
 
