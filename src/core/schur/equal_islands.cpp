@@ -49,14 +49,14 @@ std::optional<Island> read_island(const RodRows& rods, const Numbering& numberin
 }
 
 /// Puts eight islands of one topology side by side.
-void add_group(const IslandStructure& structure, std::span<const Island> members, LanePlan* plan) {
-  const auto num_points = static_cast<std::size_t>(structure.topology.num_points),
-             num_supports = static_cast<std::size_t>(structure.topology.num_supports);
-  const auto num_slots = static_cast<std::size_t>(structure.schedule.num_slots);
-  LaneGroup& group = plan->add({.num_rods = structure.topology.rods.size(),
+void add_group(const IslandSchedule& schedule, std::span<const Island> members, LanePlan* plan) {
+  const auto num_points = static_cast<std::size_t>(schedule.topology.num_points),
+             num_supports = static_cast<std::size_t>(schedule.topology.num_supports);
+  const auto num_slots = static_cast<std::size_t>(schedule.num_slots);
+  LaneGroup& group = plan->add({.num_rods = schedule.topology.rods.size(),
                                 .num_places = num_points + num_supports,
                                 .num_members = members.size(),
-                                .structure = &structure,
+                                .schedule = &schedule,
                                 .has_supports = num_supports > 0},
                                num_slots);
   for (std::size_t lane = 0; lane < num_lanes; ++lane) {
@@ -72,9 +72,9 @@ void add_group(const IslandStructure& structure, std::span<const Island> members
   }
   plan->num_rods += members.size() * group.num_rods;
   plan->factor.include({.parts = members.size(),
-                        .pattern_nonzeros = members.size() * (num_slots - structure.schedule.num_fill_slots),
+                        .pattern_nonzeros = members.size() * (num_slots - schedule.num_fill_slots),
                         .factor_nonzeros = members.size() * num_slots,
-                        .flops = static_cast<double>(members.size()) * structure.schedule.flops()});
+                        .flops = static_cast<double>(members.size()) * schedule.flops()});
   plan->end_level();
   plan->end_grove();
 }
@@ -101,16 +101,16 @@ LanePlan take_equal_islands(const RodRows& rods, const Numbering& numbering, boo
     const bool is_long = topology.rods.size() > plan::long_path && is_open_path(members.front().number);
     const double wanted = is_long ? plan::fullness_of_long_paths : plan::fullness_of_lanes;
     if (!eagerly && static_cast<double>(members.size()) < wanted * static_cast<double>(lanes)) continue;
-    auto structure = std::make_unique<const IslandStructure>(topology);
+    auto schedule = std::make_unique<const IslandSchedule>(topology);
     const double most_flops = plan::most_flops_a_rod * static_cast<double>(topology.rods.size());
-    if (!eagerly && structure->schedule.flops() > most_flops) continue;
+    if (!eagerly && schedule->flops() > most_flops) continue;
     for (std::size_t k = 0; k < members.size(); k += num_lanes)
-      add_group(*structure, std::span(members).subspan(k, std::min(num_lanes, members.size() - k)), &result);
-    result.structures.push_back(std::move(structure));
+      add_group(*schedule, std::span(members).subspan(k, std::min(num_lanes, members.size() - k)), &result);
+    result.schedules.push_back(std::move(schedule));
     for (const Island& island : members) is_taken[static_cast<std::size_t>(island.number)] = 1;
   }
   std::erase_if(*islands, [&](Index number) { return is_taken[static_cast<std::size_t>(number)] != 0; });
-  const std::size_t count = result.structures.size();
+  const std::size_t count = result.schedules.size();
   result.reason = std::to_string(result.factor.parts) + " islands of rods have " + std::to_string(count) +
                   (count == 1 ? " structure" : " structures");
   return result;

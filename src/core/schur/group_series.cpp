@@ -63,12 +63,11 @@ class GroupSeries::Rods {
                room->series.data() + packs_of_rod * rod * expansion.stride(),
                room->next.data() + packs_of_rod * rod,
                expansion.passes > 1 ? room->half_squares.data() + rod : nullptr,
-               group->own().points,
                own.has_joints() ? room->known.data() + place : nullptr,
                room->weights.data() + place,
                room->largest.data() + (&own - &first)};
-    arrays_.in.rods.b = arrays_.in.rods.z;  // a right side is read once
-    arrays_.in.points.s = group->scratch();
+    arrays_.b = arrays_.z;  // a right side is read once
+    arrays_.s = group->scratch();
   }
 
   /// Factorizes S, and finds the first coefficients and the weights of terms that are counted.
@@ -76,23 +75,25 @@ class GroupSeries::Rods {
     if (expansion_.is_counting()) read_tolerances();
     for (std::size_t k = 0; k <= 2; ++k) {
       group_.lists().points.read(expansion_.coefficients[k], arrays_.points);
-      k == 0 ? arrays_.take_directions(group_.offsets()) : arrays_.take_coefficient(k);
+      k == 0 ? arrays_.take_directions() : arrays_.take_coefficient(k);
       if (expansion_.is_counting() && k < 2)
         arrays_.weigh(k == 0 ? &TermCounter::Weights::position : &TermCounter::Weights::velocity,
                       expansion_.needed.step.rtol);
     }
     group_.eliminate();
-    group_.lists().rows.read(expansion_.lambda, arrays_.in.rods.b);
+    group_.lists().rows.read(expansion_.lambda, arrays_.b);
     arrays_.take_multipliers();
   }
   /// Begins a solve. The forces of the rods of these pieces pull at joints, too, which answer for what hangs there.
   void substitute_up(Solve solve) {
     if (!solve.is_first()) group_.take_joints(arrays_.points);
     arrays_.run([ solve, before = solve.before(expansion_.passes) ](const auto& part, auto ends, const Arrays& own)
-                    __attribute__((always_inline)) { own.begin(part, ends, solve, before); });
+                    __attribute__((always_inline)) {
+                      solve.pass == 0 ? own.begin_order(part, ends, solve, before) : own.begin_pass(part, before);
+                    });
     group_.answer_at_joints(solve.pass == 0 ? arrays_.known : nullptr);
     group_.hand_over_ends(solve.pass == 0 ? arrays_.points : nullptr);
-    lanes::substitute_up(arrays_.in);
+    lanes::substitute_up(arrays_);
     group_.hand_over_answers();
   }
   /// Ends it.
@@ -101,7 +102,7 @@ class GroupSeries::Rods {
     group_.lists().points.write(arrays_.points, expansion_.coefficients[solve.order() + 2]);
     if (counts(solve)) {
       arrays_.run([](const auto& part, auto, const Arrays& own) __attribute__((always_inline)) {
-        own.largest->find(part, own.points, own.weights, own.in.shape.num_places);
+        own.largest->find(part, own.points, own.weights, own.num_places);
       });
     }
   }
@@ -117,60 +118,59 @@ class GroupSeries::Rods {
     }
   }
 
-  struct Arrays {
-    LaneGroups::Group::Arrays in;
+  struct Arrays : lanes::Arrays {
     std::size_t stride;             // from rod to rod in the series
     Pack<>*series, *next;           // see Room
     Pack<>* half_squares;           // null if there are no later passes
-    Pack3<>*points, *known;         // [place] r of the current order; no forces are known without joints
+    Pack3<>* known;                 // [place] null without joints, where no forces are known
     TermCounter::Weights* weights;  // [place]
     Largest* largest;
 
     template <class Body>
     void run(const Body& body) const {
-      lanes::for_group(*this, in.shape, body);
+      lanes::for_group(*this, body);
     }
     /// Returns the coefficients of a rod, and what is known of its next order.
     template <class Lanes>
     [[gnu::always_inline]] auto* series_of(const Lanes& part, std::size_t a) const {
       return reinterpret_cast<typename RodSeries<Lanes::width>::Coefficient*>(series) +
-             (part.first() / Lanes::width * in.shape.num_rods + a) * stride;
+             (part.first() / Lanes::width * num_rods + a) * stride;
     }
     template <class Lanes>
     [[gnu::always_inline]] auto* next_of(const Lanes& part, std::size_t a) const {
-      return reinterpret_cast<typename RodSeries<Lanes::width>::Known*>(next) +
-             part.first() / Lanes::width * in.shape.num_rods + a;
+      return reinterpret_cast<typename RodSeries<Lanes::width>::Known*>(next) + part.first() / Lanes::width * num_rods +
+             a;
     }
     /// Takes a_0 as the directions.
-    void take_directions(const Pack3<>* offsets) const {
-      run([offsets](const auto& part, auto ends, const Arrays& own) __attribute__((always_inline)) {
-        for (std::size_t a = 0; a < own.in.shape.num_rods; ++a) {
+    void take_directions() const {
+      run([](const auto& part, auto ends, const Arrays& own) __attribute__((always_inline)) {
+        for (std::size_t a = 0; a < own.num_rods; ++a) {
           const auto apart = lanes::difference(part, ends, a, own.points);
-          part.write(offsets != nullptr ? apart + part.of(offsets[a]) : apart, &own.in.rods.u[a]);
+          part.write(own.offset != nullptr ? apart + part.of(own.offset[a]) : apart, &own.u[a]);
         }
       });
     }
     void take_coefficient(std::size_t k) const {
       run([k](const auto& part, auto ends, const Arrays& own) __attribute__((always_inline)) {
-        for (std::size_t a = 0; a < own.in.shape.num_rods; ++a)
+        for (std::size_t a = 0; a < own.num_rods; ++a)
           lanes::difference(part, ends, a, own.points).write(&own.series_of(part, a)[k].a);
       });
     }
     /// Computes mu_0 = lambda_0/|a_0|.
     void take_multipliers() const {
       run([](const auto& part, auto, const Arrays& own) __attribute__((always_inline)) {
-        for (std::size_t a = 0; a < own.in.shape.num_rods; ++a) {
-          const auto u = part.of(own.in.rods.u[a]);
-          auto length = dot(u, u);
-          take_roots(&length);
-          own.series_of(part, a)->mu = part.of(own.in.rods.b[a]) / length;
+        for (std::size_t a = 0; a < own.num_rods; ++a) {
+          const auto along = part.of(own.u[a]);
+          auto rho = dot(along, along);
+          take_roots(&rho);
+          own.series_of(part, a)->mu = part.of(own.b[a]) / rho;
         }
       });
     }
     /// Takes an error up to 2^(1/2) smaller, which needs no root: (atol + rtol |r|)^2 >= atol^2 + rtol^2 r.r.
     void weigh(Pack<> TermCounter::Weights::*weight, double rtol) const {
       run([ weight, rtol ](const auto& part, auto, const Arrays& own) __attribute__((always_inline)) {
-        for (std::size_t p = 0; p < own.in.shape.num_places; ++p) {
+        for (std::size_t p = 0; p < own.num_places; ++p) {
           auto& cell = part.of(own.weights[p].*weight);
           const auto r = part.of(own.points[p]);
           cell = 1.0 / (cell * cell + (rtol * rtol) * dot(r, r));
@@ -180,35 +180,29 @@ class GroupSeries::Rods {
     /// Takes what a solve found for mu_k.
     template <class Lanes>
     [[gnu::always_inline]] void take_multiplier(const Lanes& part, Solve solve, std::size_t a) const {
-      const auto found = solve.scale() * part.of(in.rods.z[a]);
+      const auto more = solve.scale() * part.of(z[a]);
       auto& mu = series_of(part, a)[solve.order()].mu;
-      mu = solve.pass == 0 ? found : mu + found;
-    }
-    template <class Lanes, class Ends>
-    [[gnu::always_inline]] void begin(const Lanes& part, const Ends& ends, Solve solve, Solve before) const {
-      solve.pass == 0 ? begin_order(part, ends, solve, before) : begin_pass(part, before);
+      mu = solve.pass == 0 ? more : mu + more;
     }
     /// Computes mu_{k-1} and a_{k+1}, then r_{k+2} without the part of mu_k, and the right sides.
     template <class Lanes, class Ends>
     [[gnu::always_inline]] void begin_order(const Lanes& part, const Ends& ends, Solve solve, Solve before) const {
-      const auto& [shape, of_points, rods, dw] = in;
-      Pack3<>* const s = of_points.s;
       const typename Lanes::Vector nothing{};
-      for (std::size_t p = 0; p < shape.num_places; ++p) part.write(nothing, &s[p]);
-      for (std::size_t a = 0; a < shape.num_rods; ++a) {
+      for (std::size_t p = 0; p < num_places; ++p) part.write(nothing, &s[p]);
+      for (std::size_t a = 0; a < num_rods; ++a) {
         auto* const of_rod = series_of(part, a);
         if (!solve.is_first()) {
           take_multiplier(part, before, a);
           lanes::difference(part, ends, a, points).write(&of_rod[solve.order() + 1].a);
         }
-        const auto found = RodSeries<Lanes::width>::multiply(of_rod, solve.k, next_of(part, a));
-        if (half_squares != nullptr) part.of(half_squares[a]) = found.half_square;
-        part.of(rods.b[a]) = found.half_square;
-        lanes::pull(part, ends, a, found.force, s);
+        const auto sums = RodSeries<Lanes::width>::multiply(of_rod, solve.k, next_of(part, a));
+        if (half_squares != nullptr) part.of(half_squares[a]) = sums.half_square;
+        part.of(b[a]) = sums.half_square;
+        lanes::pull(part, ends, a, sums.force, s);
       }
       const auto factor_of_r = typename Lanes::Lane{} + 1.0 / solve.scale();
-      for (std::size_t p = 0; p < shape.num_places; ++p) {
-        const auto force = factor_of_r * part.of(s[p]), r = part.of(of_points.inverse_mass[p]) * force;
+      for (std::size_t p = 0; p < num_places; ++p) {
+        const auto force = factor_of_r * part.of(s[p]), r = part.of(inverse_mass[p]) * force;
         if (known != nullptr) part.write(force, &known[p]);
         part.write(r, &s[p]);
         part.write(r, &points[p]);
@@ -217,11 +211,11 @@ class GroupSeries::Rods {
     /// Begins with the r that is there.
     template <class Lanes>
     [[gnu::always_inline]] void begin_pass(const Lanes& part, Solve before) const {
-      for (std::size_t a = 0; a < in.shape.num_rods; ++a) {
+      for (std::size_t a = 0; a < num_rods; ++a) {
         take_multiplier(part, before, a);
-        part.of(in.rods.b[a]) = part.of(half_squares[a]);
+        part.of(b[a]) = part.of(half_squares[a]);
       }
-      for (std::size_t p = 0; p < in.shape.num_places; ++p) part.write(part.of(points[p]), &in.points.s[p]);
+      for (std::size_t p = 0; p < num_places; ++p) part.write(part.of(points[p]), &s[p]);
     }
   };
 

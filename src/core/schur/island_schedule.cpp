@@ -8,7 +8,7 @@
 
 namespace tanor::detail {
 
-IslandSchedule::IslandSchedule(const IslandTopology& topology) {
+IslandSchedule::IslandSchedule(const IslandTopology& given) : topology(given) {
   const Groups<int> by_point(static_cast<std::size_t>(topology.num_points), [&](const auto& add) {
     for (std::size_t a = 0; a < topology.rods.size(); ++a) {
       for (const int point : topology.rods[a])

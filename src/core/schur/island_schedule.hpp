@@ -23,7 +23,7 @@ struct IslandTopology {
 /// one that waits for the fewest others goes first, so that a path is eliminated from both ends at once.
 class IslandSchedule {
  public:
-  explicit IslandSchedule(const IslandTopology& topology);
+  explicit IslandSchedule(const IslandTopology& given);
 
   /// A product of two rods that share a moving point of mass m: S += sign/m u_a.u_b.
   struct Product {
@@ -36,6 +36,7 @@ class IslandSchedule {
     int targets;     ///< place in `targets` of its first pair
   };
 
+  IslandTopology topology;
   std::vector<Product> products;  ///< off the diagonal, by slot
   std::vector<Column> columns;    ///< in the order of elimination
   std::vector<int> slot_row;      ///< [slot] the rod of the entry
@@ -49,14 +50,6 @@ class IslandSchedule {
  private:
   using Slots = std::map<std::array<int, 2>, int>;  // the key is two rows, in either order
   Slots eliminate(std::vector<std::set<int>> neighbours);
-};
-
-/// The topology and the schedule, which equal islands share.
-struct IslandStructure {
-  explicit IslandStructure(const IslandTopology& given) : topology(given), schedule(given) {}
-
-  IslandTopology topology;
-  IslandSchedule schedule;
 };
 
 }  // namespace tanor::detail

@@ -18,27 +18,43 @@ LaneGroups::Group::Group(LaneGroups* all, Pass pass, std::size_t group, std::siz
   const bool goes_through = all->goes_through_memory(pass);
   Workspace& of_pass = goes_through ? work_ : grove_;
   const std::size_t pass_rod = goes_through ? 0 : rod, pass_place = goes_through ? 0 : place;
-  const auto of_repeated = [pass_rod](auto& kept) { return kept.size() > 0 ? kept.data() + pass_rod : nullptr; };
-  own_ = {of_pass.points.data() + pass_place, of_repeated(of_pass.directions), of_repeated(of_pass.sum),
-          grove_.right_side.data() + (group - first_group), grove_.residual.data() + (group - first_group)};
-  in_ = {.shape = {all->plan_.program, group_.num_rods, group_.num_places, group_.structure,
-                   is_tree() ? all->plan_.parent.data() + num_lanes * group_.first_rod : nullptr,
-                   group_.have_same_parents},
-         .points = {all->inverse_mass_.data() + group_.first_place, work_.mobility.data(),
-                    is_tree() ? work_.s.data() : nullptr},
-         .rods = {is_tree() ? all->u_.data() + group_.first_rod : of_pass.u.data() + pass_rod,
-                  all->factor_.data() + group_.first_factor, grove_.b.data() + rod, of_pass.z.data() + pass_rod,
-                  is_tree() ? all->inverse_masses_.data() + group_.first_rod : nullptr,
-                  is_path() ? &all->borders_[group] : nullptr},
-         .dw = work_.dw.data()};
+  // Returns the group's part of an array that is empty if nothing needs it.
+  const auto part_of = [](auto& all_of, std::size_t begin) {
+    return all_of.size() > 0 ? all_of.data() + begin : nullptr;
+  };
+  in_ = {.program = all->plan_.program,
+         .num_rods = group_.num_rods,
+         .num_places = group_.num_places,
+         .schedule = group_.schedule,
+         .parent = is_tree() ? all->plan_.parent.data() + num_lanes * group_.first_rod : nullptr,
+         .have_same_parents = group_.have_same_parents,
+         .inverse_mass = all->inverse_mass_.data() + group_.first_place,
+         .mobility = work_.mobility.data(),
+         .s = is_tree() ? work_.s.data() : nullptr,
+         .dw = work_.dw.data(),
+         .points = of_pass.points.data() + pass_place,
+         .u = is_tree() ? all->u_.data() + group_.first_rod : of_pass.u.data() + pass_rod,
+         .factor = all->factor_.data() + group_.first_factor,
+         .b = grove_.b.data() + rod,
+         .z = of_pass.z.data() + pass_rod,
+         .directions = part_of(of_pass.directions, pass_rod),
+         .sum = part_of(of_pass.sum, pass_rod),
+         .offset = all->are_shifted_ || group_.is_padded ? all->offset_.data() + group_.first_offset : nullptr,
+         .length = all->length_.data() + group_.first_rod,
+         .length_first = part_of(all->length_first_, group_.first_rod),
+         .length_second = part_of(all->length_second_, group_.first_rod),
+         .border = part_of(all->borders_, group),
+         .right_side = grove_.right_side.data() + (group - first_group),
+         .residual = grove_.residual.data() + (group - first_group),
+         .found = &work_.found};
 }
 
 // ---- what pieces hand to one another ----
 
 void LaneGroups::Group::read_separators(const double* blocks, const double* rows) {
   if (!is_path()) return;
-  lists_.blocks.read_at(group_.num_rods - 1, blocks, &in_.rods.border->u.x);
-  if (rows != nullptr) lists_.rows.read_at(group_.num_rods - 1, rows, &in_.rods.border->x);
+  lists_.blocks.read_at(group_.num_rods - 1, blocks, &in_.border->u.x);
+  if (rows != nullptr) lists_.rows.read_at(group_.num_rods - 1, rows, &in_.border->x);
 }
 
 void LaneGroups::Group::hand_over_roots(const Pack3<>* points) {
@@ -48,8 +64,8 @@ void LaneGroups::Group::hand_over_roots(const Pack3<>* points) {
 void LaneGroups::Group::hand_over_ends(const Pack3<>* points) {
   if (!is_path()) return;
   const Pack3<> nothing{};
-  (points != nullptr ? points[0] : nothing).write(&in_.rods.border->r_before);
-  (points != nullptr ? points[group_.num_rods] : nothing).write(&in_.rods.border->r_behind);
+  (points != nullptr ? points[0] : nothing).write(&in_.border->r_before);
+  (points != nullptr ? points[group_.num_rods] : nothing).write(&in_.border->r_behind);
 }
 
 // ---- up ----
@@ -72,25 +88,23 @@ lanes::Motion LaneGroups::Group::read_motion(const FreeMotion& motion, const dou
     const Index point = lists_.points.numbers()[k] < 0 ? ~lists_.points.numbers()[k] : lists_.points.numbers()[k];
     if (point < all_.num_moving_) set_lane(&work_.w[k / num_lanes], k % num_lanes, *motion.uniform);
   }
-  if (next_ != nullptr && !is_path()) call_for(in_.points.inverse_mass + group_.num_places, group_.num_places);
+  if (next_ != nullptr && !is_path()) call_for(in_.inverse_mass + group_.num_places, group_.num_places);
   return {.r = work_.r.data(),
           .v = work_.v.data(),
           .w0 = is_uniform ? nullptr : work_.w.data(),
-          .offset = offsets(),
-          .length_second = moving_lengths(all_.length_second_),
           .upcoming = upcoming({motion.r, motion.v, blocks})};
 }
 
 void LaneGroups::Group::evaluate_and_eliminate(const lanes::Motion& motion) {
   take_mobilities();
   answer_at_joints(nullptr);
-  lanes::evaluate(in_, motion, true, own_.right_side, &work_.found);
-  if (may_hang()) own_joint().mobility = in_.points.mobility[group_.num_rods];
+  lanes::evaluate(in_, motion, true);
+  if (may_hang()) own_joint().mobility = in_.mobility[group_.num_rods];
   hand_over_answers();
 }
 
 void LaneGroups::Group::substitute_up() {
-  if (is_tree()) std::memset(in_.points.s, 0, group_.num_places * sizeof(Pack3<>));
+  if (is_tree()) std::memset(in_.s, 0, group_.num_places * sizeof(Pack3<>));
   answer_at_joints(nullptr);
   lanes::substitute_up(in_);
   hand_over_answers();
@@ -104,16 +118,12 @@ void LaneGroups::Group::move(const double* blocks, bool lambda_is_known, double*
     lanes::accelerate_pieces(in_, lambda_is_known, upcoming({points, nullptr, blocks}), nullptr, {}, nullptr, nullptr);
     return add_points(in_.dw, points);
   }
-  lists_.points.read(points, own_.points);
-  substitute_down(own_.points, nullptr, lambda_is_known);
-  lists_.points.write(own_.points, points);
+  lists_.points.read(points, in_.points);
+  substitute_down(in_.points, nullptr, lambda_is_known);
+  lists_.points.write(in_.points, points);
 }
 
 // ---- in and out ----
-
-const Pack3<>* LaneGroups::Group::offsets() const {
-  return all_.are_shifted_ || group_.is_padded ? all_.offset_.data() + group_.first_offset : nullptr;
-}
 
 void LaneGroups::Group::write_rows(const Pack<>* from, double* to) const {
   if (next_ != nullptr) next_->rows.call_for(to);
@@ -132,7 +142,7 @@ void LaneGroups::Group::add_points(const Pack3<>* from, double* to) const {
 
 void LaneGroups::Group::read_directions(const double* blocks) {
   if (is_tree()) return;  // kept since the factor was made
-  lists_.blocks.read(blocks, in_.rods.u);
+  lists_.blocks.read(blocks, in_.u);
 }
 
 }  // namespace tanor::detail

@@ -25,9 +25,9 @@ void LaneGroups::for_each_rod(const Visit& visit) const {
   for (const LaneGroup& group : plan_.groups) {
     for (std::size_t k = 0; k < group.num_rods; ++k) {
       const std::size_t rod = group.first_rod + k,
-                        first = group.structure == nullptr
+                        first = group.schedule == nullptr
                                     ? k
-                                    : static_cast<std::size_t>(group.structure->topology.rods[k][0]);
+                                    : static_cast<std::size_t>(group.schedule->topology.rods[k][0]);
       for (std::size_t lane = 0; lane < num_lanes; ++lane) {
         const Index point = plan_.point[(group.first_place + first) * num_lanes + lane];
         visit(group, k, lane, plan_.row[rod * num_lanes + lane] >= 0, point < 0 ? ~point : point);
@@ -70,20 +70,13 @@ void LaneGroups::read_masses(std::span<const double> inverse_mass) {
     inverse_mass_.data()[k / num_lanes][k % num_lanes] =
         inverse_mass[static_cast<std::size_t>(point < 0 ? ~point : point)];
   }
-  if (!plan_.is_of_trees()) return;
-  inverse_masses_.resize(plan_.num_slots());
   // Rods of nobody join free points to one that never moves, which leaves them out of all that is found.
   for (const LaneGroup& group : plan_.groups) {
     Pack<>* const own = inverse_mass_.data() + group.first_place;
-    for (std::size_t lane = 0; lane < num_lanes && group.is_padded; ++lane) {
+    for (std::size_t lane = 0; lane < num_lanes && group.is_padded && plan_.is_of_trees(); ++lane) {
       for (std::size_t k = 0; k < group.num_rods && plan_.row[(group.first_rod + k) * num_lanes + lane] < 0; ++k)
         own[k][lane] = 1.0;
       own[group.num_rods + 1][lane] = 0.0;
-    }
-    for (std::size_t k = 0; k < group.num_rods * num_lanes; ++k) {
-      const std::size_t slot = group.first_rod * num_lanes + k, parent = static_cast<std::size_t>(plan_.parent[slot]);
-      inverse_masses_.data()[slot / num_lanes][k % num_lanes] =
-          own[k / num_lanes][k % num_lanes] + own[parent][k % num_lanes];
     }
   }
 }

@@ -79,7 +79,6 @@ class LaneGroups {
   std::vector<Index> block_;                     // [rod][lane]; ~block if it is turned
   std::vector<Lists> lists_;                     // [group]
   Packs inverse_mass_;                           // [place]
-  Packs inverse_masses_;                         // [rod] of trees: both ends, summed
   std::vector<Pack3<>> offset_;                  // [rod] of groups that have some
   bool are_shifted_ = false;                     // true if there are offsets of rods
   Packs length_, length_first_, length_second_;  // [rod]; l' and l'' are empty if no length moves
@@ -100,7 +99,7 @@ class LaneGroups::Group {
   // ---- up ----
   /// Reads r, v and w0 of the points. The next group will write its part of `blocks`.
   lanes::Motion read_motion(const FreeMotion& motion, const double* blocks);
-  void evaluate(const lanes::Motion& motion) { lanes::evaluate(in_, motion, false, own_.right_side, &work_.found); }
+  void evaluate(const lanes::Motion& motion) { lanes::evaluate(in_, motion, false); }
   /// Factorizes S. The pivot of a rod of a tree is d = u'(W_c + W_p) u, and W_p -= h h'/d.
   void eliminate();
   void evaluate_and_eliminate(const lanes::Motion& motion);
@@ -132,7 +131,7 @@ class LaneGroups::Group {
   /// Sets s of joints to the answer of what hangs there, with that to the `force` [place] on them unless it is null.
   void answer_at_joints(const Pack3<>* force);
   void hand_over_answers() {
-    if (may_hang()) in_.points.s[group_.num_rods].write(&own_joint().s);
+    if (may_hang()) in_.s[group_.num_rods].write(&own_joint().s);
   }
   /// Takes the numbers of the roots there at joints, and behind pieces of a path those of the next one's first point.
   void take_joints(Pack3<>* points);
@@ -156,15 +155,7 @@ class LaneGroups::Group {
   const LaneGroup& plan() const { return group_; }
   using Arrays = lanes::Arrays;
   const Arrays& arrays() const { return in_; }
-  /// The group's part of the arrays of its grove. Points, directions and sums of paths may be the thread's.
-  struct Own {
-    Pack3<>*points, *directions;         ///< positions or velocities that are projected; u there
-    Pack<>*sum, *right_side, *residual;  ///< sums of multipliers [rod]; what was found
-  };
-  const Own& own() const { return own_; }
   Pack3<>* scratch() { return work_.s.data(); }  ///< [place]
-  /// Returns the parts of the distances [rod] that are not between the points; null if there are none.
-  const Pack3<>* offsets() const;
 
  private:
   using Joint = lanes::Joint;
@@ -175,10 +166,6 @@ class LaneGroups::Group {
   bool is_path() const { return all_.plan_.is_of_paths(); }
   bool is_tree() const { return all_.plan_.is_of_trees(); }
   bool may_hang() const { return is_tree() && !group_.stands_alone; }
-  /// Returns the group's derivatives of lengths; null if no length moves.
-  const Pack<>* moving_lengths(const Packs& of_all) const {
-    return of_all.size() > 0 ? of_all.data() + group_.first_rod : nullptr;
-  }
   void take_mobilities();
   lanes::Upcoming upcoming(std::array<const double*, 3> arrays) const;
   void hand_over_roots(const Pack3<>* points);
@@ -191,7 +178,6 @@ class LaneGroups::Group {
   const Lists& lists_;
   const Lists* next_;  // of the next group; null behind the last one
   Workspace &work_, &grove_;
-  Own own_;
   Arrays in_;
 };
 

@@ -20,16 +20,6 @@
 /// are eliminated from the first rod on; the last one is a separator (path_separators.hpp).
 namespace tanor::detail::lanes {
 
-/// How the rods of a group join its places.
-struct Shape {
-  Program program;
-  std::size_t num_rods, num_places;
-  const IslandStructure* structure;  ///< of equal islands, else null
-  const Index*
-      parent;  ///< [rod][lane] of pieces of trees, whose rod k joins the child at place k to its parent, else null
-  bool have_same_parents;
-};
-
 /// Symmetric 3 x 3 matrices of some lanes.
 template <std::size_t width>
 struct MobilityOf {
@@ -69,40 +59,42 @@ struct Upcoming {
 /// Positions and motion of the points.
 struct Motion {
   const Pack3<>*r, *v;
-  const Pack3<>* w0;            ///< null if all points have the same
-  const Pack3<>* offset;        ///< [rod] in the direction of u; null if there are none
-  const Pack<>* length_second;  ///< [rod] l''; null if 0
-  Upcoming upcoming;            ///< of pieces of paths
+  const Pack3<>* w0;  ///< null if all points have the same
+  Upcoming upcoming;  ///< of pieces of paths
 };
-/// The points of a group.
-struct Points {
+/// A group: how its rods join its places, and its arrays.
+struct Arrays {
+  Program program;
+  std::size_t num_rods, num_places;
+  const IslandSchedule* schedule;  ///< of equal islands, else null
+  const Index* parent;             ///< [rod][lane] of trees, whose rod k joins the child at place k to it, else null
+  bool have_same_parents;
+  // of the points, [place]
   const Pack<>* inverse_mass;
   Mobility* mobility;  ///< of trees
   Pack3<>* s;          ///< what eliminated branches and other forces make; null if 0, but for trees
-};
-/// The rods of a group.
-struct Rods {
+  Pack3<>* dw;         ///< forces F = K lambda on the way to it
+  Pack3<>* points;     ///< positions or velocities that are projected
+  // of the rods, [rod]
   Pack3<>* u;
-  Pack<>* factor;                ///< as in IslandSchedule [slot], RodFactor or PathFactor [rod]
-  Pack<>*b, *z;                  ///< b = phi + K'w0, and b + K's of trees, then lambda
-  const Pack<>* inverse_masses;  ///< 1/m of both ends, summed, of trees
-  Border* border;                ///< of paths
+  Pack<>* factor;                                      ///< as in IslandSchedule [slot], RodFactor or PathFactor
+  Pack<>*b, *z;                                        ///< b = phi + K'w0, and b + K's of trees, then lambda
+  Pack3<>* directions;                                 ///< u where velocities are projected
+  Pack<>* sum;                                         ///< of multipliers
+  const Pack3<>* offset;                               ///< in the direction of u; null if there are none
+  const Pack<>*length, *length_first, *length_second;  ///< l' and l'' are null if no length moves
+  Border* border;                                      ///< of paths
+  // what is found
+  Pack<>*right_side, *residual;
+  Findings* found;
 
   RodFactor& rod_factor(std::size_t k) const { return reinterpret_cast<RodFactor*>(factor)[k]; }
   PathFactor& path_factor(std::size_t k) const { return reinterpret_cast<PathFactor*>(factor)[k]; }
 };
 
-/// All arrays of a group.
-struct Arrays {
-  Shape shape;
-  Points points;
-  Rods rods;
-  Pack3<>* dw;  ///< [place]; forces F = K lambda on the way to it
-};
-
 /// Evaluates u and b of rods, and the largest |b|. If it `eliminates`, pieces also are factorized and substituted up,
 /// in one pass, so that one rod's evaluation runs while another one's pivot is waited for.
-void evaluate(const Arrays& arrays, const Motion& motion, bool eliminates, Pack<>* right_side, Findings* found);
+void evaluate(const Arrays& arrays, const Motion& motion, bool eliminates);
 /// Solves S lambda = -(b + K's), of trees the way up to the roots: z, and s_p -= z h/d; of paths y = -L^-1 b.
 void substitute_up(const Arrays& arrays);
 /// Ends a solve of pieces of paths: lambda, unless it is known, and dw = M^-1 K lambda. Also computes w := w0 + dw,
@@ -131,10 +123,6 @@ struct SamePlace {
   [[gnu::always_inline]] void set(Cell* cells, std::size_t k, const Lane& value) const {
     part.of(reinterpret_cast<Pack<>*>(cells + place)[k]) = value;
   }
-  [[gnu::always_inline]] auto point(const Pack3<>* points) const { return part.of(points[place]); }
-  [[gnu::always_inline]] void set_point(Pack3<>* points, const typename Lanes::Vector& value) const {
-    part.write(value, &points[place]);
-  }
 };
 /// In a place of each lane's own:
 template <class Lanes>
@@ -160,15 +148,17 @@ struct OwnPlaces {
     for (std::size_t lane = 0; lane < Lanes::width; ++lane)
       to[place[lane] * (sizeof(Cell) / sizeof(double)) + lane] = value[lane];
   }
-  [[gnu::always_inline]] typename Lanes::Vector point(const Pack3<>* points) const {
-    return {get(points, 0), get(points, 1), get(points, 2)};
-  }
-  [[gnu::always_inline]] void set_point(Pack3<>* points, const typename Lanes::Vector& value) const {
-    set(points, 0, value.x);
-    set(points, 1, value.y);
-    set(points, 2, value.z);
-  }
 };
+template <class Place>
+[[gnu::always_inline]] inline Pack3<Place::width> get(const Place& place, const Pack3<>* points) {
+  return {place.get(points, 0), place.get(points, 1), place.get(points, 2)};
+}
+template <class Place>
+[[gnu::always_inline]] inline void set(const Place& place, Pack3<>* points, const Pack3<Place::width>& value) {
+  place.set(points, 0, value.x);
+  place.set(points, 1, value.y);
+  place.set(points, 2, value.z);
+}
 
 /// The ends of rods; u points from the first to the second. Those of equal islands are the same in all lanes:
 struct EqualEnds {
@@ -213,40 +203,36 @@ struct PathEnds {
 template <class Lanes, class Ends>
 [[gnu::always_inline]] inline auto difference(const Lanes& part, const Ends& ends, std::size_t k,
                                               const Pack3<>* points) {
-  return ends.second(part, k).point(points) - ends.first(part, k).point(points);
+  return get(ends.second(part, k), points) - get(ends.first(part, k), points);
 }
 /// Adds a force to the second end, and takes it from the first one.
 template <class Lanes, class Ends, class Vector>
 [[gnu::always_inline]] inline void pull(const Lanes& part, const Ends& ends, std::size_t k, const Vector& force,
                                         Pack3<>* F) {
   const auto first = ends.first(part, k);
-  first.set_point(F, first.point(F) - force);
+  set(first, F, get(first, F) - force);
   const auto second = ends.second(part, k);
-  second.set_point(F, second.point(F) + force);
+  set(second, F, get(second, F) + force);
 }
 
-/// Calls body(ends) with the kind of ends that the shape has.
+/// Calls body(ends) with the kind of ends that the group has.
 template <class Body>
-[[gnu::always_inline]] inline void with_ends(const Shape& shape, const Body& body) {
-  if (shape.program == Program::Islands) return body(EqualEnds{shape.structure->topology.rods.data()});
-  if (shape.program == Program::Paths) return body(PathEnds());
-  shape.have_same_parents ? body(TreeEnds<SamePlace>{shape.parent}) : body(TreeEnds<OwnPlaces>{shape.parent});
+[[gnu::always_inline]] inline void with_ends(const Arrays& group, const Body& body) {
+  if (group.program == Program::Islands) return body(EqualEnds{group.schedule->topology.rods.data()});
+  if (group.program == Program::Paths) return body(PathEnds());
+  group.have_same_parents ? body(TreeEnds<SamePlace>{group.parent}) : body(TreeEnds<OwnPlaces>{group.parent});
 }
 
 /// Runs body(part, ends, arrays) for the kind of ends that the group has. Each kind has a function of its own for each
 /// instruction set, which gcc optimizes better than all in one. Arrays are copied inside, since a body is copied twice.
 template <class All, class Body>
-void for_group(const All& arrays, const Shape& shape, const Body& body) {
-  with_ends(shape, [&](auto ends) {
+void for_group(const All& arrays, const Body& body) {
+  with_ends(arrays, [&](auto ends) {
     for_each_part([ body, ends, at = &arrays ](const auto& part) __attribute__((always_inline)) {
       const All own = *at;
       body(part, ends, own);
     });
   });
-}
-template <class Body>
-void for_group(const Arrays& arrays, const Body& body) {
-  for_group(arrays, arrays.shape, body);
 }
 
 }  // namespace tanor::detail::lanes

@@ -32,10 +32,10 @@ struct LaneGroup {
   std::size_t first_rod = 0, first_place = 0, first_factor = 0, first_offset = 0;  ///< starts in the arrays of lanes
   std::size_t first_joint = 0, end_joint = 0;                                      ///< of JointPlace
   std::size_t num_members = 0;
-  const IslandStructure* structure = nullptr;  ///< of equal islands; null for pieces
-  std::array<Index, num_lanes> behind{};       ///< [lane] the lane of the next piece of a path, as in JointPlace, or -1
-  std::array<Index, num_lanes> island{};       ///< [lane] that of the member
-  std::array<bool, num_lanes> ends_tree{};     ///< [lane] true at the root of a tree
+  const IslandSchedule* schedule = nullptr;  ///< of equal islands; null for pieces
+  std::array<Index, num_lanes> behind{};     ///< [lane] the lane of the next piece of a path, as in JointPlace, or -1
+  std::array<Index, num_lanes> island{};     ///< [lane] that of the member
+  std::array<bool, num_lanes> ends_tree{};   ///< [lane] true at the root of a tree
   bool have_same_parents = true, is_padded = false, has_supports = false;
   bool stands_alone = true;  ///< is a grove by itself
 
@@ -56,7 +56,7 @@ struct LanePlan {
   };
   Program program = Program::Islands;
   std::vector<Island> islands;
-  std::vector<std::unique_ptr<const IslandStructure>> structures;
+  std::vector<std::unique_ptr<const IslandSchedule>> schedules;  ///< of equal islands
   std::vector<LaneGroup> groups;
   std::vector<std::size_t> level_start{0}, grove_start{0};  ///< the first group of a level; the first level of a grove
   std::vector<std::size_t> island_start{0};  ///< [grove] its first island; its islands follow one another

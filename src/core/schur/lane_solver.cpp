@@ -23,15 +23,22 @@ std::unique_ptr<LaneSolver> LaneSolver::make(const SchurProblem& problem, Linear
 
 // ---- grove by grove ----
 
-/// Calls work(visit) for all groves, with findings that are cleared before.
+/// Calls work(visit) for all groves. Returns what was found.
 template <class Work>
-void LaneSolver::visit(const Parallel& parallel, const Work& work, Pass pass) {
+LaneSolver::Found LaneSolver::visit(const Parallel& parallel, const Work& work, Pass pass) {
   for (LaneGroups::Workspace& each : groups_.workspaces()) {
     each.found = {};
     each.of_islands = {};
     each.projection = {};
   }
   visit_groves(parallel, &groups_, pass, work);
+  Found result;
+  for (const LaneGroups::Workspace& each : groups_.workspaces()) {
+    result.elimination.include(each.found.read());
+    result.elimination.include(each.of_islands);
+    result.projection.include(each.projection);
+  }
+  return result;
 }
 
 /// Includes what was found in the groups of pieces, island by island.
@@ -56,21 +63,6 @@ void LaneSolver::note_findings(const GroveVisit& visit) {
   }
 }
 
-Elimination LaneSolver::found() {
-  Elimination result;
-  for (const LaneGroups::Workspace& work : groups_.workspaces()) {
-    result.include(work.found.read());
-    result.include(work.of_islands);
-  }
-  return result;
-}
-
-Projection LaneSolver::reached() {
-  Projection result;
-  for (const LaneGroups::Workspace& work : groups_.workspaces()) result.include(work.projection);
-  return result;
-}
-
 // ---- the calls ----
 
 bool LaneSolver::finds_multipliers_alone() const {
@@ -80,7 +72,7 @@ bool LaneSolver::finds_multipliers_alone() const {
 Elimination LaneSolver::solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks,
                               double*, double* lambda, double* w) {
   groups_.take_lengths();
-  visit(parallel, [&](const GroveVisit& grove) {
+  const auto work = [&](const GroveVisit& grove) {
     grove.bring(motion.source);
     grove.up([&](Group& group) {
       grove.bring_for(motion.source, group.plan());
@@ -92,7 +84,7 @@ Elimination LaneSolver::solve(const Parallel& parallel, const FreeMotion& motion
       if (grove.stands_alone()) {
         group.solve(own, motion.uniform, use, w);
         group.call_for_points(w != nullptr ? w : motion.w0);
-        group.write_rows(group.arrays().rods.z, lambda);
+        group.write_rows(group.arrays().z, lambda);
       } else if (use == FactorUse::Renew) {
         group.evaluate_and_eliminate(own);
       } else {
@@ -101,7 +93,7 @@ Elimination LaneSolver::solve(const Parallel& parallel, const FreeMotion& motion
         group.substitute_up();
       }
       if (use == FactorUse::Keep) return;
-      group.lists().blocks.write(group.arrays().rods.u, blocks);
+      group.lists().blocks.write(group.arrays().u, blocks);
       if (!grove.is_of_paths()) group.call_for_blocks(blocks);
     });
     if (grove.stands_alone()) return;
@@ -109,7 +101,7 @@ Elimination LaneSolver::solve(const Parallel& parallel, const FreeMotion& motion
     grove.solve_separators();
     grove.down([&](Group& group) {
       group.substitute_down(blocks, motion.uniform, w);
-      group.write_rows(group.arrays().rods.z, lambda);
+      group.write_rows(group.arrays().z, lambda);
     });
     if (!groups_.plan().joints.empty()) {
       grove.up([](Group& group) {
@@ -117,57 +109,46 @@ Elimination LaneSolver::solve(const Parallel& parallel, const FreeMotion& motion
       });
     }
     note_findings(grove);
-  });
-  return found();
+  };
+  return visit(parallel, work).elimination;
 }
 
 Elimination LaneSolver::linearise(const Parallel& parallel, const double* r, const PointSource* source,
                                   double* blocks) {
-  visit(parallel, [&](const GroveVisit& grove) {
+  const auto work = [&](const GroveVisit& grove) {
     grove.bring(source);
     grove.up([&](Group& group) {
       grove.bring_for(source, group.plan());
-      group.find_directions(r, group.arrays().rods.u);
-      group.lists().blocks.write(group.arrays().rods.u, blocks);
+      group.find_directions(r, group.arrays().u);
+      group.lists().blocks.write(group.arrays().u, blocks);
       group.eliminate();
     });
     grove.factorize_separators();
-  });
-  return found();
+  };
+  return visit(parallel, work).elimination;
 }
 
-void LaneSolver::solve_negative(const Parallel& parallel, const double* b, double* x) {
-  visit(parallel, [&](const GroveVisit& grove) {
-    grove.up([&](Group& group) {
-      group.lists().rows.read(b, group.arrays().rods.b);
-      group.substitute_up();
-    });
-    grove.solve_separators();
-    grove.down([&](Group& group) {
-      if (group.arrays().shape.structure == nullptr) group.substitute_down();
-      group.write_rows(group.arrays().rods.z, x);
-    });
-  });
-}
-
-void LaneSolver::correct(const Parallel& parallel, const double* blocks, double* rows, double* points) {
+/// Computes x := -S^-1 b, and points += M^-1 K x unless these are null.
+void LaneSolver::solve(const Parallel& parallel, const double* b, double* x, const double* blocks, double* points) {
   visit(parallel, [&](const GroveVisit& grove) {
     bool is_needed = true;
     grove.up([&](Group& group) {
-      group.lists().rows.read(rows, group.arrays().rods.b);
+      group.lists().rows.read(b, group.arrays().b);
       // Islands whose series are in lanes have rows of 0, see MultiplierSeries.
-      const auto* const b = reinterpret_cast<const double*>(group.arrays().rods.b);
-      if (grove.stands_alone())
-        is_needed = std::any_of(b, b + num_lanes * group.plan().num_rods, [](double x) { return !(x == 0.0); });
+      const auto* const own = reinterpret_cast<const double*>(group.arrays().b);
+      if (points != nullptr && grove.stands_alone())
+        is_needed =
+            std::any_of(own, own + num_lanes * group.plan().num_rods, [](double each) { return !(each == 0.0); });
       if (!is_needed) return;
-      group.read_separators(blocks);
+      if (points != nullptr) group.read_separators(blocks);
       group.substitute_up();
     });
     if (!is_needed) return;
     grove.solve_separators();
     grove.down([&](Group& group) {
-      group.move(blocks, false, points);
-      group.write_rows(group.arrays().rods.z, rows);
+      if (points != nullptr) group.move(blocks, false, points);
+      if (points == nullptr && group.arrays().schedule == nullptr) group.substitute_down();
+      group.write_rows(group.arrays().z, x);
     });
   });
 }
@@ -177,7 +158,7 @@ void LaneSolver::add_reactions(const Parallel& parallel, const double* blocks, c
     grove.up([&](Group& group) { group.read_separators(blocks, rows); });
     grove.hand_on_separators();
     grove.down([&](Group& group) {
-      group.lists().rows.read(rows, group.arrays().rods.z);
+      group.lists().rows.read(rows, group.arrays().z);
       group.move(blocks, true, points);
     });
   });
@@ -191,7 +172,7 @@ void LaneSolver::project(const GroveVisit& grove, double target, bool was_moved,
   LaneGroups::Workspace& work = groups_.workspaces()[grove.workspace()];
   const auto find_violation = [&] {
     grove.up([&](Group& group) {
-      if (was_moved) group.take_joints(group.own().points);
+      if (was_moved) group.take_joints(group.arrays().points);
       (group.*evaluate)();
       group.substitute_up();
     });
@@ -203,68 +184,62 @@ void LaneSolver::project(const GroveVisit& grove, double target, bool was_moved,
     was_moved = true;
     grove.solve_separators();
     grove.down([&](Group& group) {
-      group.substitute_down(group.own().points);
+      group.substitute_down(group.arrays().points);
       for (std::size_t k = 0; sum != nullptr && k < group.plan().num_rods; ++k)
-        group.own().sum[k] += group.arrays().rods.z[k];
+        group.arrays().sum[k] += group.arrays().z[k];
     });
   };
   work.projection.include(iterate_along_chord(target, find_violation, move));
   grove.up([&](Group& group) {
-    group.lists().points.write(group.own().points, points);
-    if (sum != nullptr) group.write_rows(group.own().sum, sum);
+    group.lists().points.write(group.arrays().points, points);
+    if (sum != nullptr) group.write_rows(group.arrays().sum, sum);
   });
 }
 
 Projection LaneSolver::project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
                                          const PointSource* source, double* sum) {
   groups_.take_lengths();
-  visit(
-      parallel,
-      [&](const GroveVisit& grove) {
-        grove.bring(source);
-        if (grove.is_of_paths()) {
-          grove.up([&](Group& group) {
-            grove.bring_for(source, group.plan());
-            group.read_separators(blocks, sum);
-          });
-          if (sum != nullptr) grove.hand_on_separators();
-        }
-        grove.down([&](Group& group) {
-          group.lists().points.read(r, group.own().points);
-          group.read_directions(blocks);
-          group.call_for_points(r);
-          group.call_for_blocks(blocks);
-          if (sum == nullptr) return;
-          group.lists().rows.read(sum, group.own().sum);
-          std::copy_n(group.own().sum, group.plan().num_rods, group.arrays().rods.z);
-          group.substitute_down(group.own().points, nullptr, true);
-        });
-        project(grove, target, sum != nullptr, &Group::evaluate_values, r, sum);
-      },
-      Pass::Repeated);
-  return reached();
+  const auto work = [&](const GroveVisit& grove) {
+    grove.bring(source);
+    if (grove.is_of_paths()) {
+      grove.up([&](Group& group) {
+        grove.bring_for(source, group.plan());
+        group.read_separators(blocks, sum);
+      });
+      if (sum != nullptr) grove.hand_on_separators();
+    }
+    grove.down([&](Group& group) {
+      group.lists().points.read(r, group.arrays().points);
+      group.read_directions(blocks);
+      group.call_for_points(r);
+      group.call_for_blocks(blocks);
+      if (sum == nullptr) return;
+      group.lists().rows.read(sum, group.arrays().sum);
+      std::copy_n(group.arrays().sum, group.plan().num_rods, group.arrays().z);
+      group.substitute_down(group.arrays().points, nullptr, true);
+    });
+    project(grove, target, sum != nullptr, &Group::evaluate_values, r, sum);
+  };
+  return visit(parallel, work, Pass::Repeated).projection;
 }
 
 Projection LaneSolver::project_velocities(const Parallel& parallel, const double* blocks, double target,
                                           const double* r, double* v, double* sum) {
   groups_.take_lengths();
-  visit(
-      parallel,
-      [&](const GroveVisit& grove) {
-        grove.up([&](Group& group) {
-          group.lists().points.read(v, group.own().points);
-          group.find_directions(r, group.own().directions);
-          group.read_directions(blocks);
-          group.read_separators(blocks);
-          group.call_for_points(r);
-          group.call_for_points(v);
-          group.call_for_blocks(blocks);
-          if (sum != nullptr) group.lists().rows.read(sum, group.own().sum);
-        });
-        project(grove, target, false, &Group::evaluate_rates, v, sum);
-      },
-      Pass::Repeated);
-  return reached();
+  const auto work = [&](const GroveVisit& grove) {
+    grove.up([&](Group& group) {
+      group.lists().points.read(v, group.arrays().points);
+      group.find_directions(r, group.arrays().directions);
+      group.read_directions(blocks);
+      group.read_separators(blocks);
+      group.call_for_points(r);
+      group.call_for_points(v);
+      group.call_for_blocks(blocks);
+      if (sum != nullptr) group.lists().rows.read(sum, group.arrays().sum);
+    });
+    project(grove, target, false, &Group::evaluate_rates, v, sum);
+  };
+  return visit(parallel, work, Pass::Repeated).projection;
 }
 
 }  // namespace tanor::detail

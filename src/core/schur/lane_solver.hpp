@@ -24,8 +24,12 @@ class LaneSolver final : public SchurSolver {
   Elimination solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks, double* b,
                     double* lambda, double* w) override;
   Elimination linearise(const Parallel& parallel, const double* r, const PointSource* source, double* blocks) override;
-  void solve_negative(const Parallel& parallel, const double* b, double* x) override;
-  void correct(const Parallel& parallel, const double* blocks, double* rows, double* points) override;
+  void solve_negative(const Parallel& parallel, const double* b, double* x) override {
+    solve(parallel, b, x, nullptr, nullptr);
+  }
+  void correct(const Parallel& parallel, const double* blocks, double* rows, double* points) override {
+    solve(parallel, rows, rows, blocks, points);
+  }
   Projection project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
                                const PointSource* source, double* sum) override;
   Projection project_velocities(const Parallel& parallel, const double* blocks, double target, const double* r,
@@ -39,13 +43,16 @@ class LaneSolver final : public SchurSolver {
       : groups_(std::move(plan), rods, problem.inverse_mass, problem.numbering.num_moving, threads),
         of_island_(groups_.plan().islands.size()) {}
 
+  struct Found {
+    Elimination elimination;
+    Projection projection;
+  };
   template <class Work>
-  void visit(const Parallel& parallel, const Work& work, Pass pass = Pass::Single);
+  Found visit(const Parallel& parallel, const Work& work, Pass pass = Pass::Single);
+  void solve(const Parallel& parallel, const double* b, double* x, const double* blocks, double* points);
   void note_findings(const GroveVisit& visit);
-  Elimination found();
   void project(const GroveVisit& visit, double target, bool was_moved, void (Group::*evaluate)(), double* points,
                double* sum);
-  Projection reached();
 
   LaneGroups groups_;
   std::vector<Elimination> of_island_;  // [island] largest |b| and residual
