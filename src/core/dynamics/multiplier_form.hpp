@@ -75,8 +75,6 @@ class MultiplierForm final : public PointForm {
   Projector& projector() { return projector_; }
   ForwardDynamics& dynamics() { return dynamics_; }
   StepProjection& steps() { return steps_; }
-  /// Null if no constraint acts to one side.
-  Unilateral* unilateral() { return unilateral_.get(); }
   /// Null if constraints are ideal.
   const Contacts* contacts() const { return contacts_.get(); }
 

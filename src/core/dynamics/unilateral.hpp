@@ -22,12 +22,9 @@ class Unilateral : public EventFunctions {
   /// Opens those of them that move at v.
   virtual void open_moving(double t, const double* r, const double* v) = 0;
   /// Solves the impact of the rows that touch and approach at a start, which changes v, then chooses the closed rows
-  /// and computes the accelerations.
+  /// and computes the accelerations. Behind a `restore_discrete_state` it goes on from these rows and lists what
+  /// changes.
   virtual Outcome begin(double t, const double* r, double* v, const Request& request, const AccelerationOutput& to) = 0;
-  /// Returns which rows are closed [row of the user].
-  virtual std::vector<char> closed_rows() const = 0;
-  /// Takes over which rows were closed before something was taken out of the system; `begin` lists what changes.
-  virtual void continue_from(std::span<const char> closed_rows) = 0;
   /// Exchanges what later events depend on beside the discrete state.
   virtual void exchange_memory(Memory& memory) = 0;
 };

@@ -116,6 +116,19 @@ std::string name_points(const std::vector<char>& is_marked) {
   return point + (count > 1 ? " and " + text(count - 1) + " more are" : " is");
 }
 
+/// Returns the modes, closed or not, that one-sided rows which are left had before.
+std::vector<int> modes_of_rest(SimulatedMotion& before, const SimulatedMotion& after) {
+  const Numbering &old = before.model.numbering, &left = after.model.numbering;
+  std::vector<int> modes(old.num_user_rows), result;
+  const std::vector<int> state = before.form.events()->discrete_state();
+  const auto user_row = [](const Numbering& of, const OneSidedRow& each) {
+    return static_cast<std::size_t>(of.user_row[static_cast<std::size_t>(each.row)]);
+  };
+  for (std::size_t k = 0; k < state.size(); ++k) modes[user_row(old, old.one_sided[k])] = state[k];
+  for (const OneSidedRow& each : left.one_sided) result.push_back(modes[user_row(left, each)]);
+  return result;
+}
+
 }  // namespace
 
 Outcome Simulation::Implementation::check_rest() const {
@@ -148,12 +161,11 @@ Outcome Simulation::Implementation::take_out(std::unique_ptr<Implementation>* at
   v.resize(size);
   r.insert(r.end(), system.positions.begin() + static_cast<std::ptrdiff_t>(size), system.positions.end());
   v.resize(r.size());
-  Unilateral *const sides = after->unilateral(), *const sides_before = before.unilateral();
-  if (sides != nullptr) sides->continue_from(sides_before->closed_rows());
+  if (after->has_sides()) after->form.events()->restore_discrete_state(modes_of_rest(before, *after));
   after->restore_progress(progress, r, v);
   after->continue_from(before);
-  if (sides != nullptr) {
-    const std::span<const ContactEvent> changes = sides->changes_of_switch();
+  if (after->has_sides()) {
+    const std::span<const ContactEvent> changes = after->form.events()->changes_of_switch();
     std::vector<ContactEvent>& events = after->report.contact_events;
     events.insert(events.end(), changes.begin(), changes.end());
   }

@@ -100,7 +100,6 @@ struct SimulatedMotion {
   bool has_friction() { return form.any(model.has_friction()); }
 
   bool has_sides() const { return !model.numbering.one_sided.empty(); }
-  Unilateral* unilateral() { return has_sides() ? forms.normal->unilateral() : nullptr; }
 
   /// Steps with such tolerances would see residuals of 1e-12 as noise. The fixed point of friction leaves as much
   /// anyway.

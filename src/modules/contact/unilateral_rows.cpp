@@ -188,6 +188,7 @@ void UnilateralRows::restore_discrete_state(std::span<const int> state) {
     throw InputError("/snapshot/discrete_state",
                      text(state.size()) + " modes for " + text_of_count(rows_.size(), "one-sided equation"));
   std::ranges::transform(state, closed_.begin(), [](int each) { return static_cast<char>(each != 0); });
+  continues_ = true;
   apply();
 }
 
@@ -226,17 +227,6 @@ UnilateralRows::Instant UnilateralRows::look(const Kinematics& place, double* v,
   at.leaves.assign(rows_.size(), 0);
   for (std::size_t k = 0; k < rows_.size(); ++k) at.touches.push_back(gaps_[k] <= limit * length(k));
   return at;
-}
-
-std::vector<char> UnilateralRows::closed_rows() const {
-  std::vector<char> closed(model_.numbering.num_user_rows, 0);
-  for (std::size_t k = 0; k < rows_.size(); ++k) closed[user_row(k)] = closed_[k];
-  return closed;
-}
-
-void UnilateralRows::continue_from(std::span<const char> closed_rows) {
-  for (std::size_t k = 0; k < rows_.size(); ++k) closed_[k] = closed_rows[user_row(k)];
-  continues_ = true;
 }
 
 Outcome UnilateralRows::begin(double t, const double* r, double* v, const Request& request,

@@ -30,8 +30,6 @@ class UnilateralRows final : public Unilateral {
   void open_moving(double t, const double* r, const double* v) override;
   Outcome begin(double t, const double* r, double* v, const Request& request, const AccelerationOutput& to) override;
 
-  std::vector<char> closed_rows() const override;
-  void continue_from(std::span<const char> closed_rows) override;
   void exchange_memory(Memory& memory) override { memory.exchange(slack_); }
 
   std::size_t num_events() const override { return rows_.size(); }
