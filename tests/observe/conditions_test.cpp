@@ -240,11 +240,11 @@ TEST(ConditionsOnGroups, ForcesThatPrestressLeavesOpenAreNotKnown) {
   const std::span<const Observed> found = simulation.observe();
   EXPECT_TRUE(std::isnan(found[0].values[0]) && std::isnan(found[0].values[1]));
   EXPECT_NEAR(found[0].values[2], 20.0, 1e-12);
-  EXPECT_EQ(found[1].member, "links[2]");
+  EXPECT_TRUE(std::isnan(found[1].values[0])) << "one of the others may be larger";
   EXPECT_TRUE(std::isnan(found[2].values[0]));
   EXPECT_NEAR(found[3].values[2], 20.0, 1e-12);
   const char* const open = "left to a prestress";
-  for (const auto& [k, reason] : {std::pair{0, open}, {1, ""}, {2, open}, {3, ""}})
+  for (const auto& [k, reason] : {std::pair{0, open}, {1, open}, {2, open}, {3, ""}})
     EXPECT_EQ(found[static_cast<std::size_t>(k)].unknown, reason) << k;
   const std::vector<Observable> asked{{.text = "tension(links)"}, {.text = "load(left).x/tension(links[2])"}};
   for (const Observed& each : observe(system, asked, simulation.solution())) EXPECT_EQ(each.unknown, open);

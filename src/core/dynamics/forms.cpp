@@ -130,15 +130,16 @@ Outcome Forms::reactions(const Configuration& at, const Request& request, const 
   return {};
 }
 
-std::size_t Forms::degrees_of_freedom() const {
+double Forms::degrees_of_freedom() const {
   // With coordinates alone there are as many degrees of freedom as coordinates.
-  if (normal == nullptr) return work.coordinates.num_coordinates();
-  return 3 * model.num_moving() - (work.rank - work.constraints.open.size());
+  if (normal == nullptr) return static_cast<double>(work.coordinates.num_coordinates());
+  return 3.0 * static_cast<double>(model.num_moving()) - static_cast<double>(work.rank) +
+         static_cast<double>(work.constraints.open.size());
 }
 
 RankReport Forms::rank(const double* r, bool thoroughly) {
   RankReport report;
-  auto freedoms = static_cast<double>(degrees_of_freedom());
+  double freedoms = degrees_of_freedom();
   if (normal == nullptr) {
     report.is_known = false;
   } else if (work.team().is_alone()) {

@@ -49,8 +49,9 @@ class Forms {
   /// Computes w and eta [3n] at (t, r, v) by the form that does not step. Both forms must be there.
   Outcome solve_other(const Kinematics& at, const Request& request, double* w, double* eta);
 
-  /// Returns 3(n - supports) - rank K of the rows that act, or the number of coordinates where these are alone.
-  std::size_t degrees_of_freedom() const;
+  /// Returns 3(n - supports) - rank K of the rows that act, or the number of coordinates where these are alone. A rank
+  /// that counts rows of others' points may have less than 0.
+  double degrees_of_freedom() const;
   /// Returns the rank of K at r, the configuration of the last `reactions`. The rank and the degrees of freedom are
   /// those of all processes, the rest is this one's, which is unknown where equations reach from one to another.
   RankReport rank(const double* r, bool thoroughly);

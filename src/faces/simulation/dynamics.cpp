@@ -304,7 +304,7 @@ Solution Dynamics::solution(const StateView& at) {
   self.numbering().scatter_points(self.now.r, now.positions);
   self.numbering().scatter_points(self.now.v, now.velocities);
   now.position_violation = self.work.position_violation(at.time, self.now.r.data());
-  now.degrees_of_freedom = self.forms.degrees_of_freedom();
+  now.degrees_of_freedom = static_cast<std::size_t>(self.forms.degrees_of_freedom());
   if (self.forms.normal == nullptr || !self.forms.normal->linearization().dependences().is_found()) return now;
   if (std::vector<Index> rigid = rank(at, false).prestress_rigid_points; !rigid.empty()) {
     // The equations alone would let these points move.

@@ -137,7 +137,7 @@ ObservedInstant Simulation::Implementation::describe(const Solution& at, double 
           .friction = seen.friction,
           .kinetic = energy.kinetic,
           .potential = energy.potential,
-          .degrees_of_freedom = forms.degrees_of_freedom(),
+          .degrees_of_freedom = static_cast<std::size_t>(forms.degrees_of_freedom()),
           .self_stress = seen.self_stress,
           .has_prestress = !forms.plan.prestress_rigid_equations.empty()};
 }

@@ -384,7 +384,7 @@ struct SimulatedMotion {
     at.time = state.t;
     write_points();
     at.position_violation = form.largest(work.position_violation(state.t, points.r.data()));
-    at.degrees_of_freedom = forms.degrees_of_freedom();
+    at.degrees_of_freedom = static_cast<std::size_t>(form.sum(forms.degrees_of_freedom()));
     for (auto array : {&Solution::positions, &Solution::velocities, &Solution::accelerations, &Solution::reactions,
                        &Solution::support_forces})
       (at.*array).resize(3 * system().num_points());
