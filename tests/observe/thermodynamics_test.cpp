@@ -135,7 +135,7 @@ TEST(Thermodynamics, ModesTellTheLoadsOfTheirPrestress) {
   EXPECT_NEAR(rest.support_forces[2], -50.0, 1e-9);
 }
 
-/// What joins supports alone carries nothing, and loads are known there.
+/// Rods between supports carry nothing, and loads are known there.
 TEST(Thermodynamics, RodsBetweenSupportsCarryNothing) {
   System system;
   const Point left = system.add_support({0.0, 0.0, 0.0}), right = system.add_support({1.0, 0.0, 0.0}),

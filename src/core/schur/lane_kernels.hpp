@@ -62,13 +62,16 @@ struct Motion {
   const Pack3<>* w0;  ///< null if all points have the same
   Upcoming upcoming;  ///< of pieces of paths
 };
-/// A group: how its rods join its places, and its arrays.
-struct Arrays {
+/// How the rods of a group join its places.
+struct Joints {
   Program program;
   std::size_t num_rods, num_places;
   const IslandSchedule* schedule;  ///< of equal islands, else null
   const Index* parent;             ///< [rod][lane] of trees, whose rod k joins the child at place k to it, else null
   bool have_same_parents;
+};
+/// A group: its rods, and its arrays.
+struct Arrays : Joints {
   // of the points, [place]
   const Pack<>* inverse_mass;
   Mobility* mobility;  ///< of trees

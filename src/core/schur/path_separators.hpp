@@ -12,7 +12,7 @@ namespace tanor::detail::lanes {
 ///
 /// A piece is eliminated as if its first rod had the product 1 with the separator before it, so that it needs to know
 /// nothing of that one. The true product is `coupling`.
-struct Border {
+struct BorderFactor {
   Pack3<> first, u;            ///< directions of the first rod of the piece, and of this one
   Pack<> inverse_mass_before;  ///< of the point between the separator before and that first rod
   Pack<> inverse_mass_behind;  ///< of the point behind this one
@@ -20,9 +20,12 @@ struct Border {
   Pack<> spread;               ///< what the elimination of the piece makes of the product 1
   Pack<> taken, taken_y;       ///< what the piece takes from the separator before, for that product
   Pack<> coupling;
-  Pack<> l, inverse_pivot;          ///< of the separators' factor L D L'
-  Pack<> spike;                     ///< product with the last one
-  Pack<> b, y;                      ///< of a right side: its own, and what the piece leaves of it
+  Pack<> l, inverse_pivot;  ///< of the separators' factor L D L'
+  Pack<> spike;             ///< product with the last one
+};
+/// Such a rod with its numbers of one right side.
+struct Border : BorderFactor {
+  Pack<> b, y;                      ///< its own, and what the piece leaves of it
   Pack<> x;                         ///< the solution
   Pack<> joined;                    ///< what the points that the piece before moves add to b of the first rod
   Pack<> b_of_first;                ///< the same with what the separator before adds

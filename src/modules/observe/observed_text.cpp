@@ -69,7 +69,7 @@ std::size_t ObservedText::Term::evaluate(const ObservedInstant& at) const {
           (word == Word::Max ? number_of(k) > number_of(best) : number_of(k) < number_of(best)))
         best = k;
     }
-    // What is not known may be the largest; what went is not.
+    // A member that is not known may be the largest; one that went is not.
     const bool is_decided = skips_unknown || num_known + quantity.absent.size() == members;
     numbers[0] = is_decided ? number_of(best) : std::numeric_limits<double>::quiet_NaN();
     return best;
