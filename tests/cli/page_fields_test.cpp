@@ -184,7 +184,7 @@ TEST(PageSource, ReadsTheFieldsOfObservablesThatAreWritten) {
       report::read_text(std::filesystem::path(TANOR_DOCS).parent_path() / "src/program/report/page/data.ts");
   expect_fields_of_page(Extreme{1.0, 2.0, "links[3]"}, source, "Extreme");
   Observed torque;
-  torque.name = torque.member = "links[3]";
+  torque.name = torque.member = torque.unknown = "links[3]";
   expect_fields_of_page(torque, source, "Observable");
 }
 

@@ -169,7 +169,8 @@ Certificate WholeRun::prove() const {
 report::RunEnd WholeRun::end() const {
   std::optional<report::EndArrays> arrays;
   const System* const whole = division_.whole();
-  if (whole != nullptr) arrays = {positions_, velocities_, accelerations_, multipliers_, reactions_, support_forces_};
+  if (whole != nullptr)
+    arrays = {positions_, velocities_, accelerations_, multipliers_, {}, reactions_, support_forces_};
   return {contacts_,
           plan_,
           report_,
