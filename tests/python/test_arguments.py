@@ -103,7 +103,7 @@ class Arguments(unittest.TestCase):
             (lambda: plot.histories(3), "histories: run: found 3, wanted a Trajectory"),
             (lambda: plot.histories(run, 3), "histories: names: found 3, wanted a text or a list of texts or None"),
             (lambda: plot.modes(rest.ok), "modes: result: found True, wanted a Modes"),
-            (lambda: run["links"]["a"], "'str' object cannot be interpreted as an integer")])
+            (lambda: run["links"]["a"], "links['a']: members have numbers, 0 to 3")])
         self.expect(ValueError, [
             (lambda: plot.tensions(run, "links", time=0.07), "tensions: time: there is no output at 0.07, the nearest one is at 0.05"),
             (lambda: plot.tensions(run, "links", time=7), "tensions: time: there is no output at 7, the nearest one is at 0.2"),
@@ -119,7 +119,7 @@ class Arguments(unittest.TestCase):
 
     @unittest.skipUnless(has_plots, "without matplotlib")
     def test_plots_say_what_they_cannot_draw(self):
-        run = tanor.run_scene(os.path.join(EXAMPLES, "breaking_rod.json"))
+        run, plot = tanor.run_scene(os.path.join(EXAMPLES, "breaking_rod.json")), tanor.plot
         self.expect(ValueError, [(lambda: plot.tensions(run, "rod"), f"tensions: no tension of rod at t = {run.times[-1]:g} s is known")])
         with self.assertRaisesRegex(ValueError, "no table of tanor error-time"):
             plot.error_time(os.path.join(EXAMPLES, "..", "tests", "data", "path.csv"))
