@@ -69,7 +69,7 @@ ExitCode execute_solve(const Options& options) {
     write(options, solution);
     return tell(options.scene, report.outcome.what);
   }
-  const tanor::Solution found = dynamics.solution(state);
+  tanor::Solution found = dynamics.solution(state);
   solution.accelerations = found.accelerations;
   if (report::has_multipliers(dynamics.plan())) solution.multipliers = found.multipliers;
   solution.rank = dynamics.rank(state);
@@ -80,6 +80,8 @@ ExitCode execute_solve(const Options& options) {
   if (has_friction) solution.friction = friction;
   if (!found.self_stress.empty()) solution.self_stress = found.self_stress;
   solution.observed = observe(dynamics.system(), scene.observables, found, friction);
+  // A certificate needs the memory.
+  for (std::vector<double>* const array : {&found.positions, &found.velocities}) *array = std::vector<double>();
   if (scene.certificate.when != scene::CertificatePolicy::When::Off) solution.certificate = dynamics.certify(state);
 
   const Split split = dynamics.split(state);
