@@ -110,6 +110,18 @@ TEST(Thermodynamics, EveryAnswerTellsTheSameForcesBesideAPrestress) {
   }
 }
 
+/// An energy of points that prestress holds, and of no others, is a user's right.
+TEST(Thermodynamics, EnergiesMayActOnHeldPointsAlone) {
+  System system = hang_on_a_line();
+  system.forces.push_back(Potential{.name = "pull", .points = {{2}}, .kernel = formula_potential("3*z1", 1)});
+  const EquilibriumResult rest = find_equilibrium(system);
+  EXPECT_TRUE(rest.outcome.ok()) << rest.outcome.what;
+  EXPECT_NEAR(Dynamics(system).solution({.positions = system.positions}).multipliers[2], -of_earth, 1e-12);
+  Simulation simulation(system);
+  ASSERT_TRUE(simulation.advance_to(0.1).ok());
+  EXPECT_NEAR(simulation.multipliers()[2], -of_earth, 1e-12);
+}
+
 /// Prestress that is given decides, and modes tell the loads with it.
 TEST(Thermodynamics, ModesTellTheLoadsOfTheirPrestress) {
   System system;

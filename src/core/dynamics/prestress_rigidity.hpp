@@ -5,6 +5,8 @@
 
 #include <tanor/dynamics.hpp>
 
+#include "system/members.hpp"
+
 namespace tanor::detail {
 
 /// Finds the points that rods under tension hold between fixed supports, more strongly than K alone tells.
@@ -23,9 +25,6 @@ std::vector<Index> find_prestress_rigid_points(const System& system, const std::
 
 /// Returns the equations of the rods between such points and supports, increasing.
 std::vector<std::size_t> list_prestress_rigid_equations(const System& system, const std::vector<Index>& points);
-
-/// The name of the supports that stand for points held rigid by prestress.
-inline constexpr const char* rigid_points_name = "points held rigid by prestress";
 
 /// Turns points held rigid by prestress into supports.
 inline void hold_rigid_points(System* system, std::vector<Index> points) {

@@ -1,6 +1,5 @@
 #include "dynamics/self_stress.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 namespace tanor::detail {
@@ -12,19 +11,12 @@ std::vector<double> find_self_stress(const Dependences& dependences, const Numbe
   std::vector<double> unique = stress;
   dependences.minimize_norm(unique.data());
   constexpr double rounding = 1e-9;
+  bool is_some = false;
   for (std::size_t a = 0; a < stress.size(); ++a) {
     stress[a] -= unique[a];
     if (std::abs(stress[a]) <= rounding) stress[a] = 0.0;
+    is_some = is_some || stress[a] != 0.0;
   }
-  for (std::size_t island = 0; island + 1 < numbering.island_start.size(); ++island) {
-    const auto first = static_cast<std::size_t>(numbering.island_start[island]),
-               end = static_cast<std::size_t>(numbering.island_start[island + 1]);
-    bool is_of_friction = false;
-    for (std::size_t a = first; a < end; ++a)
-      is_of_friction = is_of_friction || (stress[a] != 0.0 && numbering.is_contact_row(a));
-    if (is_of_friction) std::fill(stress.begin() + first, stress.begin() + end, 0.0);
-  }
-  const bool is_some = std::ranges::any_of(stress, [](double each) { return each != 0.0; });
   return is_some ? stress : std::vector<double>();
 }
 

@@ -8,6 +8,9 @@
 
 namespace tanor::detail {
 
+/// The name of the supports that stand for points held rigid by prestress.
+inline constexpr const char* rigid_points_name = "points held rigid by prestress";
+
 /// Returns the rows (scalar equations) of one member of a constraint group: a rod has 1, a point on a line 2.
 template <class Group>
 constexpr int rows_per_member() {

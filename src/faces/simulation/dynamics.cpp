@@ -311,11 +311,7 @@ Solution Dynamics::solution(const StateView& at) {
     const std::vector<std::size_t> unknown = list_prestress_rigid_equations(system(), rigid);
     System held = system();
     hold_rigid_points(&held, std::move(rigid));
-    try {
-      now = Dynamics(std::move(held), self.options).solution(at);
-    } catch (const InputError&) {
-      // A force that acts on these points alone is refused; the formal answer stays.
-    }
+    now = Dynamics(std::move(held), self.options).solution(at);
     forget_equations(system(), unknown, &now);
   } else {
     now.self_stress = find_self_stress(self.forms);
