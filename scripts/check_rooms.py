@@ -67,7 +67,7 @@ ROOMS = {
                      "dynamics/instant.hpp dynamics/power.hpp", "motion", ""),
     # modules
     "friction": Sees("base system evaluate schur dynamics", "dynamics", "Eigen/"),
-    "contact":  Sees("base system evaluate schur dynamics factor/sparse_lu.hpp", "dynamics", ""),
+    "contact":  Sees("base system evaluate schur dynamics factor/sparse_lu.hpp friction/contact_problem.hpp friction/range.hpp", "dynamics", "Eigen/"),
     "statics":  Sees("base system evaluate assembly factor plan schur dynamics contact/exchange.hpp", "modes", "Eigen/ Spectra/"),
     "certificate": Sees("base system evaluate assembly factor schur dynamics", "certificate", "Eigen/"),
     "observe":  Sees("base system evaluate", "observables", ""),

@@ -151,12 +151,16 @@ enum class ContactChange {
   Touch,    ///< a point meets a guide with an impact
   LiftOff,  ///< it leaves the guide
   Zeno,     ///< bounces that follow ever faster are taken to have ended: the row closes without another one
+  Stick,    ///< a contact with friction ceases to slide
+  Slip,     ///< it begins to slide, or slides back
+  Jam,      ///< its friction allows no accelerations while it slides: an impulse without a collision ends the slide
 };
 
 /// A change of some constraints to one side at one instant.
 struct ContactEvent {
   double time = 0.0;  ///< s
   ContactChange change = ContactChange::Touch;
+  bool restitution_capped = false;  ///< with friction the given restitution would feed energy; a part of it was taken
   std::vector<std::size_t>
       equations{};                     ///< in the user's numbers, those of the change first, then others that take part
   std::vector<double> impulses{};      ///< N s, >= 0, of each of them; empty if they have none

@@ -45,11 +45,14 @@ inline constexpr std::array<EnumName<OneSide>, 2> enum_names<OneSide>{
     {{OneSide::AtLeast, "at_least"}, {OneSide::AtMost, "at_most"}}};
 
 template <>
-inline constexpr std::array<EnumName<ContactChange>, 5> enum_names<ContactChange>{{{ContactChange::Snap, "snap"},
+inline constexpr std::array<EnumName<ContactChange>, 8> enum_names<ContactChange>{{{ContactChange::Snap, "snap"},
                                                                                    {ContactChange::Slack, "slack"},
                                                                                    {ContactChange::Touch, "touch"},
                                                                                    {ContactChange::LiftOff, "lift_off"},
-                                                                                   {ContactChange::Zeno, "zeno"}}};
+                                                                                   {ContactChange::Zeno, "zeno"},
+                                                                                   {ContactChange::Stick, "stick"},
+                                                                                   {ContactChange::Slip, "slip"},
+                                                                                   {ContactChange::Jam, "jam"}}};
 
 template <>
 inline constexpr std::array<EnumName<Ordering>, 7> enum_names<Ordering>{{{Ordering::Auto, "auto"},

@@ -152,7 +152,7 @@ inline constexpr ReportFields<keyed<"event", &Passage::name>, keyed<"number", &P
 template <>
 inline constexpr ReportFields<keyed<"t", &ContactEvent::time>, keyed<"kind", &ContactEvent::change>,
                               &ContactEvent::equations, &ContactEvent::impulses, &ContactEvent::rates_before,
-                              &ContactEvent::energy_lost>
+                              &ContactEvent::energy_lost, &ContactEvent::restitution_capped>
     fields_of<ContactEvent>{};
 template <>
 inline constexpr ReportFields<&EnergyReport::start, keyed<"end", &EnergyReport::now>, &EnergyReport::kinetic,

@@ -57,7 +57,7 @@ enum class Factorization {
 /// Limits of constraints to one side. A motion that reaches one of them ends there, and says so.
 struct ContactOptions {
   int max_at_one_instant = 100;  ///< impacts that follow one another at one instant, each of all rows that approach
-  int max_events = 100000;       ///< snaps, touches, slacks and lift-offs of a motion
+  int max_events = 100000;       ///< changes of constraints to one side in a motion: snaps, touches, slips …
 };
 
 /// Options of a Dynamics, a Simulation or an InverseDynamics.

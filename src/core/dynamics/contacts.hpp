@@ -27,6 +27,10 @@ struct UniquenessCheck {
   std::span<const char> are_counted{};  ///< [island] motions already counted; empty if none are
 };
 
+/// A change of the one-sided guides in the island of a contact: some have closed or opened, or an impact has changed
+/// velocities as well.
+enum class GuideChange : char { None, Island, Struck };
+
 /// Friction at guides, as the equations with multipliers see it: forces tau with
 ///
 ///   S lambda + K'M^-1 tau(lambda) = -(phi + K'M^-1 f)                         (*), (43)
@@ -87,6 +91,13 @@ class Contacts {
 
   /// Chooses the modes at a start and computes their accelerations. Changes v where contacts are put to rest exactly.
   virtual Outcome begin(double t, const double* r, double* v, const Request& request, const AccelerationOutput& to) = 0;
+  /// Chooses them again where the events() in `which` vanish, and in islands whose one-sided `guides` [contact] have
+  /// changed. The equations must be linearised there. May change v likewise.
+  virtual Outcome switch_guides(double t, const double* r, double* v, std::span<const std::size_t> which,
+                                std::span<const GuideChange> guides, const Request& request,
+                                const AccelerationOutput& to) = 0;
+  /// Notes what is known of the uniqueness of the motion from here on.
+  virtual void note(Uniqueness uniqueness, const std::string& why) = 0;
   /// Notes that a step to (t, r, v) was accepted.
   virtual void accept(double t, const double* r, const double* v) = 0;
   /// Null if no contact may stick.

@@ -13,7 +13,7 @@ MultiplierForm::MultiplierForm(Workspace& work, const SolverOptions& options)
       response_(work, linearization_),
       system_(linearization_, residuals_, projector_, dynamics_, response_),
       contacts_(work.model().has_friction() ? make_contacts(work, options.friction, system_) : nullptr),
-      unilateral_(model_.numbering.one_sided.empty() ? nullptr : make_unilateral(work, system_)),
+      unilateral_(model_.numbering.one_sided.empty() ? nullptr : make_unilateral(work, system_, contacts_.get())),
       linearization_(work, options, contacts_.get()),
       residuals_(work, linearization_.blocks()),
       projector_(work, linearization_, residuals_, contacts_.get()),
@@ -83,8 +83,8 @@ void MultiplierForm::write_friction(const Reactions& found, double* tau) const {
 
 Outcome MultiplierForm::begin(double t, const double* r, double* v, const Request& request,
                               const AccelerationOutput& to) {
-  if (contacts_ != nullptr) return solve_together(to, [&] { return contacts_->begin(t, r, v, request, to); });
   if (unilateral_ != nullptr) return unilateral_->begin(t, r, v, request, to);
+  if (contacts_ != nullptr) return solve_together(to, [&] { return contacts_->begin(t, r, v, request, to); });
   return accelerations({t, r, v}, request.evaluated_anew(), to);
 }
 

@@ -7,6 +7,7 @@
 
 namespace tanor::detail {
 
+class Contacts;
 class Workspace;
 
 /// One-sided constraints as the equations with multipliers see them: rows with a gap g = s xi and a force p = s lambda,
@@ -29,7 +30,8 @@ class Unilateral : public EventFunctions {
   virtual void exchange_memory(Memory& memory) = 0;
 };
 
-/// Makes the one-sided rows of a model that has some, from which `system` is made.
-std::unique_ptr<Unilateral> make_unilateral(Workspace& work, ConstrainedSystem& system);
+/// Makes the one-sided rows of a model that has some, from which `system` is made. `contacts` are their friction, whose
+/// modes they then choose; null if there is none.
+std::unique_ptr<Unilateral> make_unilateral(Workspace& work, ConstrainedSystem& system, Contacts* contacts);
 
 }  // namespace tanor::detail

@@ -56,6 +56,9 @@ Tangents::Tangents(const System& system, const Numbering& numbering, std::span<c
       place.guide_row[k] = inner_row[static_cast<std::size_t>(contact.guide_rows[k])];
       place.guide_block[k] = block_of_row[static_cast<std::size_t>(place.guide_row[k])];
     }
+    const auto one_sided = std::ranges::lower_bound(numbering.one_sided, place.guide_row[0], {}, &OneSidedRow::row);
+    if (one_sided != numbering.one_sided.end() && one_sided->row == place.guide_row[0])
+      place.side = one_sided->sign > 0.0 ? 1 : -1;
     place.velocity = slots[static_cast<std::size_t>(contact.friction)];
     if (contact.can_stick) {
       place.first_row = inner_row[static_cast<std::size_t>(own_row)];
@@ -78,7 +81,9 @@ void Tangents::write_gradients(const Parallel& parallel, double* blocks) {
       auto& [t, s] = directions_[c];
       auto& [k, l] = normals_[c];
       k = load(blocks, place.guide_block[0]);
-      if (place.num_guides == 2) {
+      if (is_open(c)) {
+        t = s = l = {};
+      } else if (place.num_guides == 2) {
         l = load(blocks, place.guide_block[1]);
         t = unit(cross(k, l));
         s = {};
@@ -101,7 +106,7 @@ std::size_t Tangents::find_undirected() const {
     const auto& [k, l] = normals_[c];
     const double sizes = places_[c].num_guides == 2 ? norm(k) * norm(l) : norm(k);
     const double across = places_[c].num_guides == 2 ? norm(cross(k, l)) : sizes;
-    if (!(across > parallel * sizes)) return c;
+    if (!is_open(c) && !(across > parallel * sizes)) return c;
   }
   return size();
 }
@@ -140,6 +145,7 @@ double Tangents::apply_transposed(const double* blocks, const double* x, const d
 // ---- the acceleration level ----
 
 std::array<double, 2> Tangents::across(std::size_t contact, const double* v) const {
+  if (is_open(contact)) return {};
   const Place& place = places_[contact];
   const Vec3 relative = load(v, place.point) - velocities_[place.velocity].value;
   const auto& [k, l] = normals_[contact];
@@ -170,7 +176,7 @@ void Tangents::shift_velocities(int k, double s, const double* v, double* shifte
 double Tangents::evaluate_right_side(const double* v, const double* w0, const std::array<const double*, 2>& turn,
                                      Which which, double* phi) const {
   return write_rows(*this, phi, [&](std::size_t c, std::size_t m) {
-    if (!sticks(c) && which != Which::All) return 0.0;
+    if (is_open(c) || (!sticks(c) && which != Which::All)) return 0.0;
     // The value is T'w0 - T'u_dot - T'K_g_dot c.
     const Place& place = places_[c];
     double value = dot(directions_[c][m], load(w0, place.point) - own_velocity(c).first);

@@ -27,7 +27,9 @@ class Tangents {
     int num_guides;         ///< 1 on a surface, 2 on a wire
     std::array<Index, 2> guide_row, guide_block;
     Index first_row = -1, first_block = -1;  ///< its own; -1 if it cannot stick
-    std::size_t velocity = 0;                // slot
+    signed char side = 0;      ///< 1 or -1 where its guide acts to one side: the force is side lambda >= 0
+    bool is_open = false;      ///< then it takes no part, and T is 0
+    std::size_t velocity = 0;  // slot
     int num_tangents() const { return 3 - num_guides; }
   };
 
@@ -45,6 +47,12 @@ class Tangents {
     have_switched_ = have_switched_ || (sticks_[contact] != 0) != sticks;
     sticks_[contact] = sticks;
   }
+  /// Opens the one-sided guide of a contact, or closes it.
+  void set_open(std::size_t contact, bool is_open) {
+    if (is_open) set_stick(contact, false);
+    places_[contact].is_open = is_open;
+  }
+  bool is_open(std::size_t contact) const { return places_[contact].is_open; }
   /// Returns true if some contact began or ceased to stick since this was asked last.
   bool forget_switches() { return std::exchange(have_switched_, false); }
   /// Sets the place of a contact. If it is held, xi = T'(r - place) as long as it sticks; otherwise xi is 0.
@@ -97,7 +105,7 @@ class Tangents {
   }
 
  private:
-  /// Returns c = Gamma_g^-1 K_g'(v - u).
+  /// Returns c = Gamma_g^-1 K_g'(v - u), or 0 where the guide is open.
   std::array<double, 2> across(std::size_t contact, const double* v) const;
 
   std::vector<Place> places_;

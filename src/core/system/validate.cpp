@@ -53,8 +53,7 @@ class Validation {
     const std::string beside = "beside " + constraint_name(system_, g) + ", which acts to one side: ";
     if (!system_.coordinates.empty())
       throw InputError("/coordinates", beside + "gaps are watched in positions alone; leave the coordinates out");
-    if (has_contacts(system_))
-      throw InputError("/friction", beside + "this version knows friction where no gap opens alone");
+    validate_friction_beside_sides(system_, beside);
   }
 
   // ---- points and supports ----

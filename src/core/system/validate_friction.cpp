@@ -8,6 +8,7 @@
 #include "system/contacts.hpp"
 #include "system/enum_check.hpp"
 #include "system/field_checks.hpp"
+#include "system/members.hpp"
 #include "system/validate_coordinates.hpp"
 
 namespace tanor::detail {
@@ -175,6 +176,50 @@ class FrictionValidation {
 
 void validate_friction(const System& system, std::span<const std::size_t> support_of_point, double t) {
   if (!system.friction.empty()) FrictionValidation(system, support_of_point, t).run();
+}
+
+/// Returns the friction of a law that sticks over |N| where it slides.
+static double coefficient_of_sliding(const Friction& friction) {
+  const auto ask = []<class Law>(const Law& law) {
+    if constexpr (requires { KindOf<Law>::static_coefficient(law); }) return KindOf<Law>::magnitude(law, 0.0, 1.0);
+    return 0.0;
+  };
+  return std::visit(ask, friction);
+}
+
+void validate_friction_beside_sides(const System& system, const std::string& beside) {
+  std::vector<char> is_one_sided;  // [user's row]
+  for (const Constraint& constraint : system.constraints) {
+    const auto [members, rows] = shape_of(constraint);
+    const bool has_side = std::visit(
+        [](const auto& group) {
+          if constexpr (requires { group.side; }) return group.side.has_value();
+          return false;
+        },
+        constraint);
+    is_one_sided.insert(is_one_sided.end(), members * rows, has_side ? 1 : 0);
+  }
+  for (const Contact& contact : list_contacts(system)) {
+    const auto f = static_cast<std::size_t>(contact.friction);
+    const std::string where = element("/friction", f), name = friction_name(system, f) + " ";
+    if (is_one_sided[static_cast<std::size_t>(contact.guide_rows.front())] == 0 || contact.guide_rows.size() > 1) {
+      throw InputError(where + "/at", beside + name +
+                                          (contact.guide_rows.size() > 1
+                                               ? "joins two guides of one point; "
+                                                 "give each of them a law of its own"
+                                               : "acts at a guide to both sides; this version knows friction at "
+                                                 "guides to one side there"));
+    }
+    const Friction& law = system.friction[f];
+    if (!law_sticks(law) || reads_full_reaction(law)) {
+      throw InputError(where, beside + name +
+                                  "is not Coulomb's exact law with the reaction of its guide, the only one "
+                                  "that this version knows at a gap");
+    }
+    if (static_coefficient_of(law) != coefficient_of_sliding(law))
+      throw InputError(where + "/static_coefficient",
+                       beside + name + "has a static coefficient of its own; leave it out");
+  }
 }
 
 }  // namespace tanor::detail

@@ -116,16 +116,28 @@ std::string name_points(const std::vector<char>& is_marked) {
   return point + (count > 1 ? " and " + text(count - 1) + " more are" : " is");
 }
 
-/// Returns the modes, closed or not, that one-sided rows which are left had before.
-std::vector<int> modes_of_rest(SimulatedMotion& before, const SimulatedMotion& after) {
-  const Numbering &old = before.model.numbering, &left = after.model.numbering;
-  std::vector<int> modes(old.num_user_rows), result;
-  const std::vector<int> state = before.form.events()->discrete_state();
-  const auto user_row = [](const Numbering& of, const OneSidedRow& each) {
-    return static_cast<std::size_t>(of.user_row[static_cast<std::size_t>(each.row)]);
+/// Returns the user's rows to which the numbers of a discrete state belong: one-sided rows and then, counted behind all
+/// rows, the guides of contacts with friction.
+std::vector<std::size_t> rows_of_modes(SimulatedMotion& of) {
+  const Numbering& numbering = of.model.numbering;
+  const auto user_row = [&](Index row) {
+    return static_cast<std::size_t>(numbering.user_row[static_cast<std::size_t>(row)]);
   };
-  for (std::size_t k = 0; k < state.size(); ++k) modes[user_row(old, old.one_sided[k])] = state[k];
-  for (const OneSidedRow& each : left.one_sided) result.push_back(modes[user_row(left, each)]);
+  std::vector<std::size_t> rows;
+  for (const OneSidedRow& each : numbering.one_sided) rows.push_back(user_row(each.row));
+  const Tangents& tangents = of.work.constraints.tangents();
+  for (std::size_t c = 0; c < tangents.size(); ++c)
+    rows.push_back(numbering.num_user_rows + user_row(tangents[c].guide_row[0]));
+  return rows;
+}
+
+/// Returns the modes that one-sided rows and contacts which are left had before: closed or not, sticking or not.
+std::vector<int> modes_of_rest(SimulatedMotion& before, SimulatedMotion& after) {
+  std::vector<int> modes(2 * before.model.numbering.num_user_rows), result;
+  const std::vector<int> state = before.form.events()->discrete_state();
+  const std::vector<std::size_t> rows = rows_of_modes(before);
+  for (std::size_t k = 0; k < state.size(); ++k) modes[rows[k]] = state[k];
+  for (const std::size_t row : rows_of_modes(after)) result.push_back(modes[row]);
   return result;
 }
 

@@ -145,6 +145,10 @@ SolverOptions resolve(SolverOptions solver, const System& system, bool has_equat
                                            constraint_name(system, find_one_sided(system)) + "); " +
                                            list_methods(knows_sides) + " do");
   }
+  if (has_sides(system) && has_contacts(system) && traits.method == Method::Rattle) {
+    throw InputError("/motion/method", std::string(traits.name) + " does not know friction at guides to one side (" +
+                                           friction_name(system, 0) + "); dop853 does");
+  }
   if (traits.steps_in_coordinates || system.coordinates.empty()) return solver;
   if (solver.form == Form::Tangent || !has_equations) {
     throw InputError("/motion/method",

@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include "certificate/certificate.hpp"
 #include "certificate/verifier.hpp"
@@ -17,6 +19,25 @@ std::vector<double> reorder(const Numbering& from, const Numbering& to, const st
   from.scatter_points(points, user);
   to.gather_points(user, result);
   return result;
+}
+
+/// Lets the contacts of the closed part stick where those of the answer do, with the same friction `own` [row].
+void copy_modes(const Forms& forms, const Answer& answer, Forms* closed, std::vector<double>* own) {
+  const auto key = [](const Forms& of, const Tangents::Place& place) {
+    return std::pair{place.friction, of.model.numbering.user_point[static_cast<std::size_t>(place.point)]};
+  };
+  const Tangents& from = forms.work.constraints.tangents();
+  Tangents& to = closed->work.constraints.tangents();
+  std::map<std::pair<Index, Index>, std::size_t> number;  // law and user's point, which has one guide of the law
+  for (std::size_t c = 0; c < to.size(); ++c) number[key(*closed, to[c])] = c;
+  for (std::size_t c = 0; c < from.size(); ++c) {
+    if (!from.sticks(c)) continue;
+    const std::size_t other = number.at(key(forms, from[c]));
+    to.set_stick(other, true);
+    for (int k = 0; k < from[c].num_tangents(); ++k)
+      (*own)[static_cast<std::size_t>(to[other].first_row + k)] =
+          answer.lambda[static_cast<std::size_t>(from[c].first_row + k)];
+  }
 }
 
 /// Verifies 0 <= g _|_ p >= 0: gaps of open rows over their length, and forces of closed ones over the largest of them.
@@ -63,7 +84,9 @@ Certificate certify_one_sided(Forms& forms, const Answer& answer, SecondFactoriz
   for (std::size_t a = 0; a < lambda.size(); ++a)
     if (!is_open[a]) kept.push_back(lambda[a]);
   std::vector<double> own(other.num_rows(), 0.0);
-  for (std::size_t a = 0; a < own.size(); ++a) own[a] = kept[static_cast<std::size_t>(other.user_row[a])];
+  for (std::size_t a = 0; a < own.size(); ++a)
+    if (!other.is_contact_row(a)) own[a] = kept[static_cast<std::size_t>(other.user_row[a])];
+  copy_modes(forms, answer, &closed, &own);
 
   closed.work.set_time(answer.t);
   std::vector<double> rest = r, motion = v;

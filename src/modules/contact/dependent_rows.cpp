@@ -36,7 +36,7 @@ void solve_dense(std::vector<double>* A, std::vector<double>* x) {
   }
 }
 
-/// The rows of all islands with dependent ones, signed so that one-sided ones have p >= 0.
+/// The rows of all islands with dependent ones in which some may close, signed so that one-sided ones have p >= 0.
 struct Rows {
   std::vector<std::size_t> row;                       // of the model
   std::vector<std::optional<std::size_t>> one_sided;  // its number among these
@@ -54,9 +54,12 @@ Rows collect_rows(const Model& model, const ConstrainedSystem& system, const Dep
   for (std::size_t island = 0; island < numbering.num_islands(); ++island) {
     const auto first = static_cast<std::size_t>(numbering.island_start[island]),
                end = static_cast<std::size_t>(numbering.island_start[island + 1]);
-    bool depend = false;
-    for (std::size_t row = first; row < end; ++row) depend = depend || system.redundancy().is_dependent(row);
-    for (std::size_t row = first; row < end && depend; ++row) {
+    bool depend = false, may_change = false;
+    for (std::size_t row = first; row < end; ++row) {
+      depend = depend || system.redundancy().is_dependent(row);
+      may_change = may_change || (number[row] && problem.may_close[*number[row]] != 0);
+    }
+    for (std::size_t row = first; row < end && depend && may_change; ++row) {
       if (number[row] && problem.may_close[*number[row]] == 0) continue;
       place[row] = rows.size();
       rows.row.push_back(row);
@@ -162,8 +165,7 @@ bool UnilateralRows::look_ahead(const Instant& at, const std::vector<char>& may_
   if (!std::isfinite(time) || speed > at_rest * time * fastest) return false;
   std::vector<double> v(at.v, at.v + 3 * model_.num_points());
   for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) v[i] += time * at.to.a[i];
-  closed_.assign(rows_.size(), 0);
-  apply();
+  close_smooth(std::vector<char>(rows_.size(), 0));
   measure_free(at.r, v.data());
   return true;
 }

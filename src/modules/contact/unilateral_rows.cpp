@@ -22,7 +22,6 @@ namespace {
 
 constexpr double touching = 1e-12;           // Gaps that close together differ by no more.
 constexpr double touching_at_start = 1e-10;  // Given positions are rounded.
-constexpr double resting = 1e-11;            // Slower gaps rest; smaller forces and accelerations are 0.
 constexpr double zeno = 1e-4;                // Slower bounces are the last ones; the state is wrong by their cube.
 constexpr double unseen = 1e-7;              // Slower flights rise by less than rounding.
 /// Falling forces and gaps end a mode this far below 0, so that the rounding of one that rests there does not.
@@ -59,78 +58,31 @@ MemberPlace place_of(const System& system, std::size_t row, double t) {
 
 }  // namespace
 
-UnilateralRows::UnilateralRows(Workspace& work, ConstrainedSystem& system)
-    : workspace_(work),
-      model_(work.model()),
-      system_(system),
-      rows_(model_.numbering.one_sided),
-      selection_(work.constraints.select(model_.numbering.may_open)),
-      closed_(rows_.size(), 1),
-      slack_(rows_.size(), 0.0),
-      gaps_(rows_.size()),
-      all_rows_(model_.num_rows()) {
-  std::vector<std::size_t> number(model_.num_rows());
-  for (std::size_t k = 0; k < rows_.size(); ++k) number[static_cast<std::size_t>(rows_[k].row)] = k;
-  arms_ = {rows_.size(), [&](const auto& add) {
-             for (const Incidence& incidence : model_.incidences) {
-               const auto row = static_cast<std::size_t>(incidence.row);
-               if (model_.numbering.may_open[row] != 0) add(number[row], incidence);
-             }
-           }};
+UnilateralRows::UnilateralRows(Workspace& work, ConstrainedSystem& system, Contacts* contacts)
+    : Gaps(work, system), friction_(work, system, *this, contacts), slack_(rows_.size(), 0.0) {
   std::vector<double> r(3 * model_.num_points());
   model_.numbering.gather_points(model_.system.positions, r);
   (void)close_touching(work.time(), r.data(), StartMode::Project);
 }
 
-std::unique_ptr<Unilateral> make_unilateral(Workspace& work, ConstrainedSystem& system) {
-  return std::make_unique<UnilateralRows>(work, system);
+std::unique_ptr<Unilateral> make_unilateral(Workspace& work, ConstrainedSystem& system, Contacts* contacts) {
+  return std::make_unique<UnilateralRows>(work, system, contacts);
 }
 
 // ---- measures ----
 
-/// Leaves the open rows out of K.
-void UnilateralRows::apply() {
-  std::vector<char> is_open(model_.num_rows(), 0);
-  for (std::size_t k = 0; k < rows_.size(); ++k) is_open[static_cast<std::size_t>(rows_[k].row)] = closed_[k] == 0;
-  workspace_.constraints.open.set(workspace_.constraints, is_open);
-}
-
-/// Writes s times the one-sided rows of `all_rows_`.
-void UnilateralRows::take_rows(std::vector<double>* numbers) const {
-  numbers->resize(rows_.size());
-  for (std::size_t k = 0; k < rows_.size(); ++k)
-    (*numbers)[k] = rows_[k].sign * all_rows_[static_cast<std::size_t>(rows_[k].row)];
-}
-
-void UnilateralRows::measure_gaps(double t, const double* r) {
-  workspace_.set_time(t);
-  (void)workspace_.constraints.evaluate_values(model_.parallel, selection_, r, all_rows_.data());
-  take_rows(&gaps_);
-}
-
-void UnilateralRows::measure_rates(const double* r, const double* v, std::vector<double>* rates) {
-  (void)workspace_.constraints.evaluate_rates(model_.parallel, selection_, r, v, all_rows_.data());
-  take_rows(rates);
-}
-
-void UnilateralRows::measure_accelerations(const double* r, const double* v, const double* w) {
-  (void)workspace_.constraints.evaluate_right_side(model_.parallel, selection_, r, v, w, all_rows_.data(), nullptr);
-  take_rows(&accelerations_);
-}
-
-/// Replaces multipliers by those of least norm, which alone show which rows pull the wrong way.
+/// Replaces multipliers by those of least norm, which alone show which rows pull the wrong way. Friction belongs to
+/// those of its own island, which stay.
 void UnilateralRows::minimize_norm(const double* r, std::vector<double>* lambda) {
-  if (system_.redundancy().is_found()) system_.minimize_multiplier_norm(r, lambda->data());
-}
-
-/// Returns S_aa = K_a'M^-1 K_a of a closed row.
-double UnilateralRows::inverse_effective_mass(std::size_t k) const {
-  double sum = 0.0;
-  for (const Incidence& arm : arms_[k]) {
-    const Vec3 g = load(system_.blocks().data(), arm.block);
-    sum += model_.inverse_mass[static_cast<std::size_t>(arm.point)] * dot(g, g);
+  bool are_all_rough = true;
+  for (std::size_t k = 0; k < rows_.size(); ++k) are_all_rough = are_all_rough && friction_.have(k);
+  if (are_all_rough || !system_.redundancy().is_found()) return;
+  const std::vector<double> given = *lambda;
+  system_.minimize_multiplier_norm(r, lambda->data());
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    const auto row = static_cast<std::size_t>(rows_[k].row);
+    if (friction_.have(k)) (*lambda)[row] = given[row];
   }
-  return sum;
 }
 
 /// Open gaps that rest at 0, or below it by rounding, get a slack; others reach 0 where they do.
@@ -162,15 +114,26 @@ void UnilateralRows::evaluate_events(const Kinematics& at, const Reactions& foun
       values[k] = rows_[k].sign * forces_[static_cast<std::size_t>(rows_[k].row)] + slack;
     }
   }
+  if (!friction_.empty()) friction_.modes()->evaluate_events(at, found, values + rows_.size());
 }
 
-void UnilateralRows::shape_events(const Reactions&, const double* values, double* shapes) const {
+void UnilateralRows::shape_events(const Reactions& found, const double* values, double* shapes) const {
   std::copy_n(values, rows_.size(), shapes);
+  if (!friction_.empty()) friction_.modes()->shape_events(found, values + rows_.size(), shapes + rows_.size());
 }
 
 void UnilateralRows::evaluate_slopes(const Kinematics& at, std::span<double> slopes) {
   measure_rates(at.x, at.v, &rates_);
+  std::ranges::fill(slopes, unknown_slope);
   for (std::size_t k = 0; k < rows_.size(); ++k) slopes[k] = closed_[k] == 0 ? rates_[k] : unknown_slope;
+}
+
+std::vector<int> UnilateralRows::discrete_state() const {
+  std::vector<int> state(closed_.begin(), closed_.end());
+  if (friction_.empty()) return state;
+  const std::vector<int> modes = friction_.modes()->discrete_state();
+  state.insert(state.end(), modes.begin(), modes.end());
+  return state;
 }
 
 std::string UnilateralRows::describe_change(std::span<const int> before) const {
@@ -180,16 +143,21 @@ std::string UnilateralRows::describe_change(std::span<const int> before) const {
     if (!change.empty()) return change + ", and others";
     change = workspace_.name_row(static_cast<std::size_t>(rows_[k].row)) + (closed_[k] != 0 ? " closes" : " opens");
   }
+  if (change.empty() && !friction_.empty())
+    return friction_.modes()->describe_change(before.subspan(std::min(rows_.size(), before.size())));
   return change;
 }
 
 void UnilateralRows::restore_discrete_state(std::span<const int> state) {
-  if (state.size() != rows_.size())
-    throw InputError("/snapshot/discrete_state",
-                     text(state.size()) + " modes for " + text_of_count(rows_.size(), "one-sided equation"));
+  const std::span<const int> modes = state.subspan(std::min(rows_.size(), state.size()));
+  state = state.first(state.size() - modes.size());
+  if (state.size() != rows_.size() || (friction_.empty() && !modes.empty()))
+    throw InputError("/snapshot/discrete_state", text(state.size() + modes.size()) + " modes for " +
+                                                     text_of_count(rows_.size(), "one-sided equation"));
   std::ranges::transform(state, closed_.begin(), [](int each) { return static_cast<char>(each != 0); });
   continues_ = true;
   apply();
+  if (!friction_.empty()) friction_.modes()->restore_discrete_state(modes);
 }
 
 // ---- starts ----
@@ -232,7 +200,9 @@ UnilateralRows::Instant UnilateralRows::look(const Kinematics& place, double* v,
 Outcome UnilateralRows::begin(double t, const double* r, double* v, const Request& request,
                               const AccelerationOutput& to) {
   Instant at = look({t, r, v}, v, request, to, touching_at_start);
-  at.begins = !std::exchange(continues_, false);
+  at.begins = true;
+  at.is_listed = std::exchange(continues_, false);
+  friction_.begin(at, {});
   return choose(std::move(at));
 }
 
@@ -240,10 +210,16 @@ Outcome UnilateralRows::switch_equations(double t, const double* r, double* v, s
                                          const Request& request, const AccelerationOutput& to) {
   Instant at = look({t, r, v}, v, request, to, touching);
   for (std::size_t k = 0; k < rows_.size(); ++k) at.touches[k] = at.touches[k] != 0 || closed_[k] != 0;
+  std::vector<std::size_t> met;
   for (const std::size_t k : which) {
+    if (k >= rows_.size()) {
+      met.push_back(k - rows_.size());
+      continue;
+    }
     at.touches[k] = 1;
     at.leaves[k] = closed_[k];
   }
+  friction_.begin(at, met);
   return choose(std::move(at));
 }
 
@@ -251,42 +227,57 @@ Outcome UnilateralRows::switch_equations(double t, const double* r, double* v, s
 
 /// Solves impacts until no gap closes, then chooses the rows that stay closed.
 Outcome UnilateralRows::choose(Instant at) {
-  impact_work_ = {};
-  changes_.clear();
+  constexpr int most_jams = 4;
   workspace_.set_time(at.t);
   const std::vector<char> before = closed_;
-  for (int impacts = 0;; ++impacts) {
-    bool collides = false;
-    if (Outcome outcome = collide(&at, &collides); !outcome.ok()) return outcome;
-    if (!collides) break;
-    if (impacts == model_.max_impacts_at_one_instant)
-      return {Status::NotConverged, "more impacts follow one another at t = " + text(at.t) +
-                                        " than solver.contact.max_at_one_instant allows, " + text(impacts) +
-                                        ", the last one at " +
-                                        equation_name(model_.system, changes_.back().equations.front())};
-  }
+  Outcome outcome = collide_all(&at);
   bool has_slow = true;
-  for (std::size_t pass = 0; has_slow && pass <= rows_.size(); ++pass) {  // each closes one row or more
-    if (Outcome outcome = find_closed(at); !outcome.ok()) return outcome;
-    if (Outcome outcome = end_slow_flights(at, &has_slow); !outcome.ok()) return outcome;
+  int jams = 0;
+  for (std::size_t pass = 0; outcome.ok() && has_slow && pass <= rows_.size(); ++pass) {  // each closes one or more
+    outcome = find_closed(&at);
+    for (; outcome.ok() && friction_.are_jammed() && jams < most_jams; ++jams) {
+      outcome = friction_.end_jams(&at);
+      if (outcome.ok()) outcome = collide_all(&at);
+      if (outcome.ok()) outcome = find_closed(&at);
+    }
+    if (outcome.ok() && friction_.are_jammed())
+      outcome = {Status::NoSolution, "jams follow one another without end at t = " + text(at.t)};
+    if (outcome.ok()) outcome = end_slow_flights(&at, &has_slow);
   }
-  const bool is_smooth = changes_.empty();  // no impact
+  if (!outcome.ok()) return outcome;
+  const bool is_smooth = at.changes.empty();  // no impact
   std::set<std::size_t> told;
-  for (const ContactEvent& change : changes_) told.insert(change.equations.begin(), change.equations.end());
-  for (std::size_t k = 0; k < rows_.size() && !at.begins; ++k) {
+  for (const ContactEvent& change : at.changes) told.insert(change.equations.begin(), change.equations.end());
+  for (std::size_t k = 0; k < rows_.size() && at.is_listed; ++k) {
     const bool closes = before[k] == 0 && closed_[k] != 0 && !told.contains(user_row(k)),
                opens = closed_[k] == 0 && (at.leaves[k] != 0 || (is_smooth && before[k] != 0));
     if (closes || opens)
-      changes_.push_back({.time = at.t, .change = name_change(k, closes), .equations = {user_row(k)}});
+      at.changes.push_back({.time = at.t, .change = name_change(k, closes), .equations = {user_row(k)}});
   }
+  friction_.note_modes(&at, before);
   measure_slack(at);
+  impact_work_ = at.work;
+  changes_ = std::move(at.changes);
   return {};
 }
 
-ContactChange UnilateralRows::name_change(std::size_t k, bool closes) const {
-  const bool is_tie = rows_[k].sign < 0.0 && arms_[k].size() > 1;
-  if (closes) return is_tie ? ContactChange::Snap : ContactChange::Touch;
-  return is_tie ? ContactChange::Slack : ContactChange::LiftOff;
+Outcome UnilateralRows::collide_all(Instant* at) {
+  const int allowed = model_.max_impacts_at_one_instant;
+  for (bool collides = false;; ++at->impacts) {
+    if (Outcome outcome = collide(at, &collides); !outcome.ok() || !collides) return outcome;
+    if (at->impacts == allowed)
+      return {Status::NotConverged, "more impacts follow one another at t = " + text(at->t) +
+                                        " than solver.contact.max_at_one_instant allows, " + text(allowed) +
+                                        ", the last one at " +
+                                        equation_name(model_.system, at->changes.back().equations.front())};
+  }
+}
+
+/// Closes rows without friction. In islands with friction RoughRows chooses.
+void UnilateralRows::close_smooth(const std::vector<char>& closed) {
+  for (std::size_t k = 0; k < rows_.size(); ++k)
+    if (!friction_.have(k)) closed_[k] = closed[k];
+  apply();
 }
 
 /// Closes rows as `close_dependent_rows` finds them from `free_`, which free() fills where all of them are open. Looks
@@ -294,32 +285,32 @@ ContactChange UnilateralRows::name_change(std::size_t k, bool closes) const {
 template <class Free, class Solve>
 Outcome UnilateralRows::close_dependent(const Instant& at, const std::vector<char>& may_close, const Free& free,
                                         const Solve& solve) {
-  closed_.assign(rows_.size(), 0);
-  apply();
+  close_smooth(std::vector<char>(rows_.size(), 0));
   if (Outcome outcome = free(); !outcome.ok()) return outcome;
   for (const bool looks_ahead : {false, true}) {
-    apply();
     if (looks_ahead && !(solve().ok() && look_ahead(at, may_close))) return {};
-    closed_ = may_close;
-    apply();
+    close_smooth(may_close);
     if (Outcome outcome = system_.linearise(at.t, at.r); !outcome.ok()) return outcome;
-    if (auto found = close_dependent_rows(model_, system_, {may_close, free_.b, free_.lambda})) closed_ = *found;
+    if (auto found = close_dependent_rows(model_, system_, {may_close, free_.b, free_.lambda})) close_smooth(*found);
   }
   return {};
 }
 
-/// Exchanges rows that may close between closed and open until none is wrong. Where rows depend on others, it begins
-/// with those of a compliant S.
+/// Exchanges rows that may close between closed and open until none is wrong. Where rows without friction depend on
+/// others, it begins with those of a compliant S.
 template <class Free, class Solve, class IsWrong>
 Outcome UnilateralRows::pivot(const Instant& at, const std::vector<char>& may_close, const Free& free,
                               const Solve& solve, const IsWrong& is_wrong) {
-  closed_ = may_close;
+  std::vector<char> smooth = may_close;
+  for (std::size_t k = 0; k < rows_.size(); ++k)
+    if (friction_.have(k)) smooth[k] = 0;
+  const bool has_smooth = std::ranges::count(smooth, 0) < std::ssize(smooth);
   Exchange exchange;
   for (bool is_first = true; !exchange.is_stuck(); is_first = false) {
     apply();
     Outcome outcome = solve();
-    if (is_first && system_.redundancy().is_found()) {
-      if (Outcome found = close_dependent(at, may_close, free, solve); !found.ok()) return found;
+    if (is_first && has_smooth && system_.redundancy().is_found()) {
+      if (Outcome found = close_dependent(at, smooth, free, solve); !found.ok()) return found;
       continue;
     }
     if (!outcome.ok()) return outcome;
@@ -343,7 +334,7 @@ Outcome UnilateralRows::collide(Instant* at, bool* collides) {
   std::vector<double> rates, after, restitution(rows_.size(), 0.0), b(model_.num_rows()), x(model_.num_rows()), dw;
   std::vector<char> may_close(rows_.size()), approaches(rows_.size());
   measure_rates(at->r, at->v, &rates);
-  *collides = false;
+  if (Outcome outcome = friction_.collide(at, rates, collides); !outcome.ok() || *collides) return outcome;
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     may_close[k] = at->touches[k] != 0 && rates[k] <= resting * speed(k);
     approaches[k] = at->touches[k] != 0 && rates[k] < -resting * speed(k);
@@ -356,6 +347,7 @@ Outcome UnilateralRows::collide(Instant* at, bool* collides) {
   const std::size_t size = 3 * model_.num_points();
   std::vector<double> v(size);
   dw.resize(size);
+  closed_ = may_close;
   const auto free = [&]() -> Outcome {
     free_ = {std::vector<double>(model_.num_rows(), 0.0), {}, {}};
     for (std::size_t k = 0; k < rows_.size(); ++k)
@@ -381,7 +373,7 @@ Outcome UnilateralRows::collide(Instant* at, bool* collides) {
     return after[k] + restitution[k] * rates[k] < -resting * speed(k);
   };
   if (Outcome outcome = pivot(*at, may_close, free, solve, is_wrong); !outcome.ok()) return outcome;
-  note_impact(*at, approaches, rates, after, x);
+  note_impact(at, approaches, rates, after, x);
   std::ranges::copy(v, at->v);
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     if (approaches[k] != 0) at->leaves[k] = 0;
@@ -391,10 +383,9 @@ Outcome UnilateralRows::collide(Instant* at, bool* collides) {
 }
 
 /// Notes an impact, its loss sum of -P (u+ + u-)/2, and the work of what moves by itself.
-void UnilateralRows::note_impact(const Instant& at, const std::vector<char>& approaches,
-                                 const std::vector<double>& rates, const std::vector<double>& after,
-                                 const std::vector<double>& x) {
-  ContactEvent event{.time = at.t};
+void UnilateralRows::note_impact(Instant* at, const std::vector<char>& approaches, const std::vector<double>& rates,
+                                 const std::vector<double>& after, const std::vector<double>& x) {
+  ContactEvent event{.time = at->t};
   for (const bool first : {true, false}) {
     for (std::size_t k = 0; k < rows_.size(); ++k) {
       const double P = closed_[k] != 0 ? rows_[k].sign * x[static_cast<std::size_t>(rows_[k].row)] : 0.0;
@@ -406,31 +397,31 @@ void UnilateralRows::note_impact(const Instant& at, const std::vector<char>& app
       event.energy_lost -= 0.5 * P * (after[k] + rates[k]);
     }
   }
-  impact_work_.impacts -= event.energy_lost;
+  at->work.impacts -= event.energy_lost;
   if (model_.is_rheonomic()) {
     double work = 0.0;
     // K'v + xi_t of what is prescribed alone
-    std::vector<double> prescribed(at.v, at.v + 3 * model_.num_points()), own(model_.num_rows());
+    std::vector<double> prescribed(at->v, at->v + 3 * model_.num_points()), own(model_.num_rows());
     std::fill_n(prescribed.begin(), 3 * model_.num_moving(), 0.0);
-    (void)workspace_.constraints.evaluate_rates(model_.parallel, at.r, prescribed.data(), own.data());
+    (void)workspace_.constraints.evaluate_rates(model_.parallel, at->r, prescribed.data(), own.data());
     for (std::size_t a = 0; a < own.size(); ++a) work -= x[a] * own[a];
-    impact_work_.supports += work;
+    at->work.supports += work;
     event.energy_lost -= work;
   }
-  changes_.push_back(std::move(event));
+  at->changes.push_back(std::move(event));
 }
 
 /// Closes rows that touch and separate so slowly that their accelerations press them together at once: bounces that
 /// would follow ever faster, to an end that is near, and flights below rounding. Takes away their velocity.
-Outcome UnilateralRows::end_slow_flights(const Instant& at, bool* has_slow) {
+Outcome UnilateralRows::end_slow_flights(Instant* at, bool* has_slow) {
   std::vector<double> impulses(model_.num_rows(), 0.0);
-  measure_rates(at.r, at.v, &rates_);
-  ContactEvent last{.time = at.t, .change = ContactChange::Zeno};
+  measure_rates(at->r, at->v, &rates_);
+  ContactEvent last{.time = at->t, .change = ContactChange::Zeno};
   *has_slow = false;
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     const bool bounces = rows_[k].restitution > 0.0 && rows_[k].restitution < 1.0;
     const bool is_slow = rates_[k] > resting * speed(k) && rates_[k] < (bounces ? zeno : unseen) * speed(k);
-    if (at.touches[k] == 0 || closed_[k] != 0 || !is_slow || !(accelerations_[k] < -resting * acceleration(k)))
+    if (at->touches[k] == 0 || closed_[k] != 0 || !is_slow || !(accelerations_[k] < -resting * acceleration(k)))
       continue;
     *has_slow = true;
     closed_[k] = 1;
@@ -439,45 +430,60 @@ Outcome UnilateralRows::end_slow_flights(const Instant& at, bool* has_slow) {
     last.rates_before.push_back(-rates_[k]);
   }
   if (!*has_slow) return {};
+  if (Outcome outcome = friction_.end_slow_flights(at, rates_); !outcome.ok()) return outcome;
   apply();
-  if (Outcome outcome = system_.linearise(at.t, at.r); !outcome.ok()) return outcome;
-  const ProjectionReport still = system_.project_velocities(at.t, at.r, at.v, impulses.data());
+  if (Outcome outcome = system_.linearise(at->t, at->r); !outcome.ok()) return outcome;
+  const ProjectionReport still = system_.project_velocities(at->t, at->r, at->v, impulses.data());
   if (!still.outcome.ok()) return still.outcome;
   for (std::size_t k = 0; k < rows_.size(); ++k)
-    impact_work_.impacts += 0.5 * rows_[k].sign * impulses[static_cast<std::size_t>(rows_[k].row)] * rates_[k];
-  if (!last.equations.empty()) changes_.push_back(std::move(last));
+    at->work.impacts += 0.5 * rows_[k].sign * impulses[static_cast<std::size_t>(rows_[k].row)] * rates_[k];
+  if (!last.equations.empty()) at->changes.push_back(std::move(last));
   return {};
 }
 
 // ---- one instant ----
 
 /// Chooses the closed rows among those that touch and rest, by their forces and accelerations.
-Outcome UnilateralRows::find_closed(const Instant& at) {
-  std::vector<char> may_close(rows_.size());
-  measure_rates(at.r, at.v, &rates_);
+Outcome UnilateralRows::find_closed(Instant* at) {
+  constexpr double certainly = 1e-8;
+  std::vector<char> may_close(rows_.size()), are_known;
+  measure_rates(at->r, at->v, &rates_);
   for (std::size_t k = 0; k < rows_.size(); ++k)
-    may_close[k] = at.touches[k] != 0 && at.leaves[k] == 0 && std::abs(rates_[k]) <= resting * speed(k);
+    may_close[k] = at->touches[k] != 0 && at->leaves[k] == 0 && std::abs(rates_[k]) <= resting * speed(k);
+  closed_ = may_close;
+  if (Outcome outcome = friction_.choose_closed(at, may_close, &are_known); !outcome.ok() || friction_.are_jammed())
+    return outcome;
   const auto solve = [&] {
-    Outcome outcome = system_.accelerations({at.t, at.r, at.v}, at.request.evaluated_anew(), {}, at.to);
+    Outcome outcome = friction_.empty()
+                          ? system_.accelerations({at->t, at->r, at->v}, at->request.evaluated_anew(), {}, at->to)
+                          : friction_.choose_modes(at);
     if (!outcome.ok()) return outcome;
-    measure_accelerations(at.r, at.v, at.to.a);
+    measure_accelerations(at->r, at->v, at->to.a);
     forces_ = system_.lambda();
-    minimize_norm(at.r, &forces_);
+    minimize_norm(at->r, &forces_);
     return outcome;
   };
   const auto free = [&] {
     Outcome outcome = solve();
     free_.lambda = forces_;
-    free_.w.assign(at.to.a, at.to.a + 3 * model_.num_points());
-    measure_free(at.r, at.v);
+    free_.w.assign(at->to.a, at->to.a + 3 * model_.num_points());
+    measure_free(at->r, at->v);
     return outcome;
   };
-  const auto is_wrong = [&](std::size_t k) {
-    if (closed_[k] == 0) return accelerations_[k] < -resting * acceleration(k);
+  const auto is_off = [&](std::size_t k, double rounding) {
+    if (closed_[k] == 0) return accelerations_[k] < -rounding * acceleration(k);
     const double p = rows_[k].sign * forces_[static_cast<std::size_t>(rows_[k].row)];
-    return p * inverse_effective_mass(k) < -resting * acceleration(k);
+    return p * inverse_effective_mass(k) < -rounding * acceleration(k);
   };
-  return pivot(at, may_close, free, solve, is_wrong);
+  const auto is_wrong = [&](std::size_t k) { return are_known[k] == 0 && is_off(k, resting); };
+  if (Outcome outcome = pivot(*at, may_close, free, solve, is_wrong); !outcome.ok()) return outcome;
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    if (are_known[k] == 0 || may_close[k] == 0 || !is_off(k, certainly)) continue;
+    return {Status::NotConverged, "what was found at t = " + text(at->t) +
+                                      " misses the law: " + equation_name(model_.system, user_row(k)) +
+                                      (closed_[k] != 0 ? " pulls" : " closes")};
+  }
+  return {};
 }
 
 }  // namespace tanor::detail

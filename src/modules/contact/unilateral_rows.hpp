@@ -3,13 +3,15 @@
 #include <string>
 #include <vector>
 
-#include "base/groups.hpp"
+#include "contact/gaps.hpp"
+#include "contact/rough_rows.hpp"
+#include "dynamics/contacts.hpp"
 #include "dynamics/unilateral.hpp"
-#include "dynamics/workspace.hpp"
 
 namespace tanor::detail {
 
-/// The one-sided rows of a system, without friction: which of them are closed, and how that changes.
+/// The one-sided rows of a system: which of them are closed, and how that changes. With friction (RoughRows), which
+/// contacts are open, stick or slide is one decision.
 ///
 /// A gap that comes to 0 is an impact by Newton's law, with the S of all rows that touch there and approach:
 ///
@@ -21,10 +23,10 @@ namespace tanor::detail {
 ///
 /// Both are linear complementarity problems with a symmetric matrix, which is positive definite where rows are
 /// independent: one answer, found by an Exchange. Each round of it factorizes S with other unit rows.
-class UnilateralRows final : public Unilateral {
+class UnilateralRows final : public Unilateral, private Gaps {
  public:
-  /// Both arguments must outlive this object.
-  UnilateralRows(Workspace& work, ConstrainedSystem& system);
+  /// All arguments must outlive this object. `contacts` may be null.
+  UnilateralRows(Workspace& work, ConstrainedSystem& system, Contacts* contacts);
 
   bool close_touching(double t, const double* r, StartMode mode) override;
   void open_moving(double t, const double* r, const double* v) override;
@@ -32,7 +34,9 @@ class UnilateralRows final : public Unilateral {
 
   void exchange_memory(Memory& memory) override { memory.exchange(slack_); }
 
-  std::size_t num_events() const override { return rows_.size(); }
+  std::size_t num_events() const override {
+    return rows_.size() + (friction_.empty() ? 0 : friction_.modes()->num_events());
+  }
   void evaluate_events(const Kinematics& at, const Reactions& found, double* values) override;
   void shape_events(const Reactions& found, const double* values, double* shapes) const override;
   void evaluate_slopes(const Kinematics& at, std::span<double> slopes) override;
@@ -40,28 +44,20 @@ class UnilateralRows final : public Unilateral {
                            const Request& request, const AccelerationOutput& to) override;
   Power work_of_switch() const override { return impact_work_; }
   std::span<const ContactEvent> changes_of_switch() const override { return changes_; }
-  std::vector<int> discrete_state() const override { return {closed_.begin(), closed_.end()}; }
+  std::vector<int> discrete_state() const override;
   std::string describe_change(std::span<const int> before) const override;
   void restore_discrete_state(std::span<const int> state) override;
 
  private:
-  /// An instant at which rows may close and open.
-  struct Instant {
-    double t;
-    const double* r;
-    double* v;
-    const Request& request;
-    const AccelerationOutput& to;
-    std::vector<char> touches{}, leaves{};  // [one-sided row] its gap is 0; its force came to 0 just now
-    bool begins = false;                    // a motion
-  };
+  using Instant = OneSidedInstant;
   Instant look(const Kinematics& place, double* v, const Request& request, const AccelerationOutput& to, double limit);
   Outcome choose(Instant at);
   Outcome collide(Instant* at, bool* collides);
-  Outcome end_slow_flights(const Instant& at, bool* has_slow);
-  void note_impact(const Instant& at, const std::vector<char>& approaches, const std::vector<double>& rates,
+  Outcome end_slow_flights(Instant* at, bool* has_slow);
+  void note_impact(Instant* at, const std::vector<char>& approaches, const std::vector<double>& rates,
                    const std::vector<double>& after, const std::vector<double>& x);
-  Outcome find_closed(const Instant& at);
+  Outcome collide_all(Instant* at);
+  Outcome find_closed(Instant* at);
   template <class Free, class Solve, class IsWrong>
   Outcome pivot(const Instant& at, const std::vector<char>& may_close, const Free& free, const Solve& solve,
                 const IsWrong& is_wrong);
@@ -70,40 +66,18 @@ class UnilateralRows final : public Unilateral {
   Outcome close_dependent(const Instant& at, const std::vector<char>& may_close, const Free& free, const Solve& solve);
   void measure_free(const double* r, const double* v);
   bool look_ahead(const Instant& at, const std::vector<char>& may_close);
+  void close_smooth(const std::vector<char>& closed);
 
-  void apply();
-  void take_rows(std::vector<double>* numbers) const;
-  void measure_gaps(double t, const double* r);
-  void measure_rates(const double* r, const double* v, std::vector<double>* rates);
-  void measure_accelerations(const double* r, const double* v, const double* w);
   void measure_slack(const Instant& at);
   void minimize_norm(const double* r, std::vector<double>* lambda);
-  double inverse_effective_mass(std::size_t k) const;
-  std::size_t neighbourhood(std::size_t k) const {
-    return workspace_.scales.of_row(static_cast<std::size_t>(rows_[k].row));
-  }
-  double length(std::size_t k) const { return workspace_.scales.length(neighbourhood(k)); }
-  double speed(std::size_t k) const { return workspace_.scales.speed(neighbourhood(k)); }
-  double acceleration(std::size_t k) const { return speed(k) * speed(k) / length(k); }
-  std::size_t user_row(std::size_t k) const {
-    return static_cast<std::size_t>(model_.numbering.user_row[static_cast<std::size_t>(rows_[k].row)]);
-  }
-  ContactChange name_change(std::size_t k, bool closes) const;
 
-  Workspace& workspace_;
-  const Model& model_;
-  ConstrainedSystem& system_;
-  const std::vector<OneSidedRow>& rows_;
-  const Constraints::Selection selection_;
-  Groups<Incidence> arms_;                            // [one-sided row] its blocks
-  std::vector<char> closed_;                          // [one-sided row]
-  bool continues_ = false;                            // the next `begin` goes on with them
-  std::vector<double> slack_;                         // [one-sided row] m: gaps below are 0
-  std::vector<double> gaps_, rates_, accelerations_;  // [one-sided row] scratch
-  std::vector<double> all_rows_, forces_;             // [d] scratch
+  RoughRows friction_;
+  bool continues_ = false;      // the next `begin` goes on with the rows that are closed
+  std::vector<double> slack_;   // [one-sided row] m: gaps below are 0
+  std::vector<double> forces_;  // [d] scratch
   struct {
     std::vector<double> b, lambda, w;  // b and multipliers [d]; accelerations [3n], none at impacts
-  } free_;                             // where all one-sided rows are open
+  } free_;                             // where all one-sided rows without friction are open
   Power impact_work_;                  // J, at the last switch
   std::vector<ContactEvent> changes_;  // at the last switch
 };

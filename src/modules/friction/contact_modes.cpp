@@ -25,7 +25,9 @@ void ContactModes::evaluate_events(const Kinematics& at, const Reactions& found,
   constexpr double speed_slack = 1e-13;
   for (std::size_t c = 0; c < state_.size(); ++c) {
     if (!state_.may_stick(c)) continue;
-    if (state_.tangents.sticks(c)) {
+    if (state_.tangents.is_open(c)) {
+      *values++ = 1.0;
+    } else if (state_.tangents.sticks(c)) {
       const double limit = state_.limit(c, lambda), held = state_.held(c, lambda);
       *values++ = limit + held > 0.0 ? (limit - held) / (limit + held) + 2.0 * limit_slack : 1.0;
     } else {
@@ -62,10 +64,11 @@ Outcome ContactModes::begin(double t, const double* r, double* v, const Request&
   at.has_changed.assign(friction_.islands().size(), 1);
   for (std::size_t c = 0; c < state_.size(); ++c) tangents.set_stick(c, false);
   state_.places.forget();
+  state_.forget_restored();
   if (Outcome outcome = state_.system.linearise(t, r); !outcome.ok()) return outcome;
   state_.set_sliding_speeds();
   for (std::size_t c = 0; c < state_.size(); ++c) {
-    at.at_rest[c] = state_.may_stick(c) && state_.is_at_rest(c, v);
+    at.at_rest[c] = state_.may_rest(c) && state_.is_at_rest(c, v);
     tangents.set_stick(c, at.at_rest[c] != 0);
     state_.laws.set_slip_direction(c, {});
   }
@@ -77,8 +80,11 @@ Outcome ContactModes::begin(double t, const double* r, double* v, const Request&
   return choose(std::move(at));
 }
 
-Outcome ContactModes::switch_equations(double t, const double* r, double* v, std::span<const std::size_t> which,
-                                       const Request& request, const AccelerationOutput& to) {
+/// A contact that was struck may move now though it was at rest, and nothing tells yet where it slides to.
+Outcome ContactModes::switch_guides(double t, const double* r, double* v, std::span<const std::size_t> which,
+                                    std::span<const GuideChange> guides, const Request& request,
+                                    const AccelerationOutput& to) {
+  constexpr double rounding_of_impacts = 100.0;
   Tangents& tangents = state_.tangents;
   const ContactIslands& islands = friction_.islands();
   ModeSwitch at{t, r, v, to, request};
@@ -89,15 +95,22 @@ Outcome ContactModes::switch_equations(double t, const double* r, double* v, std
   std::size_t event = 0;
   for (std::size_t c = 0; c < state_.size(); ++c) {
     if (!state_.may_stick(c)) continue;
-    const bool is_now = is_met[event++] != 0;
-    if (is_now) at.has_changed[islands.of_contact[c]] = 1;
-    if (tangents.sticks(c)) {
+    const GuideChange guide = guides.empty() ? GuideChange::None : guides[c];
+    const bool is_struck = guide == GuideChange::Struck, is_now = is_met[event++] != 0;
+    if (is_now || guide != GuideChange::None) at.has_changed[islands.of_contact[c]] = 1;
+    if (is_struck || tangents.is_open(c)) state_.forget(c);
+    if (tangents.is_open(c)) continue;
+    const bool has_stopped = is_struck ? state_.is_at_rest(c, v) : is_now || state_.is_at_rest(c, v);
+    const double moves = rounding_of_impacts * state_.sliding_threshold(c);
+    if (tangents.sticks(c) && (!is_struck || state_.sliding_speed(c, v) <= moves)) {
       at.at_rest[c] = 1;
       if (is_now) at.releases.push_back(c);
-    } else if (is_now || state_.is_at_rest(c, v)) {
+    } else if (has_stopped) {
       at.at_rest[c] = 1;
       tangents.set_stick(c, true);
       at.has_changed[islands.of_contact[c]] = 1;
+    } else {
+      tangents.set_stick(c, false);
     }
   }
   return choose(std::move(at));
@@ -240,7 +253,7 @@ Outcome ContactModes::put_to_rest(ModeSwitch* at) {
 bool ContactModes::bring_along(ModeSwitch* at) {
   return change_some([&](std::size_t c) {
     const bool is_open = at->has_changed[friction_.islands().of_contact[c]] != 0;
-    if (!is_open || at->at_rest[c] != 0 || !state_.may_stick(c) || !state_.is_at_rest(c, at->v)) return false;
+    if (!is_open || at->at_rest[c] != 0 || !state_.may_rest(c) || !state_.is_at_rest(c, at->v)) return false;
     at->at_rest[c] = 1;
     state_.tangents.set_stick(c, true);
     return true;

@@ -27,7 +27,11 @@ class ContactModes final : public EventFunctions {
   void evaluate_events(const Kinematics& at, const Reactions& found, double* values) override;
   void shape_events(const Reactions& found, const double* values, double* shapes) const override;
   Outcome switch_equations(double t, const double* r, double* v, std::span<const std::size_t> which,
-                           const Request& request, const AccelerationOutput& to) override;
+                           const Request& request, const AccelerationOutput& to) override {
+    return switch_guides(t, r, v, which, {}, request, to);
+  }
+  Outcome switch_guides(double t, const double* r, double* v, std::span<const std::size_t> which,
+                        std::span<const GuideChange> guides, const Request& request, const AccelerationOutput& to);
   Power work_of_switch() const override { return work_of_rest_; }
   std::vector<int> discrete_state() const override { return state_.discrete_state(); }
   std::string describe_change(std::span<const int> before) const override { return state_.describe_change(before); }

@@ -23,6 +23,16 @@ double ContactProblem::mobility(std::size_t contact) const {
   return A.diagonal().segment(contacts[contact].first, contacts[contact].dimension).maxCoeff();
 }
 
+bool ContactProblem::pulls(const VectorXd& x) const {
+  double largest = x.size() > 0 ? x.lpNorm<Eigen::Infinity>() : 0.0, least = 0.0;
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    const Eigen::Vector3d N = normal_force(c, x);
+    largest = std::max(largest, N.norm());
+    if (is_one_sided(c)) least = std::min(least, N.dot(outward[c]));
+  }
+  return least < -obeys_below * largest;
+}
+
 VectorXd ContactProblem::defect(const VectorXd& x, const VectorXd& a, double least_mobility, MatrixXd* J) const {
   // If contacts share a load, a small multiple of x in the derivative leads to the nearest share.
   constexpr double share = 1e-7;
@@ -227,6 +237,7 @@ namespace {
 /// Adds a solution unless its motion is known. Returns true if it obeys the law.
 bool add_motion(const ContactProblem& problem, const VectorXd& x, std::vector<VectorXd>* found) {
   if (x.size() != problem.size() || !x.allFinite() || !(problem.residual(x) <= obeys_below)) return false;
+  if (problem.pulls(x)) return true;
   const auto same = [&](const VectorXd& other) { return problem.are_same(x, other); };
   if (std::none_of(found->begin(), found->end(), same)) found->push_back(x);
   return true;
@@ -248,13 +259,15 @@ void try_starts(const ContactProblem& problem, const VectorXd& guess, int starts
   }
 }
 
-/// Tries all signs sigma of the normal forces, N_c along sigma_c n_c, of contacts that all move with one line n_c each:
+/// Tries all signs sigma of the normal forces, N_c along sigma_c n_c, of contacts that all move with one line n_c each;
+/// guides to one side have one sign:
 /// (I - sigma mu n.W) x = sigma mu n.N0 has one solution, which obeys the law if no x_c is negative. Returns false if
 /// there are other contacts, or if some solution is uncertain or beyond what is searched for.
 bool try_signs(const ContactProblem& problem, std::vector<VectorXd>* found) {
   constexpr double rounding = 1e-11;
   const Eigen::Index m = problem.size();
   double unit = 0.0;
+  std::size_t given = 0, negative = 0;  // signs that are given, and those of them that are -1
   for (std::size_t c = 0; c < problem.contacts.size(); ++c) {
     if (!problem.contacts[c].moves) return false;
     unit = std::max(unit, problem.contacts[c].mu * problem.N0.segment<3>(3 * static_cast<Eigen::Index>(c)).norm());
@@ -270,11 +283,16 @@ bool try_signs(const ContactProblem& problem, std::vector<VectorXd>* found) {
     const Eigen::Vector3d line = all.col(longest).normalized();
     R.row(c) = line.transpose() * all;
     if ((all - line * R.row(c)).norm() > rounding * std::max(1.0, all.norm())) return false;
+    const auto contact = static_cast<std::size_t>(c);
+    if (!problem.is_one_sided(contact)) continue;
+    given |= std::size_t{1} << c;
+    if (line.dot(problem.outward[contact]) < 0.0) negative |= std::size_t{1} << c;
   }
   std::vector<VectorXd> obeying;
   VectorXd sigma(m);
   dense::Lu lu;
   for (std::size_t signs = 0; signs < std::size_t{1} << m; ++signs) {
+    if ((signs & given) != negative) continue;
     for (Eigen::Index c = 0; c < m; ++c) sigma(c) = (signs >> c) & 1 ? -1.0 : 1.0;
     J = -(sigma.asDiagonal() * R.leftCols(m));
     J.diagonal().array() += 1.0;

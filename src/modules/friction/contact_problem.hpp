@@ -18,6 +18,8 @@ namespace tanor::detail {
 /// and the law asks of contact c, with h = mu |N_c|,
 ///
 ///   moving: x = h;     at rest: |x_c| <= h,  and x_c = -h a_c/|a_c| where a_c is not 0.
+///
+/// A guide to one side asks for N.outward >= 0 as well.
 struct ContactProblem {
   struct Contact {
     Eigen::Index first = 0;      ///< first of its components
@@ -26,8 +28,9 @@ struct ContactProblem {
     double mu = 0.0;
   };
   std::vector<Contact> contacts;
-  Eigen::MatrixXd A, W;    ///< [k][k]; [3 contacts][k]
-  Eigen::VectorXd a0, N0;  ///< [k]; [3 contacts]
+  Eigen::MatrixXd A, W;                    ///< [k][k]; [3 contacts][k]
+  Eigen::VectorXd a0, N0;                  ///< [k]; [3 contacts]
+  std::vector<Eigen::Vector3d> outward{};  ///< [contact] 0 where the guide acts to both sides; empty if all do
 
   Eigen::Index size() const { return a0.size(); }
   Eigen::Vector3d normal_force(std::size_t contact, const Eigen::VectorXd& x) const {
@@ -39,6 +42,9 @@ struct ContactProblem {
     return contacts[contact].mu * normal_force(contact, x).norm();
   }
   double mobility(std::size_t contact) const;  ///< A_cc
+  bool is_one_sided(std::size_t contact) const { return !outward.empty() && !outward[contact].isZero(0.0); }
+  /// Returns true if a guide to one side would pull at x.
+  bool pulls(const Eigen::VectorXd& x) const;
   Eigen::VectorXd accelerations(const Eigen::VectorXd& x) const { return a0 + A * x; }
   /// Returns the largest term that cancels in the accelerations, m/s^2.
   double acceleration_scale(const Eigen::VectorXd& x) const;

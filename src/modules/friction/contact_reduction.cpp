@@ -180,11 +180,12 @@ std::vector<ContactChoice> list_islands(const ContactState& state, const Frictio
     choice.island = island;
     std::vector<double> before;
     for (const std::size_t c : islands.contacts[island]) {
-      if (!laws.is_coulomb(c)) continue;
+      if (!laws.is_coulomb(c) || tangents.is_open(c)) continue;
       const bool moves = at.at_rest[c] == 0;
       const Eigen::Index dimension = moves ? 1 : tangents[c].num_tangents();
       choice.problem.contacts.push_back(
           {static_cast<Eigen::Index>(before.size()), dimension, moves, moves ? laws.coefficient(c) : 0.0});
+      choice.problem.outward.push_back(outward(tangents, c));
       choice.members.push_back(c);
       const Vec3 tau = friction.force(c, state.system.lambda().data());
       for (Eigen::Index k = 0; k < dimension; ++k) {

@@ -62,6 +62,14 @@ void ContactState::let_slide(std::size_t contact) {
   laws.set_slip_direction(contact, {});
 }
 
+void ContactState::forget(std::size_t contact) {
+  laws.set_slip_direction(contact, {});
+  laws.set_at_limit(contact, false);
+  laws.set_reference(contact, {});
+  softness[contact] = 0;
+  overloads[contact] = 0;
+}
+
 /// On a curve the sense of sliding is kept as well, as its sign along T, because the velocity at rest does not tell it.
 /// The softness is added in multiples of the number of modes.
 std::vector<int> ContactState::discrete_state() const {

@@ -51,6 +51,8 @@ struct ContactState {
   std::size_t size() const { return tangents.size(); }
   ContactPlace place(double t, const double* r, const double* v) const { return {t, r, v, system.blocks().data()}; }
   bool may_stick(std::size_t contact) const { return tangents[contact].first_row >= 0; }
+  /// Returns true if the contact may stick at present: a one-sided guide may be open.
+  bool may_rest(std::size_t contact) const { return may_stick(contact) && !tangents.is_open(contact); }
   std::size_t neighbourhood(std::size_t contact) const {
     return work.scales.of_point(static_cast<std::size_t>(tangents[contact].point));
   }
@@ -74,6 +76,9 @@ struct ContactState {
   void release(std::size_t contact, const double* lambda);
   /// Lets the contact slide from now on, in the direction of its motion.
   void let_slide(std::size_t contact);
+
+  /// Forgets where the contact slid to, and how it shared a load.
+  void forget(std::size_t contact);
 
   /// Contacts that stick may hold more than can move. Then no law divides the load among them, and the least friction
   /// that holds is taken. A small compliance of their rows in the factor of S finds it, and refinement removes the
@@ -99,6 +104,8 @@ struct ContactState {
   /// the first configuration where T is known. It does nothing in later calls.
   void restore_discrete_state(std::span<const int> state);
   void restore_slip_directions(const double* r, const double* v);
+  /// Leaves them as they are, as a start chooses its own.
+  void forget_restored() { restored_.clear(); }
 
   /// Adds to the report of one instant what is known about all modes and about reactions.
   void add_verdict(FrictionReport* report) const;

@@ -49,6 +49,12 @@ class GuideContacts final : public Contacts {
   }
 
   Outcome begin(double t, const double* r, double* v, const Request& request, const AccelerationOutput& to) override;
+  Outcome switch_guides(double t, const double* r, double* v, std::span<const std::size_t> which,
+                        std::span<const GuideChange> guides, const Request& request,
+                        const AccelerationOutput& to) override {
+    return modes_.switch_guides(t, r, v, which, guides, request, to);
+  }
+  void note(Uniqueness uniqueness, const std::string& why) override { state_.verdict.note(uniqueness, why); }
   void accept(double t, const double* r, const double* v) override { modes_.accept(t, r, v); }
   EventFunctions* events() override { return modes_.num_events() > 0 ? &modes_ : nullptr; }
   void exchange_memory(Memory& memory) override { modes_.exchange_memory(memory); }

@@ -65,6 +65,7 @@ void ModeSearch::set_contacts() {
       contact.nu0(i) = U.col(i).dot(all.col(0));
       contact.V.row(i) = U.col(i).transpose() * all.rightCols(k);
     }
+    if (problem_.is_one_sided(c)) contact.outward = U.col(0).dot(problem_.outward[c]);
     contacts_.push_back(contact);
   }
 }
@@ -124,12 +125,12 @@ bool ModeSearch::stick(std::size_t subset) {
   A_E_.rightCols(num_shares).setZero();  // A F = 0
   motion_needs_share_ = false;
   for (const std::size_t c : slide_) {
-    const auto& [first, dimension, moves, is_rough, mu, num_normals, nu0, V] = contacts_[c];
-    motion_needs_share_ = motion_needs_share_ || mu * (V * E_.rightCols(num_shares)).norm() > equal;
-    if (moves) continue;
-    const double own = A_E_.middleRows(first, dimension).lpNorm<Eigen::Infinity>();
+    const Contact& contact = contacts_[c];
+    motion_needs_share_ = motion_needs_share_ || contact.mu * (contact.V * E_.rightCols(num_shares)).norm() > equal;
+    if (contact.moves) continue;
+    const double own = A_E_.middleRows(contact.first, contact.dimension).lpNorm<Eigen::Infinity>();
     const bool is_locked = own <= 10.0 * rank_rounding * A_.diagonal().maxCoeff();
-    if (is_locked && a_p_.segment(first, dimension).lpNorm<Eigen::Infinity>() <= equal) return false;
+    if (is_locked && a_p_.segment(contact.first, contact.dimension).lpNorm<Eigen::Infinity>() <= equal) return false;
   }
   return true;
 }
@@ -139,6 +140,7 @@ void ModeSearch::search() {
   Node whole(contacts_.size());
   for (std::size_t c = 0; c < contacts_.size(); ++c) {
     if (contacts_[c].moves) whole[c].direction = {pi, 0.0};  // x_c = mu |nu_c|, against an acceleration along -1
+    if (contacts_[c].outward != 0.0) whole[c].normal = {contacts_[c].outward > 0.0 ? 0.0 : pi, 0.0};
   }
   open_.assign(1, whole);
   while (!open_.empty() && !is_finished_ && work < most_work_) {

@@ -54,7 +54,8 @@ class ModeSearch {
     double mu;
     int num_normals;  // 1 if nu keeps to a line, 2 if to a plane
     Eigen::Vector2d nu0;
-    Eigen::Matrix2Xd V;  // nu = nu0 + V x
+    Eigen::Matrix2Xd V;    // nu = nu0 + V x
+    double outward = 0.0;  // the sign of nu where the guide acts to one side
 
     /// Returns its components of x as a vector, whose second number is 0 on a curve.
     Eigen::Vector2d part(const Eigen::VectorXd& x) const { return {x(first), dimension == 2 ? x(first + 1) : 0.0}; }

@@ -20,6 +20,12 @@ ContactIslands::ContactIslands(const Workspace& work) : of_contact(work.constrai
   }
 }
 
+Eigen::Vector3d outward(const Tangents& tangents, std::size_t contact) {
+  const Vec3 k = tangents.normals(contact)[0];
+  const double size = tangents[contact].side == 0.0 ? 0.0 : tangents[contact].side / norm(k);
+  return size * Eigen::Vector3d(k.x, k.y, k.z);
+}
+
 SlidingIslands::SlidingIslands(const Workspace& work, const FrictionLaws& laws, const ContactIslands& islands,
                                Response& response)
     : work_(work),
@@ -37,7 +43,7 @@ void SlidingIslands::list_members() {
   for (Island& island : islands_) {
     island.members.clear();
     for (const std::size_t c : numbered_.contacts[island.number]) {
-      if (!tangents_.sticks(c) && !laws_.is_given(c)) island.members.push_back(c);
+      if (!tangents_.sticks(c) && !tangents_.is_open(c) && !laws_.is_given(c)) island.members.push_back(c);
     }
   }
 }
@@ -61,8 +67,11 @@ void SlidingIslands::reduce() {
   for (Island& island : islands_) {
     ContactProblem& problem = island.problem;
     problem.contacts.clear();
-    for (const std::size_t c : island.members)
+    problem.outward.clear();
+    for (const std::size_t c : island.members) {
       problem.contacts.push_back({static_cast<Eigen::Index>(problem.contacts.size()), 1, true, laws_.coefficient(c)});
+      problem.outward.push_back(outward(tangents_, c));
+    }
     const auto m = static_cast<Eigen::Index>(island.members.size());
     problem.A.setIdentity(m, m);  // solutions of different sizes are different motions
     problem.a0.setZero(m);

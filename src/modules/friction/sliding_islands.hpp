@@ -23,6 +23,9 @@ struct ContactIslands {
   std::size_t size() const { return contacts.size(); }
 };
 
+/// Returns the unit normal along which the guide of a contact pushes, or 0 if it acts to both sides.
+Eigen::Vector3d outward(const Tangents& tangents, std::size_t contact);
+
 /// The contacts that slide, as one small dense problem for each island: the normal forces as functions of friction.
 /// Such a problem tells if friction is unique, and all its solutions can be found.
 class SlidingIslands {

@@ -1,5 +1,6 @@
 #include "report/summary.hpp"
 
+#include <algorithm>
 #include <string>
 
 #include <tanor/enum_names.hpp>
@@ -106,8 +107,11 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
     json.add("t_end", facts.t_end);
     json.add("t_reached", end.time);
     json.add("stopped_by", json_or_null(facts.stopped_by));
-    if (!report.contact_events.empty())
+    if (!report.contact_events.empty()) {
       json.add("events", describe_events(report.contact_events, end.groups));
+      json.add("restitution_capped",
+               std::ranges::count(report.contact_events, true, &ContactEvent::restitution_capped));
+    }
     json.add("rank_changes", json_of(report.rank_changes));
     json.add("singular_passages", json_of(report.singular_passages));
     json.add("nearest_to_singular", known_if(facts.has_started, json_of(report.nearest_to_singular)));
@@ -144,9 +148,8 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
 
 std::vector<std::filesystem::path> list_summary(const std::filesystem::path& directory) {
   std::vector<std::filesystem::path> files{directory / summary_name};
-  for (const char* key :
-       {"positions", "velocities", "accelerations", "multipliers", "self_stress", "reactions", "support_forces",
-        "lowest_shape"})
+  for (const char* key : {"positions", "velocities", "accelerations", "multipliers", "self_stress", "reactions",
+                          "support_forces", "lowest_shape"})
     files.push_back(directory / (std::string(arrays_prefix) + key + ".npy"));
   return files;
 }
