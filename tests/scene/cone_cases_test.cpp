@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -42,6 +43,35 @@ struct Rough {
 
 std::vector<ContactEvent> list_events(const Simulation& simulation) {
   return simulation.report().contact_events;
+}
+
+// ---- breaks ----
+
+/// Three blocks on a floor: a spring presses the first one, which sticks until it breaks. The second one slides and the
+/// third one sticks, whatever breaks.
+TEST(ConeCases, ABreakLetsAContactSlipAndTheOthersGoOn) {
+  constexpr double mu = 0.2, t_break = 0.25, t_end = 0.5;
+  Rough rough;
+  for (const auto& [x, v] : {std::pair(0.0, 0.0), {10.0, 2.0}, {20.0, 0.0}}) rough.add({x, 0.0, 0.0}, {v, 0.0, 0.0});
+  rough.system.supports = {Support{.points = {rough.add({0.0, 0.0, 1.0}, {})}}};
+  rough.add_gravity();
+  rough.system.forces.push_back(Springs{.name = "spring", .pairs = {{0, 3}}, .stiffness = 10.0, .rest_length = 2.0});
+  rough.system.forces.push_back(ConstantForce{.points = {0}, .force = Vector3{3.0, 0.0, 0.0}});
+  rough.system.forces.push_back(ConstantForce{.points = {2}, .force = Vector3{1.0, 0.0, 0.0}});
+  rough.add_floor("floor", {0, 1, 2}, {0.0, 0.0, 1.0}, mu);
+  Simulation simulation(rough.system, precise, {.threads = 1});
+  simulation.add_event({.when = "t > 0.25", .action = EventAction::Break, .of = "spring[0]"});
+  const Outcome outcome = simulation.advance_to(t_end);
+  ASSERT_TRUE(outcome.ok()) << outcome.what;
+  const std::vector<ContactEvent> events = list_events(simulation);
+  ASSERT_EQ(events.size(), 1u);
+  EXPECT_EQ(events[0].change, ContactChange::Slip);
+  EXPECT_EQ(events[0].equations, std::vector<std::size_t>{0});
+  EXPECT_EQ(events[0].time, simulation.passages()[0].time);
+  const double free = t_end - t_break;
+  EXPECT_NEAR(simulation.positions()[0], 0.5 * (3.0 - mu * g) * free * free, 1e-9);
+  EXPECT_NEAR(simulation.positions()[3], 10.0 + 2.0 * t_end - 0.5 * mu * g * t_end * t_end, 1e-9);
+  EXPECT_NEAR(simulation.positions()[6], 20.0, 1e-9);
 }
 
 // ---- G2 ----
