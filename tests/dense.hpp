@@ -1,10 +1,17 @@
 #pragma once
 
+#include <vector>
+
 #include <Eigen/Core>
 
 /// \file Dense linear algebra that tests compare with. It is Eigen's, compiled once, since each decomposition takes
 /// seconds in a file that names it.
 namespace tanor::reference {
+
+/// Returns the three numbers of a point in an array of all.
+inline Eigen::Vector3d place(const std::vector<double>& array, std::ptrdiff_t point) {
+  return Eigen::Map<const Eigen::Vector3d>(array.data() + 3 * point);
+}
 
 /// Solves A x = b with full pivoting.
 Eigen::VectorXd solve_full(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);

@@ -79,18 +79,24 @@ TEST(DependentRopes, TheLongerOneOfTwoRopesOnALineOpens) {
 }
 
 /// A load across two ropes that rest, where both would do, makes the point swing on the shorter one: the other one is
-/// open from the start, and nothing happens.
+/// open from the start, and nothing happens. What circles on another rope meanwhile changes nothing.
 TEST(DependentRopes, TheLongerOneOpensAlsoWhereThePointRests) {
   for (const Method method : {Method::Taylor, Method::Dop853}) {
-    for (const double across : {1.0, 1e-3}) {
+    for (const auto& [across, circles] : {std::pair{1.0, false}, {1e-3, false}, {1.0, true}}) {
       System system;
       system.positions = {-1, 0, 0, 0, 0, 0, 1, 0, 0};
       system.masses = {1, 1, 1};
       system.supports = {{.points = {0, 1}}};
       system.constraints = {Ropes{.name = "ropes", .paths = {{0, 2}, {1, 2}}}};
       system.forces = {ConstantForce{.points = {2}, .force = Vector3{3.0, across, 0.0}}};
+      if (circles) {
+        const Index other = system.add_point({.position = {0.0, 5.0, 0.0}, .velocity = {0.0, 0.0, 2.0}}).index;
+        system.constraints.push_back(Ropes{.paths = {{0, other}}});
+      }
       Simulation simulation = start(system, method);
-      EXPECT_LT(largest_difference(tensions(simulation), std::vector{0.0, 3.0}), 1e-12);
+      std::vector<double> T = tensions(simulation);
+      T.resize(2);
+      EXPECT_LT(largest_difference(T, std::vector{0.0, 3.0}), 1e-12);
       const Outcome outcome = simulation.advance_to(1.0);
       ASSERT_TRUE(outcome.ok()) << outcome.what;
       EXPECT_TRUE(simulation.report().contact_events.empty());
@@ -123,20 +129,20 @@ struct ManyRopes {
   Eigen::VectorXd force, inverse_mass;
 };
 
-ManyRopes make_many(std::mt19937& generator) {
+ManyRopes make_many(std::mt19937& generator, double scale = 1.0) {
   std::uniform_real_distribution<double> number(-1.0, 1.0), mass(0.5, 2.0);
   ManyRopes made;
   const Index moving = std::uniform_int_distribution<Index>(1, 2)(generator), all = moving + 4;
   for (Index i = 0; i < all; ++i) {
     for (int c = 0; c < 3; ++c)
       made.system.positions.push_back(number(generator) + (i < moving ? 0.0 : 2.0 * (c == 2)));
-    made.system.masses.push_back(mass(generator));
+    made.system.masses.push_back(scale * mass(generator));
     if (i >= moving) made.system.supports.push_back({.points = {i}});
   }
   made.force.resize(3 * moving);
   made.inverse_mass.resize(3 * moving);
   for (Index i = 0; i < moving; ++i) {
-    const Vector3 f{number(generator), number(generator), 3.0 * number(generator) - 2.0};
+    const Vector3 f{scale * number(generator), scale * number(generator), scale * (3.0 * number(generator) - 2.0)};
     made.system.forces.push_back(ConstantForce{.points = {i}, .force = f});
     for (Index c = 0; c < 3; ++c) {
       made.force[3 * i + c] = f[static_cast<std::size_t>(c)];
@@ -151,9 +157,7 @@ ManyRopes make_many(std::mt19937& generator) {
     Index j = i;
     while (j == i) j = std::uniform_int_distribution<Index>(0, all - 1)(generator);
     ropes.paths.push_back({i, j});
-    const auto at = [&](Index point) {
-      return Eigen::Map<const Eigen::Vector3d>(made.system.positions.data() + 3 * static_cast<std::ptrdiff_t>(point));
-    };
+    const auto at = [&](Index point) { return reference::place(made.system.positions, point); };
     const Eigen::Vector3d along = (at(j) - at(i)).normalized();
     made.K.col(k).segment<3>(3 * i) = along;
     if (j < moving) made.K.col(k).segment<3>(3 * j) = -along;
@@ -202,6 +206,43 @@ TEST(DependentRopes, RandomLoadsAreSharedAsByEnumeration) {
     EXPECT_TRUE(simulation.certify().passed()) << scene << ": " << simulation.certify().line();
   }
   EXPECT_GT(num_dependent, 50) << "ropes beyond the rank carry, too";
+}
+
+void append(const System& one, System* both) {
+  const auto first = static_cast<Index>(both->masses.size());
+  const auto move = [&](std::vector<Index> points) {
+    for (Index& point : points) point += first;
+    return points;
+  };
+  both->positions.insert(both->positions.end(), one.positions.begin(), one.positions.end());
+  both->masses.insert(both->masses.end(), one.masses.begin(), one.masses.end());
+  for (const auto& each : one.supports) both->supports.push_back({.points = move(each.points)});
+  for (const Force& each : one.forces) {
+    both->forces.push_back(each);
+    std::get<ConstantForce>(both->forces.back()).points = move(std::get<ConstantForce>(each).points);
+  }
+  Ropes ropes = std::get<Ropes>(one.constraints[0]);
+  ropes.name.clear();
+  for (std::vector<Index>& path : ropes.paths) path = move(path);
+  both->constraints.push_back(ropes);
+}
+
+/// Islands of masses 1e12 apart share their loads as they do alone.
+TEST(DependentRopes, IslandsDecideAloneWhateverTheirMass) {
+  std::mt19937 generator(9);
+  for (int scene = 0; scene < 100; ++scene) {
+    System both;
+    std::vector<double> alone;
+    for (const double scale : {1e-6, 1e6}) {
+      const System one = make_many(generator, scale).system;
+      append(one, &both);
+      for (const double T : tensions(start(one))) alone.push_back(T / scale);
+    }
+    std::vector<double> together = tensions(start(both));
+    const std::size_t light = std::get<Ropes>(both.constraints[0]).paths.size();
+    for (std::size_t k = 0; k < together.size(); ++k) together[k] /= k < light ? 1e-6 : 1e6;
+    EXPECT_LT(largest_difference(together, alone), 1e-8) << scene;
+  }
 }
 
 /// A hub on five strings is thrown and comes to hang: tensions never push, whichever string is redundant.

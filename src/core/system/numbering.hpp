@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -40,6 +41,10 @@ struct Numbering {
   std::size_t num_rows() const { return user_row.size(); }
   std::size_t first_idle_row() const { return static_cast<std::size_t>(island_start.back()); }
   std::size_t num_islands() const { return island_start.size() - 1; }
+  /// Returns the island of a row, or num_islands() for idle rows.
+  std::size_t island_of(Index inner_row) const {
+    return static_cast<std::size_t>(std::ranges::upper_bound(island_start, inner_row) - island_start.begin()) - 1;
+  }
   bool is_contact_row(std::size_t inner_row) const {
     return static_cast<std::size_t>(user_row[inner_row]) >= num_user_rows;
   }

@@ -182,6 +182,10 @@ SolverOptions detail::check_together(const Part& part, const System& system, con
     check_start_time(t_start);
     validate(system, t_start);
     check_reach(part, motion.method);
+    if (has_sides(system) && motion.stabilisation == Stabilisation::None) {
+      throw InputError("/motion/stabilisation", constraint_name(system, find_one_sided(system)) +
+                                                    " has a side, and its gap would drift without projection");
+    }
     if (!part.is_whole()) refuse_sides(system, "this version knows that on one process alone");
     resolved = resolve(solver, system, has_equations, motion.method);
     return Outcome{};

@@ -1,173 +1,196 @@
 #include "contact/dependent_rows.hpp"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numeric>
+#include <optional>
 
+#include "base/dense.hpp"
 #include "contact/exchange.hpp"
-#include "contact/unilateral_rows.hpp"
 
 namespace tanor::detail {
 
 namespace {
 
+using Eigen::VectorXd;
+
 constexpr double compliance = 1e-8;      // over the largest number on the diagonal of S
-constexpr double rounding = 1e-4;        // of what the compliance does
 constexpr std::size_t most_rows = 1000;  // S is dense here
-
-/// Solves A x = b for a positive definite A [n x n] by Cholesky's method; A becomes its factor.
-void solve_dense(std::vector<double>* A, std::vector<double>* x) {
-  const std::size_t n = x->size();
-  const auto a = [&](std::size_t i, std::size_t j) -> double& { return (*A)[i * n + j]; };
-  for (std::size_t j = 0; j < n; ++j) {
-    for (std::size_t i = j; i < n; ++i) {
-      const double* const row_i = &a(i, 0);
-      const double sum = a(i, j) - std::inner_product(row_i, row_i + j, &a(j, 0), 0.0);
-      a(i, j) = i == j ? std::sqrt(sum) : sum / a(j, j);
-    }
-    (*x)[j] = ((*x)[j] - std::inner_product(x->begin(), x->begin() + static_cast<std::ptrdiff_t>(j), &a(j, 0), 0.0)) /
-              a(j, j);
-  }
-  for (std::size_t j = n; j-- > 0;) {
-    for (std::size_t i = j + 1; i < n; ++i) (*x)[j] -= a(i, j) * (*x)[i];
-    (*x)[j] /= a(j, j);
-  }
-}
-
-/// The rows of all islands with dependent ones in which some may close, signed so that one-sided ones have p >= 0.
-struct Rows {
-  std::vector<std::size_t> row;                       // of the model
-  std::vector<std::optional<std::size_t>> one_sided;  // its number among these
-  std::vector<double> S, b;                           // dense
-
-  std::size_t size() const { return row.size(); }
-};
-
-Rows collect_rows(const Model& model, const ConstrainedSystem& system, const DependentProblem& problem) {
-  const Numbering& numbering = model.numbering;
-  std::vector<std::optional<std::size_t>> number(model.num_rows()), place(model.num_rows());
-  for (std::size_t k = 0; k < numbering.one_sided.size(); ++k)
-    number[static_cast<std::size_t>(numbering.one_sided[k].row)] = k;
-  Rows rows;
-  for (std::size_t island = 0; island < numbering.num_islands(); ++island) {
-    const auto first = static_cast<std::size_t>(numbering.island_start[island]),
-               end = static_cast<std::size_t>(numbering.island_start[island + 1]);
-    bool depend = false, may_change = false;
-    for (std::size_t row = first; row < end; ++row) {
-      depend = depend || system.redundancy().is_dependent(row);
-      may_change = may_change || (number[row] && problem.may_close[*number[row]] != 0);
-    }
-    for (std::size_t row = first; row < end && depend && may_change; ++row) {
-      if (number[row] && problem.may_close[*number[row]] == 0) continue;
-      place[row] = rows.size();
-      rows.row.push_back(row);
-      rows.one_sided.push_back(number[row]);
-    }
-  }
-  const std::size_t n = rows.size();
-  if (n > most_rows) return {};
-  // S = K'M^-1K, point by point
-  rows.S.assign(n * n, 0.0);
-  rows.b.assign(n, 0.0);
-  std::map<Index, std::vector<std::pair<std::size_t, Vec3>>> at_point;
-  for (const Incidence& each : model.incidences) {
-    const auto row = static_cast<std::size_t>(each.row);
-    if (!place[row] || model.inverse_mass[static_cast<std::size_t>(each.point)] == 0.0) continue;
-    const double side = number[row] ? numbering.one_sided[*number[row]].sign : 1.0;
-    at_point[each.point].emplace_back(*place[row], side * each.sign * load(system.blocks().data(), each.block));
-  }
-  for (const auto& [point, arms] : at_point)
-    for (const auto& [i, g] : arms)
-      for (const auto& [j, h] : arms)
-        rows.S[i * n + j] += model.inverse_mass[static_cast<std::size_t>(point)] * dot(g, h);
-  double size = 0.0;
-  for (std::size_t i = 0; i < n; ++i) size = std::max(size, rows.S[i * n + i]);
-  for (std::size_t i = 0; i < n; ++i) {
-    const double c = compliance * size;
-    rows.S[i * n + i] += c;
-    rows.b[i] = problem.b[rows.row[i]];
-    if (rows.one_sided[i])
-      rows.b[i] *= numbering.one_sided[*rows.one_sided[i]].sign;
-    else if (!problem.multipliers.empty())
-      rows.b[i] += c * problem.multipliers[rows.row[i]];
-  }
-  return rows;
-}
 
 }  // namespace
 
-std::optional<std::vector<char>> close_dependent_rows(const Model& model, const ConstrainedSystem& system,
-                                                      const DependentProblem& problem) {
-  if (!system.redundancy().is_found()) return {};
-  const Rows rows = collect_rows(model, system, problem);
-  const std::size_t n = rows.size();
-  if (std::ranges::none_of(rows.one_sided, [](const auto& each) { return each.has_value(); })) return {};
+/// The rows of one island that may be closed, signed so that one-sided ones have p >= 0.
+struct DependentRows::Island {
+  std::vector<std::size_t> row{};                       // of the model
+  std::vector<std::optional<std::size_t>> one_sided{};  // its number among these
+  Eigen::MatrixXd S{};                                  // with the compliance
+  VectorXd b{};
+
+  std::vector<bool> find_open() const;
+};
+
+DependentRows::DependentRows(const Model& model, ConstrainedSystem& system, Gaps& gaps)
+    : model_(model), system_(system), gaps_(gaps) {
+  for (std::size_t row = 0; row < model.num_rows(); ++row)
+    island_.push_back(model.numbering.island_of(static_cast<Index>(row)));
+}
+
+/// Marks the islands in which rows depend on others and one-sided rows of `which` lie.
+std::vector<char> DependentRows::mark_islands(std::span<const char> which) const {
+  std::vector<char> depend(model_.numbering.num_islands() + 1, 0), marked(depend);
+  const Dependences& redundancy = system_.redundancy();
+  for (std::size_t row = 0; row < island_.size(); ++row)
+    if (redundancy.is_dependent(row)) depend[island_[row]] = 1;
+  for (std::size_t k = 0; k < which.size(); ++k) {
+    const std::size_t island = island_[static_cast<std::size_t>(model_.numbering.one_sided[k].row)];
+    if (which[k] != 0) marked[island] = depend[island];
+  }
+  return marked;
+}
+
+bool DependentRows::have(std::span<const char> which) const {
+  return system_.redundancy().is_found() && std::ranges::count(mark_islands(which), 1) > 0;
+}
+
+void DependentRows::set_rates(std::vector<double> b) {
+  b_ = std::move(b);
+  multipliers_.clear();
+  free_w_.clear();
+}
+
+void DependentRows::set_accelerations(const double* r, const double* v, const double* w,
+                                      std::vector<double> multipliers) {
+  multipliers_ = std::move(multipliers);
+  free_w_.assign(w, w + 3 * model_.num_points());
+  gaps_.measure_right_side(r, v, w, &b_);
+}
+
+bool DependentRows::look_ahead(const double* r, const double* v, const double* w, std::span<const char> may_close) {
+  constexpr double part = 0.03, at_rest = 0.01;  // of the time in which a row would turn; of the speed reached then
+  if (free_w_.empty()) return false;
+  struct Moment {
+    double time = std::numeric_limits<double>::infinity(), speed = 0.0, fastest = 0.0;
+    bool may_come() const { return std::isfinite(time) && speed <= at_rest * time * fastest; }
+  };
+  const std::vector<char> marked = mark_islands(may_close);
+  std::vector<Moment> moments(marked.size());
+  for (std::size_t k = 0; k < may_close.size(); ++k) {
+    const std::size_t island = island_[static_cast<std::size_t>(model_.numbering.one_sided[k].row)];
+    if (may_close[k] == 0 || marked[island] == 0) continue;
+    Moment& moment = moments[island];
+    for (const Incidence& arm : gaps_.arms()[k]) {
+      const double a = norm(load(w, arm.point));
+      if (a > 0.0) moment.time = std::min(moment.time, part * std::sqrt(gaps_.length(k) / a));
+      moment.fastest = std::max(moment.fastest, a);
+      moment.speed = std::max(moment.speed, norm(load(v, arm.point)));
+    }
+  }
+  if (std::ranges::none_of(moments, &Moment::may_come)) return false;
+  std::vector<double> later(v, v + 3 * model_.num_points());
+  for (const Incidence& each : model_.incidences) {
+    const Moment& moment = moments[island_[static_cast<std::size_t>(each.row)]];
+    const auto point = static_cast<std::size_t>(each.point);
+    if (moment.may_come() && point < model_.num_moving())
+      store(later.data(), point, load(v, point) + moment.time * load(w, point));
+  }
+  gaps_.measure_right_side(r, later.data(), free_w_.data(), &b_);
+  return true;
+}
+
+std::vector<DependentRows::Island> DependentRows::collect(std::span<const char> may_close) const {
+  const Numbering& numbering = model_.numbering;
+  std::vector<std::optional<std::size_t>> number(model_.num_rows());
+  for (std::size_t k = 0; k < may_close.size(); ++k) number[static_cast<std::size_t>(numbering.one_sided[k].row)] = k;
+  const std::vector<char> marked = mark_islands(may_close);
+  std::vector<Island> islands;
+  std::vector<std::size_t> place(model_.num_rows(), model_.num_rows());  // in its island
+  for (std::size_t i = 0; i < numbering.num_islands(); ++i) {
+    if (marked[i] == 0) continue;
+    Island& island = islands.emplace_back();
+    for (auto row = static_cast<std::size_t>(numbering.island_start[i]);
+         row < static_cast<std::size_t>(numbering.island_start[i + 1]); ++row) {
+      if (number[row] && may_close[*number[row]] == 0) continue;
+      place[row] = island.row.size();
+      island.row.push_back(row);
+      island.one_sided.push_back(number[row]);
+    }
+  }
+  std::erase_if(islands, [](const Island& island) { return island.row.size() > most_rows; });
+  std::vector<Island*> island_of(marked.size(), nullptr);
+  for (Island& island : islands) {
+    const auto n = static_cast<Eigen::Index>(island.row.size());
+    island.S.setZero(n, n);
+    island_of[island_[island.row.front()]] = &island;
+  }
+  // S = K'M^-1K, point by point
+  struct Arm {
+    Eigen::Index row;
+    Vec3 gradient;
+  };
+  std::map<Index, std::pair<Island*, std::vector<Arm>>> points;
+  const auto sign = [&](std::size_t row) { return number[row] ? numbering.one_sided[*number[row]].sign : 1.0; };
+  for (const Incidence& each : model_.incidences) {
+    const auto row = static_cast<std::size_t>(each.row);
+    Island* const island = island_of[island_[row]];
+    const bool moves = model_.inverse_mass[static_cast<std::size_t>(each.point)] > 0.0;
+    if (island == nullptr || place[row] == model_.num_rows() || !moves) continue;
+    auto& [own, arms] = points[each.point];
+    own = island;
+    arms.push_back(
+        {static_cast<Eigen::Index>(place[row]), sign(row) * each.sign * load(system_.blocks().data(), each.block)});
+  }
+  for (const auto& [point, at] : points)
+    for (const Arm& i : at.second)
+      for (const Arm& j : at.second)
+        at.first->S(i.row, j.row) += model_.inverse_mass[static_cast<std::size_t>(point)] * dot(i.gradient, j.gradient);
+  for (Island& island : islands) {
+    const double c = compliance * island.S.diagonal().maxCoeff();
+    island.S.diagonal().array() += c;
+    island.b.resize(island.S.rows());
+    for (std::size_t i = 0; i < island.row.size(); ++i) {
+      const std::size_t row = island.row[i];
+      const double held = island.one_sided[i] || multipliers_.empty() ? 0.0 : c * multipliers_[row];
+      island.b(static_cast<Eigen::Index>(i)) = sign(row) * b_[row] + held;
+    }
+  }
+  return islands;
+}
+
+/// Exchanges closed and open rows until none is wrong. Nothing is open where that fails.
+std::vector<bool> DependentRows::Island::find_open() const {
+  constexpr double rounding = 1e-4;  // of what the compliance does
+  const std::size_t n = row.size();
   std::vector<bool> open(n, false);
   for (Exchange exchange; !exchange.is_stuck();) {
-    std::vector<std::size_t> closed;
+    std::vector<Eigen::Index> closed;
     for (std::size_t i = 0; i < n; ++i)
-      if (!open[i]) closed.push_back(i);
-    std::vector<double> A, x;
-    for (const std::size_t i : closed) {
-      x.push_back(-rows.b[i]);
-      for (const std::size_t j : closed) A.push_back(rows.S[i * n + j]);
-    }
-    solve_dense(&A, &x);
-    double largest = 0.0;
-    for (const double each : x) largest = std::max(largest, std::abs(each));
-    std::vector<double> p(n, 0.0), rates = rows.b;
-    for (std::size_t k = 0; k < closed.size(); ++k) p[closed[k]] = x[k];
+      if (!open[i]) closed.push_back(static_cast<Eigen::Index>(i));
+    VectorXd p = VectorXd::Zero(b.size());
+    p(closed) = -dense::Ldlt(S(closed, closed)).solve(b(closed));
+    if (!p.allFinite()) break;
+    const VectorXd rates = b + S * p;
+    const double little = rounding * compliance * p.lpNorm<Eigen::Infinity>();
     std::vector<std::size_t> wrong;
-    for (std::size_t i = 0; i < n; ++i) {
-      if (!rows.one_sided[i]) continue;
-      const double diagonal = rows.S[i * n + i], little = rounding * compliance * largest;
-      rates[i] += std::inner_product(p.begin(), p.end(), rows.S.begin() + static_cast<std::ptrdiff_t>(i * n), 0.0);
-      if (open[i] ? rates[i] < -little * diagonal : p[i] < -little) wrong.push_back(i);
+    for (std::size_t k = 0; k < n; ++k) {
+      const auto i = static_cast<Eigen::Index>(k);
+      if (one_sided[k] && (open[k] ? rates(i) < -little * S(i, i) : p(i) < -little)) wrong.push_back(k);
     }
-    if (wrong.empty()) break;
+    if (wrong.empty()) return open;
     for (const std::size_t i : exchange.choose(wrong, open)) open[i] = !open[i];
   }
-  std::vector<char> result(problem.may_close.begin(), problem.may_close.end());
-  for (std::size_t i = 0; i < n; ++i)
-    if (rows.one_sided[i]) result[*rows.one_sided[i]] = open[i] ? 0 : 1;
-  return result;
+  return std::vector<bool>(n, false);
 }
 
-/// Measures b = K'w + phi of all rows with the w of open ones.
-void UnilateralRows::measure_free(const double* r, const double* v) {
-  free_.b.resize(model_.num_rows());
-  (void)workspace_.constraints.evaluate_right_side(model_.parallel, r, v, free_.w.data(), free_.b.data(), nullptr);
-  (void)workspace_.constraints.evaluate_right_side(model_.parallel, selection_, r, v, free_.w.data(), all_rows_.data(),
-                                                   nullptr);
-  for (const OneSidedRow& each : rows_) {
-    const auto row = static_cast<std::size_t>(each.row);
-    free_.b[row] = all_rows_[row];
+std::vector<char> DependentRows::choose(std::span<const char> may_close) const {
+  std::vector<char> closed(may_close.begin(), may_close.end());
+  for (const Island& island : collect(may_close)) {
+    const std::vector<bool> open = island.find_open();
+    for (std::size_t i = 0; i < open.size(); ++i)
+      if (island.one_sided[i]) closed[*island.one_sided[i]] = open[i] ? 0 : 1;
   }
-}
-
-/// Ropes of different length on one line do the same where points rest, and differ as soon as these move. Takes b of a
-/// moment later if the points of rows that touch rest.
-bool UnilateralRows::look_ahead(const Instant& at, const std::vector<char>& may_close) {
-  constexpr double part = 0.03, at_rest = 0.01;  // of the time in which a row would turn; of the speed reached then
-  if (free_.w.empty()) return false;
-  double time = std::numeric_limits<double>::infinity(), speed = 0.0, fastest = 0.0;
-  for (std::size_t k = 0; k < rows_.size(); ++k) {
-    for (const Incidence& arm : arms_[k]) {
-      if (may_close[k] == 0) continue;
-      const double a = norm(load(at.to.a, arm.point));
-      if (a > 0.0) time = std::min(time, part * std::sqrt(length(k) / a));
-      fastest = std::max(fastest, a);
-      speed = std::max(speed, norm(load(at.v, arm.point)));
-    }
-  }
-  if (!std::isfinite(time) || speed > at_rest * time * fastest) return false;
-  std::vector<double> v(at.v, at.v + 3 * model_.num_points());
-  for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) v[i] += time * at.to.a[i];
-  close_smooth(std::vector<char>(rows_.size(), 0));
-  measure_free(at.r, v.data());
-  return true;
+  return closed;
 }
 
 }  // namespace tanor::detail

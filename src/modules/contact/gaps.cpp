@@ -53,6 +53,16 @@ void Gaps::measure_accelerations(const double* r, const double* v, const double*
   take_rows(&accelerations_);
 }
 
+void Gaps::measure_right_side(const double* r, const double* v, const double* w, std::vector<double>* b) {
+  b->resize(model_.num_rows());
+  (void)workspace_.constraints.evaluate_right_side(model_.parallel, r, v, w, b->data(), nullptr);
+  measure_accelerations(r, v, w);
+  for (const OneSidedRow& each : rows_) {
+    const auto row = static_cast<std::size_t>(each.row);
+    (*b)[row] = all_rows_[row];
+  }
+}
+
 double Gaps::inverse_effective_mass(std::size_t k) const {
   double sum = 0.0;
   for (const Incidence& arm : arms_[k]) {

@@ -29,6 +29,8 @@ class Gaps {
   void measure_gaps(double t, const double* r);
   void measure_rates(const double* r, const double* v, std::vector<double>* rates);
   void measure_accelerations(const double* r, const double* v, const double* w);
+  /// Writes K'w + phi [row] of all rows; one-sided ones are as if closed.
+  void measure_right_side(const double* r, const double* v, const double* w, std::vector<double>* b);
 
   /// Returns S_aa = K_a'M^-1 K_a of a closed row.
   double inverse_effective_mass(std::size_t k) const;

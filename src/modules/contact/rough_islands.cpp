@@ -16,16 +16,12 @@ RoughIslands::RoughIslands(Workspace& work, ConstrainedSystem& system, const Gro
       island_of_row_(contact_of_row_) {
   const Tangents& tangents = work.constraints.tangents();
   const std::vector<OneSidedRow>& rows = model_.numbering.one_sided;
-  const std::vector<Index>& start = model_.numbering.island_start;
   std::vector<std::size_t> number(model_.numbering.num_islands(), RoughContact::none);
-  const auto island_of = [&](Index row) {
-    return static_cast<std::size_t>(std::upper_bound(start.begin(), start.end(), row) - start.begin() - 1);
-  };
   for (std::size_t c = 0; c < tangents.size(); ++c) {
     const Index row = tangents[c].guide_row[0];
     const auto found = std::ranges::lower_bound(rows, row, {}, &OneSidedRow::row);
     contact_of_row_[static_cast<std::size_t>(found - rows.begin())] = c;
-    std::size_t& own = number[island_of(row)];
+    std::size_t& own = number[model_.numbering.island_of(row)];
     if (own == RoughContact::none) {
       own = rows_.size();
       rows_.emplace_back();
@@ -33,7 +29,7 @@ RoughIslands::RoughIslands(Workspace& work, ConstrainedSystem& system, const Gro
     island_of_contact_.push_back(own);
   }
   for (std::size_t k = 0; k < rows.size(); ++k) {
-    island_of_row_[k] = number[island_of(rows[k].row)];
+    island_of_row_[k] = number[model_.numbering.island_of(rows[k].row)];
     if (island_of_row_[k] != RoughContact::none) rows_[island_of_row_[k]].push_back(k);
   }
 }

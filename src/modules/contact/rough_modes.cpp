@@ -47,14 +47,16 @@ ClosedSet::ClosedSet(const RoughProblem& rough, const VectorXd& velocities, cons
     const Eigen::Index first = 3 * static_cast<Eigen::Index>(c);
     const RoughContact& contact = rough.contacts[c];
     const Eigen::Vector2d u = rough.tangential(c, velocities);
-    const bool moves = !contact.has_friction() || u.norm() > rest[c];
-    const Eigen::Index dimension = moves ? 1 : 2;
+    // Friction where nothing lets the point move is a share of the load, and is left out.
+    const Range along(W.block<2, 2>(first + 1, first + 1), rank_rounding, W.diagonal().maxCoeff());
+    const bool moves = !contact.has_friction() || u.norm() > rest[c] || along.vectors.cols() == 0;
+    const Eigen::Index dimension = moves ? 1 : along.vectors.cols();
     normals.push_back(first);
     problem_.contacts.push_back({k, dimension, moves, contact.mu});
     problem_.outward.emplace_back(1.0, 0.0, 0.0);
     if (!moves)
-      B.block<2, 2>(first + 1, k).setIdentity();
-    else if (contact.has_friction())
+      B.block(first + 1, k, 2, dimension) = along.vectors;
+    else if (contact.has_friction() && u.norm() > rest[c])
       B.block<2, 1>(first + 1, k) = -u / u.norm();
     k += dimension;
   }

@@ -150,8 +150,8 @@ void RoughRows::add_work_of_guides(OneSidedInstant* at, const RoughProblem& prob
   const std::vector<Index>& start = model_.numbering.island_start;
   double supports = 0.0, belts = 0.0;
   const Index row = model_.numbering.one_sided[problem.contacts.front().row].row;
-  const auto end = std::upper_bound(start.begin(), start.end(), row);
-  for (auto a = static_cast<std::size_t>(*(end - 1)); a < static_cast<std::size_t>(*end); ++a)
+  const std::size_t island = model_.numbering.island_of(row);
+  for (auto a = static_cast<std::size_t>(start[island]); a < static_cast<std::size_t>(start[island + 1]); ++a)
     if (!model_.numbering.comes_and_goes(a)) supports -= lambda[a] * own[a];
   for (std::size_t c = 0; c < problem.size(); ++c) {
     const RoughContact& contact = problem.contacts[c];

@@ -10,7 +10,6 @@
 
 #include "base/text.hpp"
 #include "base/with_unit.hpp"
-#include "contact/dependent_rows.hpp"
 #include "contact/exchange.hpp"
 #include "system/members.hpp"
 
@@ -59,7 +58,10 @@ MemberPlace place_of(const System& system, std::size_t row, double t) {
 }  // namespace
 
 UnilateralRows::UnilateralRows(Workspace& work, ConstrainedSystem& system, Contacts* contacts)
-    : Gaps(work, system), friction_(work, system, *this, contacts), slack_(rows_.size(), 0.0) {
+    : Gaps(work, system),
+      friction_(work, system, *this, contacts),
+      dependent_(model_, system, *this),
+      slack_(rows_.size(), 0.0) {
   std::vector<double> r(3 * model_.num_points());
   model_.numbering.gather_points(model_.system.positions, r);
   (void)close_touching(work.time(), r.data(), StartMode::Project);
@@ -71,18 +73,23 @@ std::unique_ptr<Unilateral> make_unilateral(Workspace& work, ConstrainedSystem& 
 
 // ---- measures ----
 
-/// Replaces multipliers by those of least norm, which alone show which rows pull the wrong way. Friction belongs to
-/// those of its own island, which stay.
+/// Replaces multipliers by those of least norm where closed rows depend on others, since these alone show which rows
+/// pull the wrong way. Friction belongs to those of its own island, which stay.
 void UnilateralRows::minimize_norm(const double* r, std::vector<double>* lambda) {
-  bool are_all_rough = true;
-  for (std::size_t k = 0; k < rows_.size(); ++k) are_all_rough = are_all_rough && friction_.have(k);
-  if (are_all_rough || !system_.redundancy().is_found()) return;
+  if (!dependent_.have(smooth(closed_))) return;
   const std::vector<double> given = *lambda;
   system_.minimize_multiplier_norm(r, lambda->data());
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     const auto row = static_cast<std::size_t>(rows_[k].row);
     if (friction_.have(k)) (*lambda)[row] = given[row];
   }
+}
+
+/// Returns those of `rows` [one-sided row] that lie in islands without friction.
+std::vector<char> UnilateralRows::smooth(std::vector<char> rows) const {
+  for (std::size_t k = 0; k < rows_.size(); ++k)
+    if (friction_.have(k)) rows[k] = 0;
+  return rows;
 }
 
 /// Open gaps that rest at 0, or below it by rounding, get a slack; others reach 0 where they do.
@@ -187,29 +194,30 @@ void UnilateralRows::open_moving(double t, const double* r, const double* v) {
   apply();
 }
 
-/// Finds the rows whose gaps are 0, to `limit` of the length around each.
+/// Finds the rows whose gaps are 0, to `limit` of the length around each, or which are closed and are to be kept.
 UnilateralRows::Instant UnilateralRows::look(const Kinematics& place, double* v, const Request& request,
-                                             const AccelerationOutput& to, double limit) {
+                                             const AccelerationOutput& to, double limit, bool keeps_closed) {
   Instant at{place.t, place.x, v, request, to};
   measure_gaps(at.t, at.r);
   at.leaves.assign(rows_.size(), 0);
-  for (std::size_t k = 0; k < rows_.size(); ++k) at.touches.push_back(gaps_[k] <= limit * length(k));
+  for (std::size_t k = 0; k < rows_.size(); ++k)
+    at.touches.push_back(gaps_[k] <= limit * length(k) || (keeps_closed && closed_[k] != 0));
   return at;
 }
 
 Outcome UnilateralRows::begin(double t, const double* r, double* v, const Request& request,
                               const AccelerationOutput& to) {
-  Instant at = look({t, r, v}, v, request, to, touching_at_start);
+  const bool continues = std::exchange(continues_, false);
+  Instant at = look({t, r, v}, v, request, to, touching_at_start, continues);
   at.begins = true;
-  at.is_listed = std::exchange(continues_, false);
+  at.is_listed = continues;
   friction_.begin(at, {});
   return choose(std::move(at));
 }
 
 Outcome UnilateralRows::switch_equations(double t, const double* r, double* v, std::span<const std::size_t> which,
                                          const Request& request, const AccelerationOutput& to) {
-  Instant at = look({t, r, v}, v, request, to, touching);
-  for (std::size_t k = 0; k < rows_.size(); ++k) at.touches[k] = at.touches[k] != 0 || closed_[k] != 0;
+  Instant at = look({t, r, v}, v, request, to, touching, true);
   std::vector<std::size_t> met;
   for (const std::size_t k : which) {
     if (k >= rows_.size()) {
@@ -244,14 +252,14 @@ Outcome UnilateralRows::choose(Instant at) {
       outcome = {Status::NoSolution, "jams follow one another without end at t = " + text(at.t)};
     if (outcome.ok()) outcome = end_slow_flights(&at, &has_slow);
   }
+  if (outcome.ok() && has_slow) outcome = {Status::NotConverged, "slow flights do not end at t = " + text(at.t)};
   if (!outcome.ok()) return outcome;
-  const bool is_smooth = at.changes.empty();  // no impact
   std::set<std::size_t> told;
   for (const ContactEvent& change : at.changes) told.insert(change.equations.begin(), change.equations.end());
   for (std::size_t k = 0; k < rows_.size() && at.is_listed; ++k) {
-    const bool closes = before[k] == 0 && closed_[k] != 0 && !told.contains(user_row(k)),
-               opens = closed_[k] == 0 && (at.leaves[k] != 0 || (is_smooth && before[k] != 0));
-    if (closes || opens)
+    const bool closes = before[k] == 0 && closed_[k] != 0,
+               opens = closed_[k] == 0 && (at.leaves[k] != 0 || before[k] != 0);
+    if ((closes || opens) && !told.contains(user_row(k)))
       at.changes.push_back({.time = at.t, .change = name_change(k, closes), .equations = {user_row(k)}});
   }
   friction_.note_modes(&at, before);
@@ -280,18 +288,18 @@ void UnilateralRows::close_smooth(const std::vector<char>& closed) {
   apply();
 }
 
-/// Closes rows as `close_dependent_rows` finds them from `free_`, which free() fills where all of them are open. Looks
-/// ahead then, if it can.
+/// Closes rows as `dependent_` chooses them, to which free() gives what they do where all of them are open. Looks ahead
+/// then, if it can.
 template <class Free, class Solve>
 Outcome UnilateralRows::close_dependent(const Instant& at, const std::vector<char>& may_close, const Free& free,
                                         const Solve& solve) {
   close_smooth(std::vector<char>(rows_.size(), 0));
   if (Outcome outcome = free(); !outcome.ok()) return outcome;
   for (const bool looks_ahead : {false, true}) {
-    if (looks_ahead && !(solve().ok() && look_ahead(at, may_close))) return {};
+    if (looks_ahead && !(solve().ok() && dependent_.look_ahead(at.r, at.v, at.to.a, may_close))) return {};
     close_smooth(may_close);
     if (Outcome outcome = system_.linearise(at.t, at.r); !outcome.ok()) return outcome;
-    if (auto found = close_dependent_rows(model_, system_, {may_close, free_.b, free_.lambda})) close_smooth(*found);
+    close_smooth(dependent_.choose(may_close));
   }
   return {};
 }
@@ -301,16 +309,13 @@ Outcome UnilateralRows::close_dependent(const Instant& at, const std::vector<cha
 template <class Free, class Solve, class IsWrong>
 Outcome UnilateralRows::pivot(const Instant& at, const std::vector<char>& may_close, const Free& free,
                               const Solve& solve, const IsWrong& is_wrong) {
-  std::vector<char> smooth = may_close;
-  for (std::size_t k = 0; k < rows_.size(); ++k)
-    if (friction_.have(k)) smooth[k] = 0;
-  const bool has_smooth = std::ranges::count(smooth, 0) < std::ssize(smooth);
+  const std::vector<char> may_depend = smooth(may_close);
   Exchange exchange;
   for (bool is_first = true; !exchange.is_stuck(); is_first = false) {
     apply();
     Outcome outcome = solve();
-    if (is_first && has_smooth && system_.redundancy().is_found()) {
-      if (Outcome found = close_dependent(at, smooth, free, solve); !found.ok()) return found;
+    if (is_first && dependent_.have(may_depend)) {
+      if (Outcome found = close_dependent(at, may_depend, free, solve); !found.ok()) return found;
       continue;
     }
     if (!outcome.ok()) return outcome;
@@ -349,9 +354,10 @@ Outcome UnilateralRows::collide(Instant* at, bool* collides) {
   dw.resize(size);
   closed_ = may_close;
   const auto free = [&]() -> Outcome {
-    free_ = {std::vector<double>(model_.num_rows(), 0.0), {}, {}};
+    std::ranges::fill(b, 0.0);
     for (std::size_t k = 0; k < rows_.size(); ++k)
-      free_.b[static_cast<std::size_t>(rows_[k].row)] = rows_[k].sign * (1.0 + restitution[k]) * rates[k];
+      b[static_cast<std::size_t>(rows_[k].row)] = rows_[k].sign * (1.0 + restitution[k]) * rates[k];
+    dependent_.set_rates(b);
     return {};
   };
   const auto solve = [&]() -> Outcome {
@@ -465,9 +471,7 @@ Outcome UnilateralRows::find_closed(Instant* at) {
   };
   const auto free = [&] {
     Outcome outcome = solve();
-    free_.lambda = forces_;
-    free_.w.assign(at->to.a, at->to.a + 3 * model_.num_points());
-    measure_free(at->r, at->v);
+    dependent_.set_accelerations(at->r, at->v, at->to.a, forces_);
     return outcome;
   };
   const auto is_off = [&](std::size_t k, double rounding) {

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "contact/dependent_rows.hpp"
 #include "contact/gaps.hpp"
 #include "contact/rough_rows.hpp"
 #include "dynamics/contacts.hpp"
@@ -50,7 +51,8 @@ class UnilateralRows final : public Unilateral, private Gaps {
 
  private:
   using Instant = OneSidedInstant;
-  Instant look(const Kinematics& place, double* v, const Request& request, const AccelerationOutput& to, double limit);
+  Instant look(const Kinematics& place, double* v, const Request& request, const AccelerationOutput& to, double limit,
+               bool keeps_closed);
   Outcome choose(Instant at);
   Outcome collide(Instant* at, bool* collides);
   Outcome end_slow_flights(Instant* at, bool* has_slow);
@@ -64,20 +66,17 @@ class UnilateralRows final : public Unilateral, private Gaps {
 
   template <class Free, class Solve>
   Outcome close_dependent(const Instant& at, const std::vector<char>& may_close, const Free& free, const Solve& solve);
-  void measure_free(const double* r, const double* v);
-  bool look_ahead(const Instant& at, const std::vector<char>& may_close);
   void close_smooth(const std::vector<char>& closed);
 
   void measure_slack(const Instant& at);
   void minimize_norm(const double* r, std::vector<double>* lambda);
+  std::vector<char> smooth(std::vector<char> rows) const;
 
   RoughRows friction_;
-  bool continues_ = false;      // the next `begin` goes on with the rows that are closed
-  std::vector<double> slack_;   // [one-sided row] m: gaps below are 0
-  std::vector<double> forces_;  // [d] scratch
-  struct {
-    std::vector<double> b, lambda, w;  // b and multipliers [d]; accelerations [3n], none at impacts
-  } free_;                             // where all one-sided rows without friction are open
+  DependentRows dependent_;            // without friction
+  bool continues_ = false;             // the next `begin` goes on with the rows that are closed
+  std::vector<double> slack_;          // [one-sided row] m: gaps below are 0
+  std::vector<double> forces_;         // [d] scratch
   Power impact_work_;                  // J, at the last switch
   std::vector<ContactEvent> changes_;  // at the last switch
 };
