@@ -87,6 +87,20 @@ class Motions(unittest.TestCase):
             tanor.Simulation(pendulum(), solver=tanor.SolverOptions(form="other"))
 
 
+class ContactEvents(unittest.TestCase):
+    def test_a_rope_that_snaps_is_told(self):
+        system = tanor.System([[0, 0, 0], [0.6, 0, 0]], 1, supports=[tanor.Support([0])],
+                              constraints=[tanor.Ropes([[0, 1]], length=1)], forces=[tanor.Gravity((0, 0, -10))])
+        simulation = tanor.Simulation(system)
+        self.assertTrue(simulation.advance_to(0.5).ok)
+        event, = simulation.report.contact_events
+        self.assertEqual((event.change, event.equations), ("snap", [0]))
+        self.assertAlmostEqual(event.time, 0.4, 12)  # it falls 0.8 m
+        numpy.testing.assert_allclose(event.impulses, 0.8 * 4, rtol=1e-12)
+        self.assertIn("snap", repr(event))
+        self.assertEqual(pickle.loads(pickle.dumps(event)).change, "snap")
+
+
 class Ends(unittest.TestCase):
     def test_progress_ends_a_run_after_a_step(self):
         simulation = tanor.Simulation(hanging_chain(), tanor.MotionOptions(method="rattle", step=1e-3))

@@ -198,6 +198,30 @@ TEST(OneSidedMotion, GapsThatNothingHoldsAreRefused) {
   }
 }
 
+/// A net of ropes falls and is caught at two corners: ropes that become taut make others slack, ever faster, and events
+/// follow one another within rounding. It is complementary at every output.
+TEST(OneSidedMotion, ANetIsCaughtWithoutEnd) {
+  constexpr int side = 12;
+  constexpr double spacing = 0.1;
+  System system;
+  Ropes ropes{.name = "ropes", .length = 1.02 * spacing};
+  for (int i = 0; i < side * side; ++i) {
+    system.add_point({{spacing * (i % side), spacing * (i / side), 0.0}});
+    if (i % side > 0) ropes.paths.push_back({i - 1, i});
+    if (i >= side) ropes.paths.push_back({i - side, i});
+  }
+  system.supports = {{.points = {0, side * side - 1}}};
+  system.constraints = {ropes};
+  system.add_gravity({0.0, 0.0, -9.81});
+  Simulation simulation(system, {.rtol = 1e-8, .atol = 1e-9}, {.threads = 1});
+  for (int k = 1; k <= 20; ++k) {
+    const Outcome outcome = simulation.advance_to(0.015 * k);
+    ASSERT_TRUE(outcome.ok()) << outcome.what;
+    expect_gaps(simulation, spacing);
+  }
+  EXPECT_GT(simulation.report().contact_events.size(), 50u);
+}
+
 /// A ball from below lifts a bob that hangs at rest: its rope is slack from the impact on, without an impulse.
 TEST(OneSidedMotion, ARopeThatAnImpactOpensIsListed) {
   scene::Scene scene = scene_of(R"("positions": [[0, 0, 0], [0, 0, -1], [0, 0, -3]],

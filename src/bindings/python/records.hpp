@@ -50,7 +50,9 @@ py::object value_of(const Value& value, py::ssize_t columns, const py::object& o
     for (const auto& each : value) list.append(value_of(each, 0, owner));
     return list;
   } else if constexpr (std::is_class_v<Value> && !std::is_same_v<Value, std::string>) {
-    return py::cast(value, py::return_value_policy::reference_internal, owner);
+    py::object record = py::cast(value, py::return_value_policy::reference_internal, owner);
+    if (!record) throw py::error_already_set();
+    return record;
   } else {
     return py::cast(value);
   }

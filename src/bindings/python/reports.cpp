@@ -52,8 +52,8 @@ py::dict tensions_from(const std::vector<Observed>& of_groups) {
 void bind_reports(py::module_& module) {
   bind_tables<Outcome, PlanSummary, Counters, PhaseTimes, ConstraintReport, LogDeterminant, RowDependence, RankReport,
               FrictionReport, SolveReport, Split, ReactionPart, FrictionBlocks, CertificateCheck, Certificate,
-              Violation, MotionForces, Extreme, Passage, EnergyReport, FrictionSummary, RankChange, SingularPassage,
-              Violations, NearestToSingular>(module);
+              Violation, MotionForces, Extreme, Passage, ContactEvent, EnergyReport, FrictionSummary, RankChange,
+              SingularPassage, Violations, NearestToSingular>(module);
   Record<ProjectionReport>(module, "How a projection ended.").table();
   Record<StartReport>(module, "How a consistent start was found.").table();
   Record<ReactionsByCause>(module, "Reactions by what causes them.").table();

@@ -36,6 +36,9 @@ class Gaps {
   double inverse_effective_mass(std::size_t k) const;
   double length(std::size_t k) const { return workspace_.scales.length(neighbourhood(k)); }
   double speed(std::size_t k) const { return workspace_.scales.speed(neighbourhood(k)); }
+  /// Returns the slowest rate with which a row that touches approaches, m/s. Where its gap was seen to fall, only what
+  /// an impact leaves by rounding is slower.
+  double slowest(std::size_t k, bool falls) const { return (falls ? 1e-14 : resting) * speed(k); }
   double acceleration(std::size_t k) const { return speed(k) * speed(k) / length(k); }
   std::size_t user_row(std::size_t k) const {
     return static_cast<std::size_t>(model_.numbering.user_row[static_cast<std::size_t>(rows_[k].row)]);

@@ -22,6 +22,7 @@ struct OneSidedInstant {
   const Request& request;
   const AccelerationOutput& to;
   std::vector<char> touches{}, leaves{};  ///< [one-sided row] its gap is 0; its force came to 0 just now
+  std::vector<char> falls{};              ///< [one-sided row] its gap falls through 0: no rate below 0 is rounding
   bool begins = false;                    ///< a motion, or the rest of one behind a break
   bool is_listed = true;                  ///< what changes is
   int impacts = 0;                        ///< that followed one another so far

@@ -92,17 +92,18 @@ std::vector<char> UnilateralRows::smooth(std::vector<char> rows) const {
   return rows;
 }
 
-/// Open gaps that rest at 0, or below it by rounding, get a slack; others reach 0 where they do.
+/// Open gaps that rest at 0, or are below it by rounding, get a slack; others reach 0 where they do.
 void UnilateralRows::measure_slack(const Instant& at) {
   constexpr double rounding = 32.0 * std::numeric_limits<double>::epsilon();
   measure_rates(at.r, at.v, &rates_);
   measure_gaps(at.t, at.r);
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     slack_[k] = 0.0;
-    if (at.touches[k] == 0 || closed_[k] != 0 || std::abs(rates_[k]) > resting * speed(k)) continue;
+    if (at.touches[k] == 0 || closed_[k] != 0) continue;
     double far = 0.0;
     for (const Incidence& arm : arms_[k]) far = std::max(far, norm(load(at.r, arm.point)));
-    slack_[k] = std::max({-2.0 * gaps_[k], slack_of_gaps * length(k), rounding * far});
+    const bool rests = rates_[k] <= resting * speed(k);
+    slack_[k] = std::max(0.0, -gaps_[k]) + std::max(rounding * far, rests ? slack_of_gaps * length(k) : 0.0);
   }
 }
 
@@ -200,6 +201,7 @@ UnilateralRows::Instant UnilateralRows::look(const Kinematics& place, double* v,
   Instant at{place.t, place.x, v, request, to};
   measure_gaps(at.t, at.r);
   at.leaves.assign(rows_.size(), 0);
+  at.falls = at.leaves;
   for (std::size_t k = 0; k < rows_.size(); ++k)
     at.touches.push_back(gaps_[k] <= limit * length(k) || (keeps_closed && closed_[k] != 0));
   return at;
@@ -226,6 +228,7 @@ Outcome UnilateralRows::switch_equations(double t, const double* r, double* v, s
     }
     at.touches[k] = 1;
     at.leaves[k] = closed_[k];
+    at.falls[k] = closed_[k] == 0;
   }
   friction_.begin(at, met);
   return choose(std::move(at));
@@ -342,7 +345,7 @@ Outcome UnilateralRows::collide(Instant* at, bool* collides) {
   if (Outcome outcome = friction_.collide(at, rates, collides); !outcome.ok() || *collides) return outcome;
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     may_close[k] = at->touches[k] != 0 && rates[k] <= resting * speed(k);
-    approaches[k] = at->touches[k] != 0 && rates[k] < -resting * speed(k);
+    approaches[k] = at->touches[k] != 0 && rates[k] < -slowest(k, at->falls[k] != 0);
     if (approaches[k] == 0) continue;
     *collides = true;
     restitution[k] = rows_[k].restitution;
@@ -475,7 +478,7 @@ Outcome UnilateralRows::find_closed(Instant* at) {
     return outcome;
   };
   const auto is_off = [&](std::size_t k, double rounding) {
-    if (closed_[k] == 0) return accelerations_[k] < -rounding * acceleration(k);
+    if (closed_[k] == 0) return accelerations_[k] < (at->falls[k] != 0 ? 0.0 : -rounding * acceleration(k));
     const double p = rows_[k].sign * forces_[static_cast<std::size_t>(rows_[k].row)];
     return p * inverse_effective_mass(k) < -rounding * acceleration(k);
   };
