@@ -71,16 +71,12 @@ Solution state_between(System held, std::span<const double> at, const ModesOptio
   return state;
 }
 
-/// Returns the state of all constraints, of which those that are open pull with nothing.
-Solution with_open(Solution state, const std::vector<bool>& open) {
-  if (open.empty()) return state;
-  for (std::vector<double>* const rows : {&state.multipliers, &state.self_stress}) {
-    if (rows->empty()) continue;
-    const std::vector<double> held = std::exchange(*rows, std::vector<double>(open.size()));
-    for (std::size_t row = 0, next = 0; row < open.size(); ++row)
-      if (!open[row]) (*rows)[row] = held[next++];
-  }
-  return state;
+/// Gives numbers of the rows of all constraints, of which those that are open pull with nothing.
+void spread(std::vector<double>* rows, const std::vector<bool>& open) {
+  if (open.empty() || rows->empty()) return;
+  const std::vector<double> held = std::exchange(*rows, std::vector<double>(open.size()));
+  for (std::size_t row = 0, next = 0; row < open.size(); ++row)
+    if (!open[row]) (*rows)[row] = held[next++];
 }
 
 py::object vibrate(const py::object& object, const py::object& positions, const py::object& options,
@@ -95,16 +91,17 @@ py::object vibrate(const py::object& object, const py::object& positions, const 
   for (std::size_t row = 0; row < given.span().size(); ++row) {
     if (open.empty() || !open[row]) chosen.multipliers.push_back(given.span()[row]);
   }
-  const Modes found = without_lock([&] { return modes(held, at, chosen); });
+  Modes found = without_lock([&] { return modes(held, at, chosen); });
   std::vector<Observed> tensions, observed;
   Solution state;
   if (found.outcome.ok()) {
     state = without_lock([&] { return state_between(held, at, chosen, found); });
-    tensions = observe(held, tensions_of_groups(held), state);
-    state = with_open(std::move(state), open);
+    for (std::vector<double>* const rows : {&state.multipliers, &state.self_stress}) spread(rows, open);
+    tensions = observe(system, tensions_of_groups(system), state);
     observed = observe(system, choose_observables(object, system), state);
   }
-  py::object result = keep(found, object, held, tensions);
+  spread(&found.multipliers, open);
+  py::object result = keep(found, object, system, tensions);
   result.attr("__dict__")["positions"] = copy(at, 3);
   if (found.outcome.ok()) result.attr("__dict__")["state"] = std::move(state);
   result.attr("__dict__")["observables"] = observed;
@@ -149,8 +146,8 @@ void bind_records(py::module_& module) {
       .fields<&E::multipliers>()
       .points<&E::reactions, &E::support_forces>()
       .property("multipliers_unique", &flags_of<&E::multipliers_unique>, "numpy.ndarray")
-      .fields<&E::self_stress, &E::self_stress_states, &E::dependences, &E::residual_force, &E::largest_force, &E::violation,
-              &E::energy>()
+      .fields<&E::self_stress, &E::self_stress_states, &E::dependences, &E::residual_force, &E::largest_force,
+              &E::violation, &E::energy>()
       .property("open", &flags_of<&E::open>, "numpy.ndarray")
       .fields<&E::left_out>()
       .kept("observables", "list", "Observed of the scene, or those of a run; empty if no equilibrium was accepted")

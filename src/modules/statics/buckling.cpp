@@ -152,10 +152,8 @@ std::optional<double> refine(LoadedStiffness* stiffness, double low, VectorXd* x
   return std::nullopt;
 }
 
-}  // namespace
-
-Buckling find_buckling(const System& system, std::span<const double> positions, const BucklingOptions& options) {
-  const QuietTraps quiet;
+/// Finds the buckling of a system whose constraints all act both ways.
+Buckling find_buckling_of(const System& system, std::span<const double> positions, const BucklingOptions& options) {
   const EquilibriumOptions same = system_options(options);
   const EquilibriumClaim claim{positions, {}, options.force_tolerance};
   const std::unique_ptr<GivenEquilibrium> loaded = GivenEquilibrium::stand_at(system, claim, same);
@@ -198,6 +196,15 @@ Buckling find_buckling(const System& system, std::span<const double> positions, 
   shape.resize(users.size(), 0.0);
   state.model().numbering.scatter_points(shape, users);
   return {{}, *factor, std::move(users)};
+}
+
+}  // namespace
+
+Buckling find_buckling(const System& system, std::span<const double> positions, const BucklingOptions& options) {
+  const QuietTraps quiet;
+  return find_with_closed(system, positions, options, [&](const System& held, const BucklingOptions& chosen) {
+    return find_buckling_of(held, positions, chosen);
+  });
 }
 
 }  // namespace tanor

@@ -5,15 +5,11 @@
 #include <limits>
 #include <random>
 
-#include <tanor/modes.hpp>
-
-#include "base/check_size.hpp"
 #include "base/text.hpp"
 #include "base/with_unit.hpp"
 #include "dynamics/prestress_rigidity.hpp"
 #include "statics/kkt_solver.hpp"
 #include "statics/newton_descent.hpp"
-#include "statics/one_sided.hpp"
 #include "statics/standing_corner.hpp"
 #include "statics/unsymmetric_kkt.hpp"
 

@@ -5,11 +5,14 @@
 #include <string>
 #include <vector>
 
-#include <tanor/equilibrium.hpp>
+#include <tanor/modes.hpp>
 
+#include "base/check_size.hpp"
 #include "statics/equilibrium_equations.hpp"
+#include "statics/one_sided.hpp"
 #include "statics/smallest_multipliers.hpp"
 #include "statics/statics_input.hpp"
+#include "system/chosen_members.hpp"
 
 namespace tanor::detail {
 
@@ -84,5 +87,43 @@ class GivenEquilibrium {
   std::vector<double> residuals_;
   RankReport rank_;
 };
+
+/// Returns find(system, options) without the constraints with a side that keep their distance at `positions` [3n]. The
+/// options and the answer have the numbers and names of all members.
+template <class Options, class Find>
+auto find_with_closed(const System& system, std::span<const double> positions, Options options, const Find& find) {
+  const std::vector<bool> open = find_open_rows(system, positions, system_options(options));
+  if (open.empty()) return find(system, options);
+  const auto rename = [&](std::string text) {
+    rename_members(system, open, &text);
+    return text;
+  };
+  if constexpr (requires { options.multipliers; }) {
+    if (!options.multipliers.empty()) {
+      check_size(options.multipliers.size(), open.size(), "multipliers");
+      options.multipliers = keep_rows(options.multipliers, open);
+    }
+    for (Prestress& each : options.prestress) {
+      std::size_t row = 0;
+      for (std::size_t g = 0; g < system.constraints.size(); ++g) {
+        if (each.tensions.size() > 1 && constraint_name(system, g) == each.rods)
+          each.tensions = keep_rows(each.tensions, open, row);
+        const auto [members, rows] = shape_of(system.constraints[g]);
+        row += members * rows;
+      }
+    }
+  }
+  try {
+    auto found = find(without_open_rows(system, open), options);
+    found.outcome.what = rename(found.outcome.what);
+    if constexpr (requires { found.multipliers; }) {
+      found.multipliers = spread_rows(found.multipliers, open);
+      for (std::string& each : found.left_out) each = rename(each);
+    }
+    return found;
+  } catch (const NotAtRest& error) {
+    throw NotAtRest(error.where(), rename(error.what()));
+  }
+}
 
 }  // namespace tanor::detail

@@ -149,10 +149,8 @@ Outcome find_obstacle(GivenEquilibrium& state, std::span<const double> positions
           rows + "); a prestress must be given"};
 }
 
-}  // namespace
-
-Modes modes(const System& system, std::span<const double> positions, const ModesOptions& options) {
-  const QuietTraps quiet;
+/// Finds the modes of a system whose constraints all act both ways.
+Modes find_modes_about(const System& system, std::span<const double> positions, const ModesOptions& options) {
   const std::unique_ptr<GivenEquilibrium> standing = GivenEquilibrium::stand_at(
       system, {positions, options.multipliers, options.force_tolerance}, system_options(options));
   GivenEquilibrium& state = *standing;
@@ -196,6 +194,15 @@ Modes modes(const System& system, std::span<const double> positions, const Modes
   if (result.zero_modes > 0)
     result.rigid_zero_modes = std::min(result.zero_modes, count_rigid_modes(state.equations(), state.positions()));
   return result;
+}
+
+}  // namespace
+
+Modes modes(const System& system, std::span<const double> positions, const ModesOptions& options) {
+  const QuietTraps quiet;
+  return find_with_closed(system, positions, options, [&](const System& held, const ModesOptions& chosen) {
+    return find_modes_about(held, positions, chosen);
+  });
 }
 
 }  // namespace tanor

@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "base/check_size.hpp"
 #include "base/text.hpp"
 #include "system/chosen_members.hpp"
 #include "system/enum_check.hpp"
@@ -52,6 +53,42 @@ System without_open_constraints(const System& system, const std::vector<bool>& o
   return without_open_rows(system, open);
 }
 
+std::vector<double> detail::keep_rows(const std::vector<double>& all, const std::vector<bool>& open,
+                                      std::size_t first) {
+  std::vector<double> result;
+  for (std::size_t k = 0; k < all.size(); ++k)
+    if (!open[first + k]) result.push_back(all[k]);
+  return result;
+}
+
+std::vector<double> detail::spread_rows(const std::vector<double>& kept, const std::vector<bool>& open) {
+  std::vector<double> result(open.size(), 0.0);
+  for (std::size_t row = 0, k = 0; row < result.size(); ++row)
+    if (!open[row]) result[row] = kept[k++];
+  return result;
+}
+
+void detail::rename_members(const System& system, const std::vector<bool>& open, std::string* text) {
+  std::size_t row = 0;
+  for (std::size_t g = 0; g < system.constraints.size(); ++g) {
+    const auto [members, rows] = shape_of(system.constraints[g]);
+    std::vector<std::size_t> kept;
+    for (std::size_t k = 0; k < members; ++k) {
+      if (!open[row + k * rows]) kept.push_back(k);
+    }
+    row += members * rows;
+    if (kept.size() == members) continue;
+    const std::string before = constraint_name(system, g) + "[";
+    for (std::size_t at = text->find(before); at != std::string::npos; at = text->find(before, at)) {
+      const bool is_whole_name = at == 0 || (*text)[at - 1] == ' ' || (*text)[at - 1] == '(';
+      at += before.size();
+      if (!is_whole_name) continue;
+      const std::size_t end = text->find(']', at), k = std::stoul(text->substr(at, end - at));
+      text->replace(at, end - at, std::to_string(kept[k]));
+    }
+  }
+}
+
 namespace {
 
 /// One-sided constraints, s = 1 or -1, and which of them are closed:
@@ -60,14 +97,14 @@ namespace {
 class OneSidedRows {
  public:
   /// Closes the constraints that touch or are broken at the start. Throws InputError.
-  OneSidedRows(const StaticsInput& input, const EquilibriumOptions& options)
+  OneSidedRows(const StaticsInput& input, const EquilibriumOptions& options, std::span<const double> positions)
       : system_(input.system),
         work_(input.system, options.solver, 0.0),
         equations_(work_, options.at),
         tolerance_(options.force_tolerance),
         side_(find_sides(input.system, options.one_sided)),
         open_(side_.size(), false) {
-    stand_at(system_.positions, {});
+    stand_at(positions, {});
     const double touches = 1e-6 * work_.model().smallest_length;
     for (std::size_t row = 0; row < side_.size(); ++row) open_[row] = side_[row] * xi_[row] > touches * norm_[row];
   }
@@ -77,20 +114,7 @@ class OneSidedRows {
     for (const std::size_t row : rows) open_[row] = !open_[row];
   }
 
-  /// Convert between the rows of all constraints and those of the closed system; `spread` sets open rows to 0.
-  std::vector<double> keep(const std::vector<double>& all) const {
-    std::vector<double> result;
-    for (std::size_t row = 0; row < all.size(); ++row)
-      if (!open_[row]) result.push_back(all[row]);
-    return result;
-  }
-  std::vector<double> spread(const std::vector<double>& kept) const {
-    std::vector<double> result(open_.size(), 0.0);
-    for (std::size_t row = 0, k = 0; row < result.size(); ++row) {
-      if (!open_[row]) result[row] = kept[k++];
-    }
-    return result;
-  }
+  std::vector<double> spread(const std::vector<double>& kept) const { return spread_rows(kept, open_); }
 
   /// Returns the rows that contradict `found`, an equilibrium of the closed system: closed ones that pull, and of the
   /// open ones that are broken the worst one of each point.
@@ -153,31 +177,9 @@ class OneSidedRows {
     return name_some(names);
   }
 
-  /// Replaces the members' numbers in the closed system by those of the user.
-  void rename(std::string* text) const {
-    std::size_t row = 0;
-    for (std::size_t g = 0; g < system_.constraints.size(); ++g) {
-      const auto [members, rows] = shape_of(system_.constraints[g]);
-      std::vector<std::size_t> kept;
-      for (std::size_t k = 0; k < members; ++k) {
-        if (!open_[row + k * rows]) kept.push_back(k);
-      }
-      row += members * rows;
-      if (kept.size() == members) continue;
-      const std::string before = constraint_name(system_, g) + "[";
-      for (std::size_t at = text->find(before); at != std::string::npos; at = text->find(before, at)) {
-        const bool is_whole_name = at == 0 || (*text)[at - 1] == ' ';
-        at += before.size();
-        if (!is_whole_name) continue;
-        const std::size_t end = text->find(']', at), k = std::stoul(text->substr(at, end - at));
-        text->replace(at, end - at, std::to_string(kept[k]));
-      }
-    }
-  }
-
  private:
   /// Evaluates xi, |gradient| and xi'' = K'M^-1 g there; empty multipliers count as zero.
-  void stand_at(const std::vector<double>& positions, const std::vector<double>& multipliers) {
+  void stand_at(std::span<const double> positions, const std::vector<double>& multipliers) {
     const Model& model = work_.model();
     const Numbering& numbering = model.numbering;
     const auto user_row = [&](std::size_t a) { return static_cast<std::size_t>(numbering.user_row[a]); };
@@ -244,7 +246,10 @@ bool contradicts(const EquilibriumResult& found) {
 class OneSidedSearch {
  public:
   OneSidedSearch(const StaticsInput& input, const EquilibriumOptions& options)
-      : input_(input), options_(options), rows_(input, options), positions_(input.system.positions) {}
+      : input_(input),
+        options_(options),
+        rows_(input, options, input.system.positions),
+        positions_(input.system.positions) {}
 
   EquilibriumResult run() {
     bool assesses_stability = false;
@@ -279,9 +284,12 @@ class OneSidedSearch {
     EquilibriumOptions options = options_;
     if (has_rested_) options.load_steps = 1;
     const System closed = without_open_constraints(input_.system, rows_.open());
-    const std::vector<double> prestress = rows_.keep(input_.prestress);
+    const std::vector<double> prestress = keep_rows(input_.prestress, rows_.open());
     const auto rest_at = [&](const std::vector<double>& start) {
       EquilibriumResult found = rest_from(closed, input_.frame, options, prestress, start, assesses_stability);
+      for (std::vector<std::string>* const texts : {&found.dependences, &found.left_out})
+        for (std::string& each : *texts) rename_members(input_.system, rows_.open(), &each);
+      rename_members(input_.system, rows_.open(), &found.outcome.what);
       search_.iterations += found.search.iterations;
       search_.factorizations += found.search.factorizations;
       search_.residuals.insert(search_.residuals.end(), found.search.residuals.begin(), found.search.residuals.end());
@@ -327,7 +335,6 @@ class OneSidedSearch {
       if (!rows_.open()[row] && k < found.multipliers_unique.size()) unique[row] = found.multipliers_unique[k++];
     }
     found.multipliers_unique = std::move(unique);
-    for (std::string& each : found.dependences) rows_.rename(&each);
     found.open = rows_.open();
     search_.method_used = found.search.method_used;
     found.search = std::move(search_);
@@ -364,6 +371,16 @@ EquilibriumOptions detail::take_sides(System* system, const EquilibriumOptions& 
         system->constraints[g]);
   }
   return options;
+}
+
+std::vector<bool> detail::find_open_rows(const System& system, std::span<const double> positions,
+                                         const EquilibriumOptions& given) {
+  System held = system;
+  const EquilibriumOptions options = take_sides(&held, given);
+  if (options.one_sided.empty()) return {};
+  check_size(positions.size(), 3 * system.num_points(), "positions");
+  std::vector<bool> open = OneSidedRows(StaticsInput(held, options), options, positions).open();
+  return std::ranges::count(open, true) > 0 ? open : std::vector<bool>();
 }
 
 EquilibriumResult detail::rest_with_one_sided(const StaticsInput& input, const EquilibriumOptions& options) {

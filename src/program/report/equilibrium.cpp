@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <fstream>
 #include <functional>
 #include <span>
@@ -211,87 +210,12 @@ void leave_out_formula_coordinates(const System& system, Json* json) {
   if (json->contains("solver")) (*json)["solver"].erase("form");
 }
 
-/// Keeps some of the members of an entry of "constraints".
-template <class Group, class Keep>
-void keep_members(const Group& group, const Keep& keep, Json* entry) {
-  const auto& members = group.*KindOf<Group>::members;
-  const auto keep_some = [&](const auto& list) {
-    Json kept = Json::array();
-    for (std::size_t k = 0; k < members.size(); ++k) {
-      if (keep(k)) kept.push_back(list[k]);
-    }
-    return kept;
-  };
-  const auto keep_each = [&](const char* key) {
-    if (entry->contains(key) && (*entry)[key].is_array()) (*entry)[key] = keep_some((*entry)[key]);
-  };
-  keep_each("offsets");
-  keep_each("breaks_at");
-  for_each_field<Group>([&](const auto& field) {
-    if constexpr (std::is_same_v<std::remove_cvref_t<decltype(group.*field.value)>, Parameter>) keep_each(field.name);
-  });
-  (*entry)[list_name<Group>()] = keep_some(members);
-}
-
-/// A group of constraints that the scene at rest lacks, or some members of which it lacks, so that others have other
-/// numbers.
-struct Gone {
-  std::string name;
-  bool is_whole;
-
-  /// Returns true if an argument in a text is the group or one of its members, or if only part is gone, a member.
-  bool is_asked(std::string_view text) const {
-    constexpr const char* blanks = " \t\n\r";
-    for (std::size_t at = text.find(name, 1); at < text.size(); at = text.find(name, at + 1)) {
-      const std::size_t first = text.find_last_not_of(blanks, at - 1);
-      const std::size_t last = text.find_first_not_of(blanks, at + name.size());
-      if (first < at && last < text.size() && std::strchr("(,'\"", text[first]) != nullptr &&
-          std::strchr(is_whole ? "[),'\"" : "[", text[last]) != nullptr)
-        return true;
-    }
-    return false;
-  }
-};
-
-/// Removes what a scene asks of constraints that are gone.
-void leave_out_questions(const std::vector<Gone>& gone, Json* list) {
-  Json kept = Json::array();
-  for (const Json& each : *list) {
-    std::string asked = each.is_string() ? each.get<std::string>() : "";
-    for (const char* key : {"what", "when"})
-      if (each.contains(key)) asked = each[key];
-    if (each.contains("of")) asked += "(" + each["of"].get<std::string>() + ")";
-    if (std::ranges::none_of(gone, [&](const Gone& group) { return group.is_asked(asked); })) kept.push_back(each);
-  }
-  *list = std::move(kept);
-}
-
-/// Makes the closed one-sided constraints two-sided and removes the open ones.
-void write_closed_constraints(const System& system, const EquilibriumResult& found, Json* json) {
-  if (found.open.empty()) return;
-  std::vector<Gone> gone;
+/// Gives the sides that the search was asked for to their constraints, so that all members keep their numbers.
+void write_sides(const scene::Scene& scene, Json* json) {
+  for (const OneSided& each : scene.equilibrium.one_sided)
+    for (std::size_t g = 0; g < scene.system.constraints.size(); ++g)
+      if (constraint_name(scene.system, g) == each.constraint) (*json)["constraints"][g]["side"] = name_of(each.side);
   if (json->contains("equilibrium")) json->at("equilibrium").erase("one_sided");
-  Json constraints = Json::array();
-  for_each_group(system, [&](const std::string& name, std::size_t g, std::size_t row, std::size_t members) {
-    const auto is_open = found.open.begin() + static_cast<std::ptrdiff_t>(row);
-    const auto open = std::count(is_open, is_open + static_cast<std::ptrdiff_t>(members), true);
-    const bool has_prestress = json->contains("equilibrium") && json->at("equilibrium").contains("prestress");
-    if (open > 0 && has_prestress) json->at("equilibrium")["prestress"].erase(name);
-    if (open > 0) gone.push_back({name, open == static_cast<std::ptrdiff_t>(members)});
-    if (open == static_cast<std::ptrdiff_t>(members) && members > 0) return;
-    Json& entry = constraints.emplace_back(std::move((*json)["constraints"][g]));
-    entry["name"] = name;
-    if (open == 0) return;
-    std::visit(
-        [&](const auto& group) {
-          keep_members(
-              group, [&](std::size_t k) { return !is_open[k]; }, &entry);
-        },
-        system.constraints[g]);
-  });
-  (*json)["constraints"] = std::move(constraints);
-  for (const char* key : {"observe", "events"})
-    if (json->contains(key)) leave_out_questions(gone, &(*json)[key]);
 }
 
 /// Returns true if an entry of the scene contains a function of time.
@@ -330,7 +254,7 @@ void write_scene(const fs::path& path, const scene::Scene& scene, const Equilibr
   if (!json.contains("points")) write_what_came_with_points(scene.system, &json);
   write_initial_numbers(scene.system, &json);
   leave_out_formula_coordinates(scene.system, &json);
-  write_closed_constraints(scene.system, found, &json);
+  write_sides(scene, &json);
   write_start(scene.equilibrium.at, &json);
   json.erase("generate");
   if (json.erase("import") > 0) {
