@@ -1,5 +1,6 @@
 #include <array>
 #include <cmath>
+#include <regex>
 
 #include "cli/program.hpp"
 
@@ -64,6 +65,38 @@ TEST(RunTest, TellsWhatAnEventDid) {
   if (!std::filesystem::exists(page)) GTEST_SKIP() << "this program makes no page";
   EXPECT_TRUE(contains(read_text(page), rest));
   EXPECT_TRUE(contains(read_text(page), R"("support_names":["hook"])"));
+}
+
+/// Pages show 0 for what is rounding beside 29.43 N, 78 J or 1000 N/m times 4 m; files have its digits.
+TEST(RunTest, PagesShowNoRoundingBesideForcesEnergiesAndSprings) {
+  const Folder folder;
+  write_text(folder / "s.json", R"json({
+    "tanor_scene": 1, "units": "si",
+    "points": {"positions": [[0,0,0], [4,0,0], [0,0,-0.7], [9,0,0]], "masses": [1, 2, 3, 1]},
+    "supports": [{"points": [0, 3]}],
+    "constraints": [{"name": "links", "kind": "rod", "pairs": [[0,1], [0,2]]}],
+    "forces": [{"kind": "gravity", "acceleration": [0,0,-9.81]},
+               {"name": "s", "kind": "spring", "pairs": [[0,1]], "stiffness": 1000},
+               {"kind": "constant", "points": [2], "force": [0, 0, 0.1]}],
+    "events": [{"name": "snap", "when": "t > 0.3", "do": "break", "of": "s[0]"}],
+    "observe": ["acceleration(2)", "velocity(2)", "energy()", "tension(s)"], "motion": {"t_end": 1, "rtol": 1e-13}})json");
+
+  const Ended ended = run_program(folder, {"run", "s.json", "--report"});
+
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  const std::string table = read_text(folder / "s.out/observables.csv");
+  EXPECT_TRUE(std::regex_search(table, std::regex("e-1[0-9]"))) << "the scene tests nothing: " << table;
+  const std::string said = ended.out.substr(0, ended.out.find("method"));
+  EXPECT_FALSE(std::regex_search(said, std::regex("e-[0-9][0-9] (N|J|m/s)"))) << said;
+  EXPECT_TRUE(contains(ended.out, "energy        -20.601 J at the start")) << ended.out;
+  const std::string page = folder / "s.out/report.html";
+  if (!std::filesystem::exists(page)) GTEST_SKIP() << "this program makes no page";
+  const std::string html = read_text(page);
+  const std::size_t begin = html.find("id=\"data\">") + 10;
+  const json shown = json::parse(html.substr(begin, html.find("</script>", begin) - begin));
+  for (const char* const key : {"energy", "kinetic", "potential"})
+    for (const json& each : shown.at("history").at(key))
+      EXPECT_TRUE(each == 0.0 || std::abs(each.get<double>()) > 1e-8) << key << each;
 }
 
 TEST(RunTest, WritesItsFolder) {

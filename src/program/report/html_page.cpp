@@ -46,17 +46,12 @@ std::string in_hexadecimals(Rgb colour) {
 
 /// Returns the colours of the motion, which are those of its pictures.
 Json describe_colours(const TensionScale& tensions) {
-  return {{"tensions", {tensions.least, tensions.most}},
-          {"pulled", list_of(pulled, in_hexadecimals)},
-          {"pushed", list_of(pushed, in_hexadecimals)},
-          {"bead", in_hexadecimals(bead_colour)},
-          {"support", in_hexadecimals(support_colour)},
-          {"earth", in_hexadecimals(earth_colour)},
-          {"normal", in_hexadecimals(normal_colour)},
-          {"tangent", in_hexadecimals(tangent_colour)},
-          {"guide", in_hexadecimals(guide_colour)},
-          {"ground", in_hexadecimals(ground)},
-          {"ink", in_hexadecimals(ink)}};
+  return {{"tensions", {tensions.least, tensions.most}}, {"pulled", list_of(pulled, in_hexadecimals)},
+          {"pushed", list_of(pushed, in_hexadecimals)},  {"unknown", in_hexadecimals(unknown_colour)},
+          {"bead", in_hexadecimals(bead_colour)},        {"support", in_hexadecimals(support_colour)},
+          {"earth", in_hexadecimals(earth_colour)},      {"normal", in_hexadecimals(normal_colour)},
+          {"tangent", in_hexadecimals(tangent_colour)},  {"guide", in_hexadecimals(guide_colour)},
+          {"ground", in_hexadecimals(ground)},           {"ink", in_hexadecimals(ink)}};
 }
 
 struct Range {
@@ -213,11 +208,16 @@ double shorten(double number) {
   return std::isfinite(number) ? std::stod(fmt::format("{:.9g}", number)) : number;
 }
 
-Json describe_history(const Recording& recording) {
+/// Energies that are rounding beside those of the motion are 0.
+Json describe_history(const Recording& recording, const MotionReport& report) {
   const std::vector<RecordedStep> steps = recording.steps();
   Json history;
   const auto add = [&](std::string_view key, double RecordedStep::*number) {
-    history[std::string(key)] = list_of(steps, [&](const RecordedStep& step) { return shorten(step.*number); });
+    const bool is_energy =
+        number == &RecordedStep::energy || number == &RecordedStep::kinetic || number == &RecordedStep::potential;
+    history[std::string(key)] = list_of(steps, [&](const RecordedStep& step) {
+      return shorten(is_energy ? beyond_rounding(step.*number, report) : step.*number);
+    });
   };
   using S = RecordedStep;
   add("t", &S::time);
@@ -282,7 +282,7 @@ Json describe_events(const Simulation& simulation, const Recording& recording) {
   constexpr std::size_t most_named = 100;
   const std::span<const Passage> passages = simulation.passages();
   for (const Passage& passage : passages.first(std::min(most_named, passages.size())))
-    add(passage.time, "event", describe_passage(passage, simulation.system().units));
+    add(passage.time, "event", describe_passage(passage, simulation));
   std::ranges::stable_sort(events.get_ref<Json::array_t&>(), {},
                            [](const Json& event) { return event["t"].get<double>(); });
   return events;
@@ -370,7 +370,7 @@ void write(const std::filesystem::path& directory, const RunFacts& facts, const 
       {"run", describe_run(facts, simulation, text)},
       {"motion", describe_motion(simulation.system(), recording, facts.cell, simulation.passages(), &bytes)},
       {"colours", describe_colours(facts.tensions.value_or(TensionScale()))},
-      {"history", describe_history(recording)},
+      {"history", describe_history(recording, simulation.report())},
       {"units", describe_units(simulation.system().units)},
       {"observables", describe_observed(recording, simulation.system(), &simulation)},
       {"events", describe_events(simulation, recording)},

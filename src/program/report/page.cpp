@@ -52,6 +52,12 @@ std::string line(const std::string& key, const std::string& text) {
   return fmt::format("  {:{}}{}\n", key, page_column - 2, text);
 }
 
+constexpr double beside_itself = 1e-10, beside_others = 1e-13;  // parts of a size that are rounding
+
+double rounding_of_energy(const MotionReport& report) {
+  return beside_itself * report.energy.scale;
+}
+
 /// Tells how near the motion came to a singular configuration, and how well it keeps the constraints and its energy.
 std::string describe_quality(const MotionReport& report, const Units& units) {
   std::string text =
@@ -62,13 +68,19 @@ std::string describe_quality(const MotionReport& report, const Units& units) {
                fmt::format("{} positions, {} velocities, {} accelerations (largest, relative)",
                            in_words(report.violation.position, "{:.1e}"), in_words(report.violation.velocity, "{:.1e}"),
                            in_words(report.violation.acceleration, "{:.1e}")));
-  return text + line("energy", fmt::format("{} at the start, {} at the end, relative drift {}",
-                                           with_unit(in_words(report.energy.start, "{:.10g}"), units.energy),
-                                           with_unit(in_words(report.energy.now, "{:.10g}"), units.energy),
-                                           in_words(report.energy.drift_relative(), "{:.1e}")));
+  const auto energy = [&](double number) {
+    return with_unit(in_words(beyond_rounding(number, report), "{:.10g}"), units.energy);
+  };
+  return text +
+         line("energy", fmt::format("{} at the start, {} at the end, relative drift {}", energy(report.energy.start),
+                                    energy(report.energy.now), in_words(report.energy.drift_relative(), "{:.1e}")));
 }
 
 }  // namespace
+
+double beyond_rounding(double energy, const MotionReport& report) {
+  return std::abs(energy) <= rounding_of_energy(report) ? 0.0 : energy;
+}
 
 std::size_t count_rods(const System& system) {
   std::size_t count = 0;
@@ -86,7 +98,7 @@ std::string format_page(const RunFacts& facts, Simulation& simulation) {
   std::string page = facts.scene + "\n";
   if (facts.has_started) {
     page += format_observables(simulation.observe(false), simulation.system(), &simulation);
-    page += format_passages(simulation.passages(), units) + "\n";
+    page += format_passages(simulation) + "\n";
   }
   page += line("source", facts.source);
   page +=
@@ -119,9 +131,11 @@ std::string format_page(const RunFacts& facts, Simulation& simulation) {
             ? ""
             : fmt::format("; last change at t = {}: {}", with_unit(fmt::format("{:g}", report.last_event), units.time),
                           report.last_change);
-    page += line("friction", fmt::format("{}; {}{}; work {}", describe_friction(simulation.system()),
-                                         describe_friction(report.friction), last,
-                                         with_unit(in_words(report.energy.work_of_friction, "{:.6g}"), units.energy)));
+    page +=
+        line("friction",
+             fmt::format(
+                 "{}; {}{}; work {}", describe_friction(simulation.system()), describe_friction(report.friction), last,
+                 with_unit(in_words(beyond_rounding(report.energy.work_of_friction, report), "{:.6g}"), units.energy)));
   }
   if (facts.has_started) {
     page += line("start", fmt::format("positions corrected by {} at most, velocities by {}",
@@ -206,11 +220,15 @@ std::string name_kind(const std::string& unit, Dimension dimension) {
 
 std::function<double(const Observed&)> measure_rounding(std::span<const Observed> all, const System& system,
                                                         const Simulation* motion) {
-  constexpr double beside_itself = 1e-10, beside_others = 1e-13;
   std::map<std::string, double> sizes;
   const auto take = [&](const std::string& kind, double size) { sizes[kind] = std::max(sizes[kind], size); };
   for (const Observed& each : all) take(name_kind(each.unit, each.dimension), beside_others * size_of(each));
-  take(name_kind(system.units.length, Dimension::Length), beside_others * measure_diagonal(system.positions));
+  const double diagonal = measure_diagonal(system.positions);
+  take(name_kind(system.units.length, Dimension::Length), beside_others * diagonal);
+  // The force of a spring is a difference of lengths times its stiffness.
+  for (const Force& force : system.forces)
+    if (const auto* springs = std::get_if<Springs>(&force))
+      take(name_kind(system.units.force, Dimension::Forces), beside_others * springs->stiffness * diagonal);
   // A moment cancels forces at their arms, and the weight is there where no force is observed.
   double& largest_force = sizes[name_kind(system.units.force, Dimension::Forces)];
   double weight = 0.0, arm = 0.0;
@@ -219,8 +237,18 @@ std::function<double(const Observed&)> measure_rounding(std::span<const Observed
   take(name_kind(system.units.letters(Dimension::Moment), Dimension::Moment),
        std::max(largest_force, beside_others * weight) * arm);
   if (motion != nullptr) {
-    const double energy = beside_itself * motion->report().energy.scale;
+    const double energy = rounding_of_energy(motion->report());
     take(name_kind(system.units.energy, Dimension::Energy), energy);
+    // An acceleration cancels forces, and velocities may end as they began.
+    double fastest = 0.0, total_mass = 0.0;
+    for (std::size_t i = 0; i < system.num_points(); ++i) {
+      const double mass = system.masses[i], reaction = norm(load(motion->reactions().data(), i));
+      if (mass > 0.0) fastest = std::fmax(fastest, reaction / mass);
+      total_mass += mass;
+    }
+    take(name_kind(system.units.letters(Dimension::Acceleration), Dimension::Acceleration), beside_others * fastest);
+    take(name_kind(system.units.letters(Dimension::Velocity), Dimension::Velocity),
+         beside_others * std::sqrt(2.0 * motion->report().energy.scale / std::max(total_mass, 1e-300)));
     const PlanSummary& plan = motion->plan();
     const double freedom =
         3.0 * static_cast<double>(plan.points - plan.supports) - static_cast<double>(motion->report().rank_changes.now);
@@ -280,22 +308,24 @@ std::string write_observables_at_rest(const std::filesystem::path& directory, co
   return last.empty() ? page : page + "\n" + last;
 }
 
-std::string describe_passage(const Passage& passage, const Units& units) {
+std::string describe_passage(const Passage& passage, const Simulation& motion) {
   std::string line = passage.member;
   if (passage.action == EventAction::Break) line += " breaks";
   if (passage.action == EventAction::Release) line += " is released";
   if (passage.action == EventAction::Stop) line += line.empty() ? "the run stops" : "; the run stops";
-  if (passage.energy_lost != 0.0) line += " with " + number_with_unit(passage.energy_lost, units.energy);
+  if (const double lost = beyond_rounding(passage.energy_lost, motion.report()); lost != 0.0)
+    line += " with " + number_with_unit(lost, motion.system().units.energy);
   if (!passage.rest.empty()) line += "; " + passage.rest;
   return passage.name + (line.empty() ? "" : ": " + line);
 }
 
-std::string format_passages(std::span<const Passage> passages, const Units& units) {
+std::string format_passages(const Simulation& motion) {
+  const std::span<const Passage> passages = motion.passages();
   constexpr std::size_t most = 10;
   std::string result;
   for (const Passage& each : passages.first(std::min(most, passages.size()))) {
-    result +=
-        fmt::format("  event at t = {}: {}\n", number_with_unit(each.time, units.time), describe_passage(each, units));
+    result += fmt::format("  event at t = {}: {}\n", number_with_unit(each.time, motion.system().units.time),
+                          describe_passage(each, motion));
   }
   return result + (passages.size() > most ? fmt::format("  … {} events in all\n", passages.size()) : "");
 }

@@ -20,6 +20,8 @@ std::string format_page(const RunFacts& facts, Simulation& simulation);
 /// Counts the rods, of which most scenes are made.
 std::size_t count_rods(const System& system);
 
+/// Returns what people see of an energy, J: 0 if it is rounding beside those of the motion.
+double beyond_rounding(double energy, const MotionReport& report);
 /// Returns a function that tells below which size numbers of an observable are rounding: beside its largest one, those
 /// of all observables that measure the same, and the lengths and energies of the scene. `motion` is null at rest.
 std::function<double(const Observed&)> measure_rounding(std::span<const Observed> all, const System& system,
@@ -37,9 +39,10 @@ std::string write_observables_at_rest(const std::filesystem::path& directory, co
                                       const System& system, double time, std::span<const std::string> left_out);
 
 /// Returns lines about the first events that were met, with what they took out.
-std::string format_passages(std::span<const Passage> passages, const Units& units);
-/// Returns one of them in words: "tears: links[3] breaks with 0.2 J; point 4 is without constraints".
-std::string describe_passage(const Passage& passage, const Units& units);
+std::string format_passages(const Simulation& motion);
+/// Returns one of them in words: "tears: links[3] breaks with 0.2 J; point 4 is without constraints". An energy that is
+/// rounding beside those of the motion is left out.
+std::string describe_passage(const Passage& passage, const Simulation& motion);
 
 /// Returns `observables` of summary.json: all fields of each. Members and values are left out if they are many; the
 /// tables over time have them.
