@@ -129,5 +129,19 @@ TEST(LegendTest, ABarWithoutLettersHasItsQuantityAndOneThatIsShorterHasMarks) {
   EXPECT_FALSE(find_text(painted, "tension, N", layout.font, columns.words));
 }
 
+TEST(LegendTest, RodsOfUnknownTensionHaveOneEntry) {
+  const auto has_entry = [](const std::vector<double>& tensions) {
+    Picture picture = make_pair();
+    picture.frame.tensions = tensions;
+    picture.extent = report::measure_motion({picture.frame});
+    const Decoded painted = decode(draw(picture).png);
+    const Layout layout = arrange(picture, true);
+    return find_text(painted, "not known", layout.font, Columns(layout).numbers).has_value();
+  };
+  EXPECT_FALSE(has_entry({4.7, -2.5}));
+  EXPECT_TRUE(has_entry({4.7, NAN}));
+  EXPECT_TRUE(has_entry({NAN, NAN}));
+}
+
 }  // namespace
 }  // namespace tanor::picture

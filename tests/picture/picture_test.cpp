@@ -104,7 +104,20 @@ TEST(PictureTest, ARodHasTheColourOfItsTension) {
   expect_rod(-5.0, {77, 140, 210});
   expect_rod(0.0, {199, 199, 196});
   expect_rod(1e9, {112, 28, 8});
-  expect_rod(std::nan(""), {217, 217, 217});
+  expect_rod(std::nan(""), {140, 140, 140});
+}
+
+/// A rod of unknown tension is dashed, so that nobody takes it for one without tension.
+TEST(PictureTest, ARodOfUnknownTensionIsDashed) {
+  const auto count_gaps = [](double tension) {
+    const Decoded painted = paint(make_rod(tension));
+    int gaps = 0;
+    for (int x = 1; x < painted.width; ++x) gaps += painted.is_ground(x, 150) && !painted.is_ground(x - 1, 150);
+    return gaps;
+  };
+  EXPECT_EQ(count_gaps(0.0), 1);  // where the picture ends
+  EXPECT_EQ(count_gaps(5.0), 1);
+  EXPECT_GE(count_gaps(std::nan("")), 5);
 }
 
 TEST(PictureTest, APlaneMotionIsSeenStraightAndFillsThePicture) {

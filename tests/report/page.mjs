@@ -442,6 +442,10 @@ async function tryShared(browser, folder, tension) {
   browser.expect(told[0] === "NaN" && told[1] === "NaN" && Math.abs(told[2] - tension) < 1e-3 * tension, `the tensions are ${told}`);
   const known = await Promise.all([0, 2].map((rod) => browser.ask(`(tanorPage.choose({ kind: "rod", number: ${rod} }), document.getElementById("chosen").textContent)`)));
   browser.expect(known[0].includes("not known") && !known[1].includes("not known"), `of the rods it says ${known}`);
+  const tints = await browser.ask(`Array.from(tanorPage.scene.getObjectByName("rods").geometry.attributes.tint.array)`);
+  browser.expect([0, 3].every((at) => tints[at] < 0) && tints[6] > 0, `the tints are ${tints}, negative ones are dashed`);
+  const legend = await browser.ask(`document.getElementById("legend").textContent`);
+  browser.expect(legend.includes("dashed: not known"), `the legend says ${legend}`);
   const { bins } = await readOverlay(browser);
   browser.expect(bins.filter((each) => each > 0).length === 1, `the histogram has the bars ${bins}`);
 }

@@ -10,7 +10,7 @@
 namespace tanor::picture {
 
 using report::ground, report::ink, report::bead_colour, report::support_colour, report::normal_colour,
-    report::tangent_colour, report::guide_colour, report::earth_colour;
+    report::tangent_colour, report::guide_colour, report::unknown_colour, report::earth_colour;
 using report::Rgb, report::mix, report::colour_of;
 
 /// A ball; all positions here are turned.

@@ -77,13 +77,15 @@ double choose_arrow(double largest) {
 
 Drawn draw(const Picture& picture) {
   const Scale scale = choose_scale(picture);
-  const Layout layout = arrange(picture, scale.tensions.end() > 0.0);
+  const bool has_unknown = picture.style.shows_rods &&
+                           std::ranges::any_of(picture.frame.tensions, [](double t) { return !std::isfinite(t); });
+  const Layout layout = arrange(picture, scale.tensions.end() > 0.0 || has_unknown);
   const Camera camera(choose_eye(picture), scale.outline, 1.4 * scale.bead, layout.motion);
   const Shapes shapes = build_shapes(picture, scale, camera);
   std::vector<std::uint32_t> pixels = draw_motion(picture, camera, shapes, scale.bead);
 
   const report::MotionExtent& extent = picture.extent;
-  Key key{.tensions = scale.tensions, .force_unit = picture.frame.force_unit};
+  Key key{.tensions = scale.tensions, .has_unknown = has_unknown, .force_unit = picture.frame.force_unit};
   key.has_less = key.tensions.least < 0.0 &&
                  std::ranges::any_of(picture.frame.tensions, [&](double t) { return t < key.tensions.least; });
   key.has_more = key.tensions.most > 0.0 &&

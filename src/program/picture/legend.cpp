@@ -89,6 +89,21 @@ void draw_bar(cairo_t* c, const Layout& layout, const Key& key) {
   }
 }
 
+/// Draws a dashed rod below the bar, with its words.
+void draw_unknown(cairo_t* c, const Layout& layout) {
+  const double font = layout.font, x = layout.motion.left + layout.motion.width + 0.7 * font;
+  const double y = layout.motion.top + 0.84 * layout.motion.height + 1.1 * font, piece = 0.3 * font;
+  set_colour(c, unknown_colour);
+  cairo_set_line_width(c, 0.4 * font);
+  cairo_set_dash(c, &piece, 1, 0.0);
+  cairo_move_to(c, x + 0.45 * font, y);
+  cairo_line_to(c, x + 0.45 * font, y + 5.0 * piece);
+  cairo_stroke(c);
+  cairo_set_dash(c, nullptr, 0, 0.0);
+  set_colour(c, ink);
+  write(c, x + 1.35 * font, y + 2.5 * piece + 0.35 * font, "not known");
+}
+
 /// Draws an arrow with its words and returns where these end.
 double draw_arrow(cairo_t* c, double x, double y, const Layout& layout, const Key& key, Rgb colour,
                   const std::string& what) {
@@ -160,6 +175,7 @@ std::string finish_picture(const Picture& picture, const Layout& layout, const K
     if (!std::isnan(picture.frame.time))
       write(c, font, 1.6 * font, "t = " + with_unit(words(picture.frame.time), picture.frame.time_unit));
     if (key.tensions.end() > 0.0) draw_bar(c, layout, key);
+    if (key.has_unknown) draw_unknown(c, layout);
     if (key.arrow > 0.0) draw_arrows(c, height - 1.2 * font, layout, key);
   }
   require(cairo_status(c));

@@ -14,6 +14,7 @@ struct Layout {
   double font = 0.0;  ///< size of the letters
   Area motion;
 };
+/// `has_colours`: there are words beside the motion.
 Layout arrange(const Picture& picture, bool has_colours);
 
 /// The content of the legend.
@@ -21,6 +22,7 @@ struct Key {
   report::TensionScale tensions;                 ///< N, from one end of the bar to the other
   double arrow = 0.0, arrow_pixels = 0.0;        ///< N, and the length of its arrow; 0 if there are no arrows
   bool has_less = false, has_more = false;       ///< tensions beyond the ends of the bar
+  bool has_unknown = false;                      ///< rods whose tension is not known
   bool has_normal = false, has_tangent = false;  ///< arrows of guides and supports, and of friction
   std::string force_unit{};
 };

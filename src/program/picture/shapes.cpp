@@ -13,6 +13,8 @@ namespace {
 
 constexpr double least_arrow = 0.004;
 constexpr double largest_bead = 0.015;
+constexpr double dash = 16.0;    // length of two dashes and their gaps, in radii of the rod
+constexpr int most_dashes = 50;  // pairs of a rod
 
 Vec3 point(const std::vector<double>& rows, std::size_t k) {
   return load(rows.data(), k);
@@ -30,7 +32,17 @@ void add_rods(const Picture& picture, const Scale& scale, const Camera& camera, 
     const Vec3 a = camera.turn(scaled(scale, point(frame.positions, i))),
                b = camera.turn(scaled(scale, point(frame.positions, j)));
     const double radius = std::max(scale.rod, 0.7 * camera.pixel(0.5 * (a.z + b.z)));
-    shapes->cones.push_back({a, b, radius, radius, colour_of(frame.tensions[k], scale.tensions.end())});
+    // A rod of unknown tension is dashed: every other piece is left out, and there is one at either end and in the
+    // middle.
+    const int pieces = std::isfinite(frame.tensions[k])
+                           ? 1
+                           : 1 + 4 * static_cast<int>(std::clamp(norm(b - a) / (dash * radius), 1.0,
+                                                                 static_cast<double>(most_dashes)));
+    for (int piece = 0; piece < pieces; piece += 2) {
+      const auto at = [&](int end) { return a + (static_cast<double>(end) / pieces) * (b - a); };
+      shapes->cones.push_back(
+          {at(piece), at(piece + 1), radius, radius, colour_of(frame.tensions[k], scale.tensions.end())});
+    }
   }
 }
 

@@ -23,7 +23,7 @@ inline Rgb mix(Rgb a, Rgb b, float part) {
 
 inline constexpr Rgb ground{1.0f, 1.0f, 1.0f}, ink{0.13f, 0.15f, 0.18f}, bead_colour{0.47f, 0.52f, 0.59f},
     support_colour{0.10f, 0.12f, 0.15f}, normal_colour{0.04f, 0.48f, 0.36f}, tangent_colour{0.69f, 0.22f, 0.55f},
-    guide_colour{0.24f, 0.42f, 0.62f}, unknown_colour{0.85f, 0.85f, 0.85f}, earth_colour{0.68f, 0.62f, 0.53f};
+    guide_colour{0.24f, 0.42f, 0.62f}, unknown_colour{0.55f, 0.55f, 0.55f}, earth_colour{0.68f, 0.62f, 0.53f};
 
 /// Colours of tensions from 0 to the largest one, darker towards it: pulled rods through orange to brown, pushed ones
 /// through blue to navy. They are distinguishable with every kind of colour-blindness, and in grey their size still is.
@@ -32,7 +32,7 @@ inline constexpr std::array<Rgb, 4> pulled{
 inline constexpr std::array<Rgb, 4> pushed{
     {{0.78f, 0.78f, 0.77f}, {0.48f, 0.70f, 0.90f}, {0.12f, 0.40f, 0.75f}, {0.04f, 0.13f, 0.38f}}};
 
-/// Returns the colour of a tension, N; the colours end at `scale`. Unknown tensions are light grey.
+/// Returns the colour of a tension, N; the colours end at `scale`. What is not known has a grey of its own.
 inline Rgb colour_of(double tension, double scale) {
   if (!std::isfinite(tension)) return unknown_colour;
   const std::span<const Rgb> stops = tension < 0.0 ? pushed : pulled;

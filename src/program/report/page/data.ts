@@ -78,6 +78,7 @@ export interface Colours {
   tensions: [number, number]; // N, ends of the scale; 0 and 0 without rods
   pulled: string[]; // from no tension to the end, evenly spaced
   pushed: string[];
+  unknown: string; // of a tension that is not known
   bead: string;
   support: string;
   earth: string;

@@ -116,7 +116,7 @@ class Page {
     const context = over.getContext("2d")!;
     context.setTransform(over.width / width, 0, 0, over.height / height, 0, 0);
     context.clearRect(0, 0, width, height);
-    this.overlay.paint(context, width, height, { time: this.end > this.begin && !this.data.modes ? `t = ${words(this.time, units.time)}` : "", tensions: this.view.tensions, camera: this.stage.camera, pixelsPerMetre: this.stage.pixelsPerMetre });
+    this.overlay.paint(context, width, height, { time: this.end > this.begin && !this.data.modes ? `t = ${words(this.time, units.time)}` : "", tensions: this.view.tensions, hasUnknown: this.view.hasUnknown, camera: this.stage.camera, pixelsPerMetre: this.stage.pixelsPerMetre });
     if (this.film) this.compose(this.film.canvas);
   }
 
@@ -232,10 +232,10 @@ class Page {
   }
 
   /** The words of the colours and of the histogram, for those who do not see them. */
-  private tellTensions({ tensions }: View): void {
+  private tellTensions({ tensions, hasUnknown }: View): void {
     const least = tensions.reduce((a, b) => (b < a ? b : a), Infinity), most = tensions.reduce((a, b) => (b > a ? b : a), -Infinity), ends = make("div", "", "ends");
     ends.append(...this.overlay.bounds.map((bound) => make("span", bound)));
-    find("legend").replaceChildren(make("div", `${measure("colours of tensions of rods", units.force)}, from pushed to pulled, with a histogram; now from ${words(least)} to ${words(most, units.force)}`), ends);
+    find("legend").replaceChildren(make("div", `${measure("colours of tensions of rods", units.force)}, from pushed to pulled, with a histogram; now from ${words(least)} to ${words(most, units.force)}${hasUnknown ? "; dashed: not known" : ""}`), ends);
     find("legend").hidden = !tensions.length;
   }
 

@@ -23,11 +23,12 @@ export class Overlay {
     if (least < 0 && most > 0) this.bounds.splice(1, 0, "0");
   }
 
-  paint(c: CanvasRenderingContext2D, width: number, height: number, now: { time: string; tensions: Float32Array; camera: PerspectiveCamera; pixelsPerMetre: number }): void {
+  paint(c: CanvasRenderingContext2D, width: number, height: number, now: { time: string; tensions: Float32Array; hasUnknown: boolean; camera: PerspectiveCamera; pixelsPerMetre: number }): void {
     c.font = font;
     c.lineCap = "round";
     const title = this.hasColours ? measure(`tension of ${now.tensions.length === 1 ? "the rod" : `${now.tensions.length} rods`}`, units.force) : "";
     if (title) this.paintTensions(c, Math.min(bar_width, width - 32), title, now.tensions);
+    if (now.hasUnknown) this.paintUnknown(c, 16, title ? 66 + most_height + bar_height : 22);
     const isBeside = c.measureText(title).width + c.measureText(now.time).width + 44 < width;
     c.fillStyle = ink;
     c.textAlign = "right";
@@ -54,6 +55,14 @@ export class Overlay {
       c.textAlign = part === 0 ? "left" : part === 1 ? "right" : "center";
       c.fillText(bound, left + part * wide, foot + bar_height + 14);
     });
+  }
+
+  private paintUnknown(c: CanvasRenderingContext2D, left: number, foot: number): void {
+    c.fillStyle = this.colours.unknown;
+    for (const dash of [0, 10, 20]) c.fillRect(left + dash, foot - 6, 5, 4);
+    c.fillStyle = ink;
+    c.textAlign = "left";
+    c.fillText("not known", left + 32, foot);
   }
 
   private paintAxes(c: CanvasRenderingContext2D, x: number, y: number, camera: PerspectiveCamera): void {

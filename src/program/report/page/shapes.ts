@@ -35,7 +35,7 @@ const ribbonVertex = `${hazeVertex}
 in vec3 corner;  // part of the way from a to b, side, pixels back from b for heads
 in vec3 a; in vec3 b; in vec3 tint;
 uniform vec2 screen; uniform float width; uniform float least; uniform float head;
-out vec3 shade; out float across;
+out vec3 shade; out float across; out float dash;
 void main() {
   vec4 ca = projectionMatrix * viewMatrix * vec4(a, 1.0), cb = projectionMatrix * viewMatrix * vec4(b, 1.0);
   vec2 sa = ca.xy / ca.w * screen, sb = cb.xy / cb.w * screen, d = sb - sa;
@@ -46,15 +46,16 @@ void main() {
   vec2 shift = side * corner.y * pixels * (corner.z > 0.0 ? 2.6 : 1.0) - along * min(head * max(corner.z, -corner.z), size);
   c.xy += shift / screen * c.w;
   veil(c.w, mix(a, b, corner.x));
-  gl_Position = c; shade = tint; across = corner.z > 0.0 ? 0.0 : corner.y * 2.0;
+  gl_Position = c; shade = abs(tint); across = corner.z > 0.0 ? 0.0 : corner.y * 2.0;
+  dash = tint.x < 0.0 ? corner.x * (max(1.0, floor(size / 14.0)) + 0.5) : 0.0;
 }`;
 const ribbonFragment = `${hazeFragment}
-in vec3 shade; in float across;
-void main() { paint(shade * (0.72 + 0.28 * sqrt(max(0.0, 1.0 - across * across)))); }`;
+in vec3 shade; in float across; in float dash;
+void main() { if (fract(dash) > 0.5) discard; paint(shade * (0.72 + 0.28 * sqrt(max(0.0, 1.0 - across * across)))); }`;
 
 /**
  * Draws bands from a to b that face the eye, some pixels or some metres wide: rods, arrows if `hasHeads`, or the rim of a
- * rod if `isBehind`.
+ * rod if `isBehind`. One whose tint is negative is dashed.
  */
 export class Ribbons {
   readonly mesh: Mesh;

@@ -51,12 +51,14 @@ export class View {
   readonly newtonsPerSize: number; // N, force of an arrow as long as a sixth of the picture
   readonly tensions: Float32Array; // now
   readonly scene = new Scene(); // tests find its parts by their names
+  hasUnknown = false; // a rod that is there now
   tensionStep = 0; // N, resolution of the packed tensions
   chosen: Chosen = { kind: "rod", number: 0 };
   shows = Object.fromEntries(parts.map((part) => [part, true])) as Record<(typeof parts)[number], boolean>;
   size = 1; // m, size of all that is shown
   private shades: Float32Array; // of tensions from -scale to scale
   private now: Record<"places" | "shown" | "normal" | "tangent", Float32Array>; // positions as they are, and as they are drawn
+  private unknown: number[]; // tint of rods whose tension is not known, which are dashed
   private haze: Haze;
   private beads: Beads;
   private beadRadius: number; // m
@@ -82,6 +84,7 @@ export class View {
     const over = (rows: Frames) => typicalLargest((k) => rows.get(Math.floor(k / rows.columns), k % rows.columns), motion.times.length * rows.columns);
     this.scale = Math.max(colours.tensions[1], -colours.tensions[0]);
     this.shades = this.mixShades();
+    this.unknown = readColour(colours.unknown).map((part) => -part);
     const since = (count: number, gone: [number, number][]) => { const list = new Array<number>(count).fill(Infinity); for (const [k, time] of gone) list[k] = time; return list; };
     this.until = { rods: since(motion.rods, motion.gone.rods), ties: since(motion.ties.length, motion.gone.ties), supports: since(motion.points, motion.gone.supports), guides: since(motion.guides.length, motion.gone.guides) };
     this.up = this.measure();
@@ -297,12 +300,13 @@ export class View {
   }
 
   private placeRods(): void {
+    this.hasUnknown = false;
     const { rods: ends } = this.arrays, { a, b, tint } = this.rods, { shown } = this.now;
     for (let k = 0; k < this.motion.rods; ++k) {
       const i = 3 * ends[2 * k], isThere = this.time < this.until.rods[k];
       this.spanOf(k, b, 3 * k);
       for (let axis = 0; axis < 3; ++axis) b[3 * k + axis] = (a[3 * k + axis] = shown[i + axis]) + (isThere ? b[3 * k + axis] : 0);
-      if (!Number.isFinite(this.tensions[k])) { tint.fill(0.85, 3 * k, 3 * k + 3); continue; } // not known, as in pictures
+      if (!Number.isFinite(this.tensions[k])) { this.hasUnknown ||= isThere; tint.set(this.unknown, 3 * k); continue; }
       const part = this.scale > 0 ? Math.max(-1, Math.min(1, this.tensions[k] / this.scale)) : 0;
       const shade = 3 * (most_shades + Math.round(most_shades * part));
       tint[3 * k] = this.shades[shade];
