@@ -1,5 +1,8 @@
 #include <cmath>
 #include <numbers>
+#include <sstream>
+#include <string>
+#include <vector>
 
 #include "cli/program.hpp"
 
@@ -112,6 +115,39 @@ TEST(BreaksTest, TheEventThatStopsIsNamedAmongSeveral) {
     EXPECT_EQ(summary.at("passages").size(), 2U);
     EXPECT_EQ(summary.at("t_reached"), 0.1) << every;
   }
+}
+
+/// Each frame shows the state behind the events at its time, the first one too: half of the spring is gone at t = 0,
+/// the other half at t = 0.1, and so are the energies and tensions of the frames at these times.
+TEST(BreaksTest, FramesAreThoseBehindTheEventsAtTheirTime) {
+  const Folder folder;
+  write_text(folder / "s.json", R"json({
+    "tanor_scene": 1, "points": {"positions": [[0,0,0], [1,0,0], [0,1,0]]}, "supports": [{"points": [0]}],
+    "forces": [{"name": "s", "kind": "spring", "pairs": [[0,1], [0,2]], "stiffness": 2, "rest_length": 0}],
+    "events": [{"when": "t > -1", "do": "break", "of": "s[0]"}, {"when": "t > 0.1", "do": "break", "of": "s[1]"}],
+    "observe": ["potential()", "tension(s)"], "motion": {"t_end": 0.2, "output_every": 0.1}})json");
+
+  const Ended ended = run_program(folder, {"run", "s.json", "--out", "o"});
+
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  std::istringstream table(read_text(folder / "o/observables.csv"));
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(table, line);) lines.push_back(line);
+  ASSERT_EQ(lines.size(), 4u);
+  EXPECT_EQ(lines[1], "0,1,,2");
+  EXPECT_TRUE(lines[2].starts_with("0.1,0,,")) << lines[2];
+  EXPECT_TRUE(lines[2].ends_with(",")) << lines[2];
+}
+
+/// An event that stops at the start leaves one frame.
+TEST(BreaksTest, AnEventMayStopAtTheStart) {
+  std::string said;
+  const json summary = run_scene(json::parse(R"json({
+    "points": {"positions": [[0,0,0]]}, "events": [{"name": "end", "when": "t > -1", "do": "stop"}],
+    "motion": {"t_end": 0.3}})json"),
+                                 0, &said);
+  EXPECT_TRUE(contains(said, "where the event \"end\" stops the run")) << said;
+  EXPECT_EQ(summary.at("t_reached"), 0.0);
 }
 
 /// The rest is said to be singular by the run itself.

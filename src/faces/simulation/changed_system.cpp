@@ -226,12 +226,15 @@ Outcome Simulation::Implementation::advance_through_events(std::unique_ptr<Imple
       return (*at)->outcome = found;
     }
   };
-  if (std::ranges::none_of((*at)->conditions, [](const auto& condition) { return condition != nullptr; }))
+  // An advance to the present time acts on what is true there, and makes no step.
+  const bool is_there = t_end == (*at)->state.t;
+  if (!is_there && std::ranges::none_of((*at)->conditions, [](const auto& condition) { return condition != nullptr; }))
     return (*at)->advance(t_end, observer);
   bool stops = false;
   (*at)->refuse_inside_advance("advance_to");
   if (!(*at)->outcome.ok()) return (*at)->outcome;
   if (Outcome found = act_fully(&stops); !found.ok() || stops) return found;
+  if (is_there) return (*at)->outcome;
   while (true) {
     (*at)->list_passages();
     bool goes_on = true;

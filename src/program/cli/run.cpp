@@ -143,7 +143,14 @@ Ending advance(const scene::Scene& scene, Simulation* simulation, RunFolder* fol
     if (is_due(scene.certificate, report.steps)) not_proven = prove(simulation, folder);
     return not_proven.empty() && !caught_interrupt();
   };
-  while (simulation->time() < scene.t_end) {
+  const auto is_stopped = [&] {
+    const std::span<const Passage> all = simulation->passages();
+    const auto stop = std::ranges::find(all.rbegin(), all.rend(), EventAction::Stop, &Passage::action);
+    if (stop == all.rend() || stop->time != simulation->time()) return false;
+    why = fmt::format("the event \"{}\" stops the run", stop->name);
+    return true;
+  };
+  while (!is_stopped() && simulation->time() < scene.t_end) {
     const double begin = simulation->time();
     target = next_output_time(begin, scene.output_every, scene.t_end);
     const Outcome outcome = simulation->advance_to(target, observe);
@@ -156,12 +163,6 @@ Ending advance(const scene::Scene& scene, Simulation* simulation, RunFolder* fol
     if (const auto interrupt = caught_interrupt(); interrupt && simulation->time() < scene.t_end) {
       return {interrupt->code, fmt::format("{} came", interrupt->name)};
     }
-    const std::span<const Passage> all = simulation->passages();
-    const auto stop = std::ranges::find(all.rbegin(), all.rend(), EventAction::Stop, &Passage::action);
-    if (stop != all.rend() && stop->time == simulation->time()) {
-      why = fmt::format("the event \"{}\" stops the run", stop->name);
-      break;
-    }
   }
   if (scene.certificate.when != scene::CertificatePolicy::When::Off) not_proven = prove(simulation, folder);
   if (!not_proven.empty()) return {ExitCode::NoAnswer, not_proven};
@@ -173,10 +174,14 @@ Ending simulate(const scene::Scene& scene, bool is_new, Simulation* simulation, 
                 report::Progress* progress) {
   try {
     if (!simulation->outcome().ok()) return {ExitCode::NoAnswer, simulation->outcome().what};
-    if (is_new)
+    if (is_new) {
+      // The state of a frame is the one behind the events at its time.
+      const Outcome begun = simulation->advance_to(simulation->time());
       folder->write_frame(*simulation);
-    else
+      if (!begun.ok()) return {ExitCode::NoAnswer, begun.what};
+    } else {
       folder->take_resumed(*simulation);
+    }
     return advance(scene, simulation, folder, progress);
   } catch (...) {
     const Failure failure = describe_current_exception();

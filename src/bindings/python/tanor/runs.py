@@ -279,15 +279,17 @@ def run(simulation: Simulation, t_end: "float | ArrayLike", every: float = 0.0, 
         values = [numpy.reshape(each.values, record[each.name].shape) for each in simulation.observe()]
         rows.append((simulation.time, *values))
 
-    keep()
     outcome = simulation.outcome
     try:
-        for end in instants if outcome.ok else ():
+        # A state is the one behind the events at its time, also at the start.
+        for end in (simulation.time, *instants) if outcome.ok else ():
             outcome = simulation.advance_to(end, progress)
             keep()
-            is_stopped = any(each.action == "stop" and each.time == simulation.time for each in simulation.passages)
+            is_stopped = any(each.action == "stop" and each.time == simulation.time for each in simulation.passages[before:])
             if not outcome.ok or is_stopped or simulation.time < end:
                 break
+        if not times:
+            keep()
     finally:
         if isinstance(progress, _Line):
             progress.end()
