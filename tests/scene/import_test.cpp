@@ -269,6 +269,29 @@ TEST(Import, ASceneMayNameItsOwnUnits) {
   };
   EXPECT_EQ(read("\"si\"").system.units, units_from_name("si"));
   EXPECT_EQ(read(R"({"length": "mm"})").system.units, (Units{.name = "own", .length = "mm"}));
+  const auto expect = [&](const std::string& units, const Units& wanted, const std::string& moment) {
+    const Units found = read(units).system.units;
+    for (const auto letters :
+         {&Units::length, &Units::mass, &Units::time, &Units::force, &Units::energy, &Units::pressure})
+      EXPECT_EQ(found.*letters, wanted.*letters) << units;
+    EXPECT_EQ(found.letters(Dimension::Moment), moment) << units;
+  };
+  expect(R"({"length": "mm", "force": "N"})", {.length = "mm", .force = "N", .energy = "N mm", .pressure = "N/mm^2"},
+         "N mm");
+  expect(R"({"length": "mm", "force": "N", "time": "s"})",
+         {.length = "mm", .mass = "N s^2/mm", .time = "s", .force = "N", .energy = "N mm", .pressure = "N/mm^2"},
+         "N mm");
+  expect(R"({"length": "mm", "mass": "kg", "time": "ms"})",
+         {.length = "mm",
+          .mass = "kg",
+          .time = "ms",
+          .force = "kg mm/ms^2",
+          .energy = "kg mm^2/ms^2",
+          .pressure = "kg/(mm ms^2)"},
+         "kg mm^2/ms^2");
+  expect(R"({"length": "A", "energy": "eV"})", {.length = "A", .force = "eV/A", .energy = "eV", .pressure = "eV/A^3"},
+         "eV");
+  expect(R"({"force": "N"})", {.force = "N"}, "");
   const std::string trouble =
       error_of(R"({"tanor_scene": 1, "import": {"file": "a.obj"}, "units": {"force": "N\nm"}})", folder / "s.json");
   EXPECT_EQ(trouble, "s.json: /units/force: found string \"N\\u000am\", wanted letters on one line, without quotes");

@@ -31,6 +31,10 @@ std::string quotient(const std::string& a, const std::string& b, const char* pow
   return a + "/" + (b.find(' ') == std::string::npos ? b : "(" + b + ")") + power;
 }
 
+std::string square(const std::string& a) {
+  return a.empty() ? "" : (a.find(' ') == std::string::npos ? a : "(" + a + ")") + "^2";
+}
+
 }  // namespace
 
 std::string Units::letters(Dimension dimension) const {
@@ -44,21 +48,29 @@ std::string Units::letters(Dimension dimension) const {
     case Dimension::Time:
       return time;
     case Dimension::Mass:
-      return mass;
+      if (!mass.empty()) return mass;
+      return force.empty() ? quotient(product(energy, square(time)), length, "^2")
+                           : quotient(product(force, square(time)), length, "");
     case Dimension::Velocity:
       return quotient(length, time, "");
     case Dimension::Acceleration:
       return quotient(length, time, "^2");
     case Dimension::Forces:
-      return force;
+      if (!force.empty()) return force;
+      return energy.empty() ? quotient(product(mass, length), time, "^2") : quotient(energy, length, "");
     case Dimension::Moment:
-      return product(force, length);
+      // A force that is a product or a quotient, as kg m/s^2, times a length is not readable.
+      return force.empty() || force.find_first_of(" /") != std::string::npos ? letters(Dimension::Energy)
+                                                                             : product(force, length);
     case Dimension::Energy:
-      return energy;
+      if (!energy.empty()) return energy;
+      return force.empty() ? quotient(product(mass, square(length)), time, "^2") : product(force, length);
     case Dimension::Temperature:
       return temperature;
     case Dimension::Pressure:
-      return pressure;
+      if (!pressure.empty()) return pressure;
+      if (force.empty() && energy.empty()) return quotient(mass, product(length, square(time)), "");
+      return force.empty() ? quotient(energy, length, "^3") : quotient(force, length, "^2");
   }
   return "";
 }

@@ -16,6 +16,8 @@ Units read_units(const Cursor& units, const Units& imported) {
   units.object(keys_of("units"));
   Units own = imported;
   own.name = "own";
+  // Other letters of a length do not go with the force of an import.
+  if (units["length"] || units["mass"] || units["time"]) own.force = own.energy = own.pressure = "";
   fields_of<Units>.for_each([&](auto field) {
     auto& value = own.*field.member;
     const Cursor letters = units[detail::name_of_member<field.member>()];
@@ -26,6 +28,11 @@ Units read_units(const Cursor& units, const Units& imported) {
     if (letters.is_string() && letters.string().find_first_of("\"\r\n") != std::string::npos)
       letters.fail("letters on one line, without quotes");
   });
+  const Units given = own;
+  own.mass = given.letters(Dimension::Mass);
+  own.force = given.letters(Dimension::Forces);
+  own.energy = given.letters(Dimension::Energy);
+  own.pressure = given.letters(Dimension::Pressure);
   return own;
 }
 
@@ -76,6 +83,10 @@ std::vector<Event> read_events(const Cursor& list, const System& system, const C
       const Cursor place = each[error.where().empty() ? "when" : error.where().substr(1)];
       (place ? place : each).complain(error.what());
     }
+    // Several events without names may share a condition.
+    for (std::size_t k = 0; k + 1 < events.size(); ++k)
+      if (event.name == events[k].name && (each["name"] || event.name != events[k].when))
+        (each["name"] ? each["name"] : each).complain("two events have the name \"" + event.name + "\"");
   }
   return events;
 }
