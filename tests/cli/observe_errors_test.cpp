@@ -43,6 +43,14 @@ const Asked asked[] = {
      R"json(/observe/0/name: "t" is the name of the time)json"},
     {R"json("observe": [{"name": "a\nb", "what": "kinetic()"}])json",
      R"(/observe/0/name: the name "a\x0ab" holds a line break or another control character)"},
+    {R"json("observe": ["sum reaction([1, 2, 1])"])json",
+     R"json(/observe/0: formula "sum reaction([1, 2, 1])": column 14: it names point 1 twice)json"},
+    {R"json("observe": ["distance(1, 1)"])json", "column 13: a distance is that of two different points"},
+    {R"json("observe": ["angle(1, 0, 1)"])json", "column 13: an angle is that of three different points"},
+    {R"json("events": [{"name": "e", "when": "t > 0.1"}, {"name": "e", "when": "t > 0.2"}])json",
+     R"json(/events/1/name: two events have the name "e")json"},
+    {R"json("events": [{"name": "t > 0.2", "when": "t > 0.1"}, {"when": "t > 0.2"}])json",
+     R"json(/events/1: two events have the name "t > 0.2")json"},
 };
 
 /// Names that no scene has, and quantities that lack what they are measured about, are refused before the run.

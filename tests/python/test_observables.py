@@ -253,6 +253,26 @@ class Observables(unittest.TestCase):
         with self.assertRaisesRegex(tanor.InputError, "is in N already"):
             simulation.add_observable("tension(links)", unit="kg")
 
+    def test_states_are_those_behind_the_events_at_their_time(self):
+        system = tanor.System([[0, 0, 0], [1, 0, 0]], supports=[tanor.Support(0)], forces=[tanor.Springs([[0, 1]], 2.0, rest_length=0.0, name="s")])
+        simulation = tanor.Simulation(system)
+        simulation.add_observable("potential()")
+        simulation.add_event("t > -1", do="break", of="s[0]")
+        run = tanor.run(simulation, 0.1)
+        self.assertEqual(run.observables["potential()"].tolist(), [0.0, 0.0])
+        self.assertEqual([each.time for each in run.passages], [0.0])
+        stopped = tanor.Simulation(system)
+        stopped.add_event("t > -1", do="stop")
+        self.assertEqual(tanor.run(stopped, 0.1).times.tolist(), [0.0])
+
+    def test_events_of_one_name_are_refused(self):
+        simulation = tanor.Simulation(make_cable(4))
+        simulation.add_event("t > 0.1", name="e")
+        simulation.add_event("t > 0.2")
+        simulation.add_event("t > 0.2", do="stop")
+        with self.assertRaisesRegex(tanor.InputError, "two events have the name \"e\""):
+            simulation.add_event("t > 0.3", name="e")
+
     def test_an_event_that_stops_ends_a_run_where_a_state_is_kept(self):
         for event in ({"when": "t > 0.1", "do": "stop"}, {"function": lambda t, r, v: t - 0.1, "stops": True}):
             simulation = tanor.Simulation(make_cable(4))
@@ -308,6 +328,19 @@ class Observables(unittest.TestCase):
         modes = tanor.modes(system, rest.positions, multipliers=rest.multipliers, open=rest.open)
         self.assertAlmostEqual(modes["max tension(links)"], 20, 9)
         self.assertEqual(modes["tension(stay)"], 0)
+
+    def test_members_keep_their_numbers_where_others_are_slack(self):
+        for side, asked in (("at_most", {}), (None, {"wires": "at_most"})):
+            wires = tanor.Rods([[0, 3], [1, 3], [2, 3]], length=[5.0, 4.5, 5.0], name="wires", side=side)
+            system = tanor.System([[-3, 0, 0], [0, 0, 0], [3, 0, 0], [0, 0, -4]], supports=[tanor.Support([0, 1, 2])],
+                                  constraints=[wires], forces=[tanor.Gravity((0, 0, -10))])
+            rest = tanor.find_equilibrium(system, one_sided=asked)
+            swinging = [tanor.modes(system, rest.positions, open=rest.open)] + ([tanor.modes(system, rest.positions)] if side else [])
+            for result in (rest, *swinging):
+                numpy.testing.assert_allclose(result["wires"].tension, [6.25, 0.0, 6.25], atol=1e-9)
+                numpy.testing.assert_allclose(result.multipliers, rest.multipliers, atol=1e-9)
+            for modes in swinging:
+                self.assertAlmostEqual(modes.omega[0], (10 / 4) ** 0.5, 9)
 
     def test_a_run_that_the_numbers_end_raises(self):
         system = tanor.System([[0, 0, 0], [1, 0, 0]], velocities=[[0, 0, 0], [-1, 0, 0]], supports=[tanor.Support([0])],

@@ -263,6 +263,10 @@ void Simulation::Implementation::verify_observables(const Reactions& anew, Certi
 
 std::size_t Simulation::Implementation::add_event(Event event) {
   if (event.name.empty()) event.name = event.when;
+  // Without a name an event has that of its condition, which several may share.
+  for (const Event& other : events)
+    if (event.name == other.name && (event.name != event.when || other.name != other.when))
+      throw InputError("/name", "two events have the name \"" + event.name + "\"");
   check_enum(event.direction, Event::Direction::Falling, "/event/direction");
   const std::size_t number = events.size();
   Watch::Function function{{}, event.direction, event.stops, event.name, false};

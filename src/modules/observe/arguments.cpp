@@ -278,7 +278,10 @@ std::vector<Index> Things::points(const Argument& argument) const {
   const std::string_view plain = argument.is_name ? std::string_view() : argument.text;
   if (const auto number = read_number<Index>(plain)) return check(*number), std::vector{*number};
   if (auto list = read_list<Index>(plain)) {
-    for (const Index point : *list) check(point);
+    for (const Index point : *list) {
+      check(point);
+      if (std::ranges::count(*list, point) > 1) argument.fail("it names point " + text(point) + " twice");
+    }
     return *list;
   }
   if (plain == "all") {

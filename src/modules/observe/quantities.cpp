@@ -288,6 +288,7 @@ Quantity make_moment(const Things& things, const Arguments& arguments) {
 Quantity make_distance(const Things& things, const Arguments& arguments) {
   arguments.require(2, 2, "point, point");
   const Index i = things.point(arguments[0]), j = things.point(arguments[1]);
+  if (i == j) arguments[1].fail("a distance is that of two different points");
   return one_number(Dimension::Length, {.places = true}, [=](const ObservedInstant& at) {
     return norm(load(at.positions.data(), j) - load(at.positions.data(), i));
   });
@@ -296,6 +297,7 @@ Quantity make_distance(const Things& things, const Arguments& arguments) {
 Quantity make_angle(const Things& things, const Arguments& arguments) {
   arguments.require(3, 3, "point, corner, point");
   const Index i = things.point(arguments[0]), corner = things.point(arguments[1]), j = things.point(arguments[2]);
+  if (i == corner || j == corner || i == j) arguments[2].fail("an angle is that of three different points");
   return one_number(Dimension::Angle, {.places = true}, [=](const ObservedInstant& at) {
     const Vec3 here = load(at.positions.data(), corner);
     const Vec3 a = load(at.positions.data(), i) - here, b = load(at.positions.data(), j) - here;
