@@ -136,7 +136,7 @@ TEST(LegendTest, RodsOfUnknownTensionHaveOneEntry) {
     picture.extent = report::measure_motion({picture.frame});
     const Decoded painted = decode(draw(picture).png);
     const Layout layout = arrange(picture, true);
-    return find_text(painted, "not known", layout.font, Columns(layout).numbers).has_value();
+    return find_text(painted, "not known", layout.font, Columns(layout).words + 1.1 * layout.font).has_value();
   };
   EXPECT_FALSE(has_entry({4.7, -2.5}));
   EXPECT_TRUE(has_entry({4.7, NAN}));

@@ -96,12 +96,12 @@ void draw_unknown(cairo_t* c, const Layout& layout) {
   set_colour(c, unknown_colour);
   cairo_set_line_width(c, 0.4 * font);
   cairo_set_dash(c, &piece, 1, 0.0);
-  cairo_move_to(c, x + 0.45 * font, y);
-  cairo_line_to(c, x + 0.45 * font, y + 5.0 * piece);
+  cairo_move_to(c, x, y);
+  cairo_line_to(c, x, y + 5.0 * piece);
   cairo_stroke(c);
   cairo_set_dash(c, nullptr, 0, 0.0);
   set_colour(c, ink);
-  write(c, x + 1.35 * font, y + 2.5 * piece + 0.35 * font, "not known");
+  write(c, x + 0.5 * font, y + 2.5 * piece + 0.35 * font, "not known");
 }
 
 /// Draws an arrow with its words and returns where these end.
