@@ -28,7 +28,7 @@ export class Overlay {
     c.lineCap = "round";
     const title = this.hasColours ? measure(`tension of ${now.tensions.length === 1 ? "the rod" : `${now.tensions.length} rods`}`, units.force) : "";
     if (title) this.paintTensions(c, Math.min(bar_width, width - 32), title, now.tensions);
-    if (now.hasUnknown) this.paintUnknown(c, 16, title ? 66 + most_height + bar_height : 22);
+    if (now.hasUnknown) this.paintUnknown(c, ...(!title ? [16, 22] as const : bar_width + 140 < width ? [32 + bar_width, 30 + most_height + bar_height] as const : [16, 66 + most_height + bar_height] as const));
     const isBeside = c.measureText(title).width + c.measureText(now.time).width + 44 < width;
     c.fillStyle = ink;
     c.textAlign = "right";
