@@ -72,13 +72,37 @@ System hang_on_a_line() {
   return system;
 }
 
-TEST(Thermodynamics, PointsThatPrestressHoldHaveNoFreedomAndNoEnergy) {
+TEST(Thermodynamics, PointsThatPrestressHoldHaveNoFreedomButTheirWeight) {
   System system = hang_on_a_line();
   system.velocities.resize(system.positions.size());
   system.velocities[9] = 1.0;
   EXPECT_NEAR(ask(system, "temperature()"), 2.0 * 0.5 / 2.0, 1e-12);
-  EXPECT_NEAR(ask(system, "potential()"), 4.0 * of_earth, 1e-12);
-  EXPECT_NEAR(ask(system, "potential(weight)"), 4.0 * of_earth, 1e-12);
+  EXPECT_NEAR(ask(system, "potential()"), 9.0 * of_earth, 1e-12);
+  EXPECT_NEAR(ask(system, "potential(weight)"), 9.0 * of_earth, 1e-12);
+}
+
+/// Breaks take no energy but that of springs: 9 g is that of the weights before and behind them, also of a point that
+/// prestress held, and a constant force on it counts as its weight does.
+TEST(Thermodynamics, BreaksLeaveTheEnergyOfWhatPrestressHeld) {
+  System system = hang_on_a_line();
+  system.forces.push_back(ConstantForce{.name = "lift", .points = {2}, .force = Vector3{0.0, 0.0, 1.0}});
+  system.forces.push_back(Springs{.name = "spring", .pairs = {{0, 3}}, .stiffness = 8.0, .rest_length = 0.5});
+  const double stretch = std::sqrt(2.0) - 0.5, wanted = 9.0 * of_earth - 5.0 + 4.0 * stretch * stretch;
+  const double fall = 0.5;  // s after which all has broken
+  Simulation simulation(system);
+  for (const char* const text : {"energy()", "kinetic() + potential(weight) + potential(lift) + potential(spring)"})
+    simulation.add_observable({.text = text});
+  simulation.add_event({.when = "t > 0", .action = EventAction::Break, .of = "rods[0]"});
+  simulation.add_event({.when = "t > 0", .action = EventAction::Break, .of = "spring"});
+  simulation.add_event({.when = "t > 0.25", .action = EventAction::Break, .of = "rods[1]"});
+  for (const Observed& each : simulation.observe()) EXPECT_NEAR(each.values[0], wanted, 1e-12) << each.name;
+
+  ASSERT_TRUE(simulation.advance_to(fall).ok()) << simulation.outcome().what;
+
+  EXPECT_NEAR(simulation.passages()[1].energy_lost, 4.0 * stretch * stretch, 1e-12);
+  EXPECT_NEAR(simulation.report().energy.start, wanted, 1e-12);
+  for (const Observed& each : simulation.observe())
+    EXPECT_NEAR(each.values[0], wanted - 4.0 * stretch * stretch, 1e-9) << each.name;
 }
 
 /// Motion, one instant, rest and modes tell the same forces, and which one is the largest nobody knows.

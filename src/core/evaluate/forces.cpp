@@ -6,6 +6,7 @@
 
 #include "evaluate/pair_stiffness.hpp"
 #include "kinds/force_kernel.hpp"
+#include "system/members.hpp"
 #include "system/pair_rules.hpp"
 
 namespace tanor::detail {
@@ -145,6 +146,11 @@ class Forces::Reader {
 Forces::Forces(const System& system, const Numbering& numbering)
     : num_points_(numbering.num_points()), num_moving_(numbering.num_moving), mass_(numbering.num_moving) {
   for (std::size_t i = 0; i < num_moving_; ++i) mass_[i] = system.masses[numbering.user_point[i]];
+  for (const Support& support : system.supports) {
+    if (support.name != rigid_points_name) continue;
+    for (const Index point : support.points)
+      rigid_.emplace_back(static_cast<std::size_t>(numbering.inner_point[point]), system.masses[point]);
+  }
   Reader(this, system, numbering).read();
 }
 
@@ -223,15 +229,16 @@ double Forces::potential(const Parallel& parallel, double t, const double* r) {
   double of_points = 0.0;
   if (dot(gravity_, gravity_) > 0.0)
     of_points -= parallel.sum(num_moving_, [&](std::size_t i) { return mass_[i] * dot(gravity_, load(r, i)); });
-  if (!given_.empty()) {
-    of_points -= parallel.sum(num_moving_, [&](std::size_t i) {
-      Vec3 force{};
-      given_.for_each_force_on(i, [&](const Vec3& each, bool is_constant) {
-        if (is_constant) force = force + each;
-      });
-      return dot(force, load(r, i));
+  const auto work_of_given = [&](std::size_t i) {
+    Vec3 force{};
+    given_.for_each_force_on(i, [&](const Vec3& each, bool is_constant) {
+      if (is_constant) force = force + each;
     });
-  }
+    return dot(force, load(r, i));
+  };
+  if (!given_.empty()) of_points -= parallel.sum(num_moving_, work_of_given);
+  // What holds these points may break, and their energy does not change by that.
+  for (const auto& [i, mass] : rigid_) of_points -= mass * dot(gravity_, load(r, i)) + work_of_given(i);
   const double of_springs = springs_.energy(parallel, r);
   double of_pairs = 0.0;
   for (PairField& pairs : pairs_) of_pairs += pairs.potential(parallel, r);

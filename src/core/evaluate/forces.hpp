@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/parallel.hpp"
@@ -120,7 +121,8 @@ class Forces {
   class Reader;
 
   std::size_t num_points_ = 0, num_moving_ = 0;
-  std::vector<double> mass_;  // [moving point], kg
+  std::vector<double> mass_;                           // [moving point], kg
+  std::vector<std::pair<std::size_t, double>> rigid_;  // points that prestress holds, and their masses, kg
   Vec3 gravity_{};
   GivenForces given_;
   Groups<DragNumbers> drags_;
