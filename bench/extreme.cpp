@@ -1,6 +1,7 @@
 /// Runs extreme scenes x methods and writes a page in Markdown: which survive, which are reported, which are lost.
 ///
-///   extreme [seconds] [word]    time limit of a run (default 5); only scenes whose name holds the word, or of that group
+///   extreme [seconds] [word]    time limit of a run (default 5); only scenes whose name holds the word, or of that
+///   group
 ///
 /// Each run is a process of its own: one that crashes or hangs is a row as well. Its time is that of the processor, so
 /// that a busy machine makes no run slow.
@@ -188,8 +189,7 @@ int main(int argc, char** argv) {
   std::printf(
       "# Extreme scenes\n\n"
       "Written by `scripts/extreme` (`bench/extreme.cpp`, `tests/motion/extreme_scenes.hpp` and "
-      "`tests/motion/extreme_sides.hpp` say what each scene "
-      "is). "
+      "`tests/motion/extreme_sides.hpp` say what each scene is). "
       "%d runs survive, %d are reported with place and reason, %d are slow, %d are lost.\n\n"
       "A number: relative error against a closed form; in parentheses: drift of the energy, where there is none. "
       "Methods with tolerances: rtol 1e-10, the others take the steps that `extreme_scenes.hpp` gives them. "

@@ -244,6 +244,7 @@ struct [[nodiscard]] Solution {
   /// [equations] A state of self-stress: multipliers that act on no point that moves, with a part in each one that is
   /// not unique; any multiple may be added. Empty if all are unique.
   std::vector<double> self_stress;
+  bool has_prestress = false;  ///< multipliers that are NaN, and forces with them, are left to a prestress
 
   /// Returns the same state for another call.
   StateView state() const { return {.time = time, .positions = positions, .velocities = velocities}; }

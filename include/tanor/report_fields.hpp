@@ -192,12 +192,11 @@ inline constexpr ReportFields<&PhaseTimes::evaluate, &PhaseTimes::assemble, &Pha
                               &PhaseTimes::friction>
     fields_of<PhaseTimes>{};
 template <>
-inline constexpr ReportFields<&Solution::outcome, &Solution::time, rows_of_points<&Solution::positions>,
-                              rows_of_points<&Solution::velocities>, rows_of_points<&Solution::accelerations>,
-                              &Solution::multipliers, rows_of_points<&Solution::reactions>,
-                              rows_of_points<&Solution::support_forces>, &Solution::coordinates,
-                              &Solution::coordinate_rates, &Solution::position_violation, &Solution::degrees_of_freedom,
-                              &Solution::self_stress>
+inline constexpr ReportFields<
+    &Solution::outcome, &Solution::time, rows_of_points<&Solution::positions>, rows_of_points<&Solution::velocities>,
+    rows_of_points<&Solution::accelerations>, &Solution::multipliers, rows_of_points<&Solution::reactions>,
+    rows_of_points<&Solution::support_forces>, &Solution::coordinates, &Solution::coordinate_rates,
+    &Solution::position_violation, &Solution::degrees_of_freedom, &Solution::self_stress, &Solution::has_prestress>
     fields_of<Solution>{};
 template <>
 inline constexpr ReportFields<&Split::outcome, rows_of_points<&Split::tangent_accelerations>,

@@ -146,6 +146,29 @@ TEST(Thermodynamics, EnergiesMayActOnHeldPointsAlone) {
   EXPECT_NEAR(simulation.multipliers()[2], -of_earth, 1e-12);
 }
 
+/// The parts of accelerations and of reactions, and the certificate, belong to the same answer.
+TEST(Thermodynamics, PartsAddUpWhereAPrestressHolds) {
+  const System system = hang_on_a_line();
+  const StateView at{.positions = system.positions};
+  Dynamics dynamics(system);
+  const Solution whole = dynamics.solution(at);
+  const Split split = dynamics.split(at);
+  const ReactionsByCause causes = dynamics.reactions_by_cause(at);
+  ASSERT_TRUE(split.outcome.ok() && causes.outcome.ok());
+  std::size_t num_known = 0;
+  for (std::size_t i = 0; i < whole.reactions.size(); ++i) {
+    EXPECT_NEAR(split.tangent_accelerations[i] + split.normal_accelerations[i], whole.accelerations[i], 1e-12) << i;
+    double sum = 0.0;
+    for (const ReactionPart& part : causes.parts) sum += part.reactions[i];
+    EXPECT_EQ(std::isnan(sum), std::isnan(whole.reactions[i])) << i;
+    if (std::isnan(sum) || i < 6) continue;  // supports
+    EXPECT_NEAR(sum, whole.reactions[i], 1e-12) << i;
+    num_known += whole.reactions[i] != 0.0 ? 1 : 0;
+  }
+  EXPECT_GT(num_known, 0u);
+  EXPECT_TRUE(dynamics.certify(at).passed()) << dynamics.certify(at).line();
+}
+
 /// Prestress that is given decides, and modes tell the loads with it.
 TEST(Thermodynamics, ModesTellTheLoadsOfTheirPrestress) {
   System system;

@@ -19,6 +19,7 @@ double estimate_norm(std::vector<double>* x, int iterations, const Apply& apply)
   for (int i = 0; i < iterations && !x->empty(); ++i) {
     apply();
     const double after = norm();
+    if (after == 0.0) return 0.0;
     result = after / before;
     for (double& each : *x) each /= after;
     before = 1.0;

@@ -169,7 +169,8 @@ double Linearization::estimate_reciprocal_condition() {
     present_->solve_negative(model_.parallel, x.data(), x.data());
     for (std::size_t a = 0; a < x.size(); ++a) x[a] *= scale[a];
   });
-  return 1.0 / (largest * largest_of_inverse);
+  const double condition = largest * largest_of_inverse;
+  return condition > 0.0 ? 1.0 / condition : 1.0;  // rows that move nothing have none
 }
 
 // ---- solutions ----

@@ -1,8 +1,8 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <variant>
-#include <vector>
 
 #include <tanor/error.hpp>
 #include <tanor/system.hpp>
@@ -12,9 +12,9 @@
 namespace tanor::detail {
 
 /// Returns the tensions at which members break, N, one for all or one for each; none if they do not.
-inline std::vector<double> strengths_of(const Constraint& group) {
+inline std::span<const double> strengths_of(const Constraint& group) {
   return std::visit(
-      [](const auto& of) -> std::vector<double> {
+      [](const auto& of) -> std::span<const double> {
         if constexpr (requires { of.breaks_at; }) return of.breaks_at;
         return {};
       },

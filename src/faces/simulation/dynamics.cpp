@@ -42,6 +42,13 @@ struct Dynamics::Implementation {
   // Both are made when first asked for.
   std::unique_ptr<AccelerationSplit> parts;
   std::unique_ptr<ReactionDecomposition> reaction_decomposition;
+  // The system with points as supports that a prestress holds more strongly than K tells, made where there are some.
+  struct Held {
+    std::vector<Index> points;
+    std::vector<std::size_t> unknown;  // their equations
+    Dynamics dynamics;
+  };
+  std::optional<Held> held;
 
   Implementation(System system, const SolverOptions& given) : forms(std::move(system), given), options(given) {
     for (std::vector<double>* array : {&now.r, &now.v, &now.w}) array->resize(num_numbers());
@@ -94,6 +101,21 @@ struct Dynamics::Implementation {
     }
     stands_there = true;
     return now.outcome;
+  }
+
+  /// Returns the system as a prestress holds it at the state where it stands, or null where none does. The equations
+  /// alone would let these points move.
+  Held* held_by_prestress() {
+    if (forms.normal == nullptr || !forms.normal->linearization().dependences().is_found()) return nullptr;
+    std::vector<Index> points = forms.rank(now.r.data(), false).prestress_rigid_points;
+    if (points.empty()) return nullptr;
+    if (!held || held->points != points) {
+      System system = model.system;
+      hold_rigid_points(&system, points);
+      std::vector<std::size_t> unknown = list_prestress_rigid_equations(model.system, points);
+      held.emplace(std::move(points), std::move(unknown), Dynamics(std::move(system), options));
+    }
+    return &*held;
   }
 
   /// Fails by name if points stand in a corner of a guide, where no side of it holds.
@@ -305,14 +327,9 @@ Solution Dynamics::solution(const StateView& at) {
   self.numbering().scatter_points(self.now.v, now.velocities);
   now.position_violation = self.work.position_violation(at.time, self.now.r.data());
   now.degrees_of_freedom = static_cast<std::size_t>(self.forms.degrees_of_freedom());
-  if (self.forms.normal == nullptr || !self.forms.normal->linearization().dependences().is_found()) return now;
-  if (std::vector<Index> rigid = rank(at, false).prestress_rigid_points; !rigid.empty()) {
-    // The equations alone would let these points move.
-    const std::vector<std::size_t> unknown = list_prestress_rigid_equations(system(), rigid);
-    System held = system();
-    hold_rigid_points(&held, std::move(rigid));
-    now = Dynamics(std::move(held), self.options).solution(at);
-    forget_equations(system(), unknown, &now);
+  if (auto* const held = self.held_by_prestress()) {
+    now = held->dynamics.solution(at);
+    forget_equations(system(), held->unknown, &now);
   } else {
     now.self_stress = find_self_stress(self.forms);
   }
@@ -335,6 +352,7 @@ Split Dynamics::split(const StateView& at) {
   std::vector<double> w_N(size), f_N(size), rest(size, 0.0);
   Split result;
   result.outcome = self.stand_at(at);
+  if (auto* const held = self.held_by_prestress()) return held->dynamics.split(at);
   if (result.outcome.ok()) {
     if (!self.parts) self.parts = std::make_unique<AccelerationSplit>(self.forms);
     result.outcome = self.parts->find(self.now, w_N.data(), f_N.data());
@@ -360,6 +378,12 @@ ReactionsByCause Dynamics::reactions_by_cause(const StateView& at) {
   const QuietTraps quiet;
   Implementation& self = live(implementation_, "Dynamics");
   ReactionsByCause result{self.stand_at(at), {}};
+  if (auto* const held = self.held_by_prestress()) {
+    result = held->dynamics.reactions_by_cause(at);
+    for (ReactionPart& part : result.parts)
+      forget_equations(system(), held->unknown, &part.multipliers, {&part.reactions});
+    return result;
+  }
   if (!result.outcome.ok()) return result;
   if (!self.reaction_decomposition) self.reaction_decomposition = std::make_unique<ReactionDecomposition>(self.forms);
   result.parts = self.reaction_decomposition->find(self.now.t, self.now.r.data(), self.now.v.data(), self.x.data(),
@@ -382,7 +406,9 @@ FrictionBlocks Dynamics::friction_by_blocks(const StateView& at) {
 Certificate Dynamics::certify(const StateView& at) {
   const QuietTraps quiet;
   Implementation& self = live(implementation_, "Dynamics");
-  if (const Outcome& outcome = self.stand_at(at, true); !outcome.ok()) return make_failed_certificate(outcome);
+  const Outcome& outcome = self.stand_at(at, true);
+  if (auto* const held = self.held_by_prestress()) return held->dynamics.certify(at);
+  if (!outcome.ok()) return make_failed_certificate(outcome);
   self.stands_there = false;  // certifying evaluates the other form, and other times
   std::vector<double> tau(self.num_numbers());
   self.form.write_friction(self.now.found, tau.data());

@@ -82,7 +82,7 @@ void check_event(const System& system, const Event& event) {
 
 std::size_t Simulation::Implementation::add_observable(const Observable& what) {
   if (observables == nullptr) observables = std::make_unique<Observables>(observed_system(), taken);
-  check_name_in_tables(what);
+  refuse_name_of_time(what);
   const std::size_t number = observables->add(what);
   if (what.every_step && !is_advancing && outcome.ok())
     observables->take(look_at(observables->needs(Which::OfEveryStep)), Which::OfEveryStep);

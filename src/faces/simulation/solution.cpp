@@ -29,16 +29,16 @@ Solution detail::make_solution(const System& system, std::size_t num_coordinates
   return solution;
 }
 
-void detail::forget_equations(const System& system, std::span<const std::size_t> equations, Solution* at) {
+void detail::forget_equations(const System& system, std::span<const std::size_t> equations,
+                              std::vector<double>* multipliers, std::initializer_list<std::vector<double>*> forces) {
   if (equations.empty()) return;
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
   std::size_t row = 0;
   for_each_member(system, [&](std::span<const Index> joined, std::size_t rows) {
     if (std::ranges::binary_search(equations, row)) {
-      at->multipliers[row] = none;
+      (*multipliers)[row] = none;
       for (const Index point : joined)
-        for (std::vector<double>* const force : {&at->reactions, &at->support_forces})
-          std::fill_n(force->begin() + 3 * point, 3, none);
+        for (std::vector<double>* const force : forces) std::fill_n(force->begin() + 3 * point, 3, none);
     }
     row += rows;
   });

@@ -215,7 +215,7 @@ void Observables::explain_gone(const std::function<std::string(const std::string
   }
 }
 
-void detail::check_name_in_tables(const Observable& what) {
+void detail::refuse_name_of_time(const Observable& what) {
   const std::string problem = "\"t\" is the name of the time in results; give another name";
   if (what.name == "t") throw InputError("/name", problem);
   if (what.name.empty() && what.text == "t") Formula::refuse(what.text, {0, problem});
@@ -223,7 +223,7 @@ void detail::check_name_in_tables(const Observable& what) {
 
 void check_observable(const System& system, const Observable& observable) {
   Observables(system).add(observable);
-  check_name_in_tables(observable);
+  refuse_name_of_time(observable);
 }
 
 void detail::find_energies(const System& system, const Solution& at, ObservedInstant* energies) {
@@ -257,7 +257,7 @@ std::vector<Observed> observe(const System& system, std::span<const Observable> 
                        0.0,
                        at.degrees_of_freedom,
                        at.self_stress,
-                       std::ranges::any_of(at.multipliers, [](double each) { return std::isnan(each); })};
+                       at.has_prestress};
   if (observables.needs(Observables::Which::All).energy) find_energies(system, at, &seen);
   observables.take(seen, Observables::Which::All);
   return {observables.found().begin(), observables.found().end()};

@@ -54,7 +54,7 @@ class Observables {
 };
 
 /// Throws InputError if an observable has the name of the time, beside which results have it.
-void check_name_in_tables(const Observable& what);
+void refuse_name_of_time(const Observable& what);
 
 /// Writes the energies of an answer, from the system alone. Its supports have no kinetic energy.
 void find_energies(const System& system, const Solution& at, ObservedInstant* energies);

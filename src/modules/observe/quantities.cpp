@@ -144,7 +144,8 @@ Quantity make_tension(const Things& things, const Arguments& arguments) {
 Quantity make_utilisation(const Things& things, const Arguments& arguments) {
   arguments.require(1, 1, "rods or ropes");
   const Thing thing = things.find(arguments[0], {List::Constraints});
-  const std::vector<double> strength = strengths_of(things.system().constraints[thing.index]);
+  const std::span<const double> given = strengths_of(things.system().constraints[thing.index]);
+  const std::vector<double> strength(given.begin(), given.end());
   if (strength.empty()) arguments[0].fail("'" + things.name(thing) + "' has no breaks_at");
   Quantity result = multipliers_of(things, thing, Dimension::None, -1.0);
   result.evaluate = [pulls = result.evaluate, strength, first = thing.member.value_or(0), count = result.num_members](

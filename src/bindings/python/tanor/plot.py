@@ -104,7 +104,7 @@ def error_time(file: str | os.PathLike, axes=None):
     unit = ""
     with open(file, newline="", encoding="utf-8") as table:
         for row in csv.DictReader(table):
-            if not {"method", "wall_s", "trouble"} <= set(row):
+            if not {"method", "wall_s", "trouble"} <= set(row) or not {"error", "error_m"} & set(row):
                 raise ValueError(f"error_time: {os.fspath(file)} is no table of tanor error-time: it has the columns {', '.join(map(str, row))}")
             is_old = "error_m" in row  # tables of 0.2
             error = float(row["error_m" if is_old else "error"] or "nan")
