@@ -154,12 +154,17 @@ RoughMotions find_motions(const RoughProblem& problem, const VectorXd& velocitie
     }
     if (work_left == 0) {
       result.reason = "modes of open, stick and slip are too many to try";
-      continue;
+      if (!result.found.empty()) break;
     }
     const ClosedSet closed(problem, velocities, rest, set);
     if (!closed.is_possible()) continue;
     const VectorXd nothing = VectorXd::Zero(closed.problem().size());
-    const ContactSolutions solutions = find_all(closed.problem(), &work_left, nothing, is_start ? 16 : 0);
+    ContactSolutions solutions;
+    if (work_left > 0) {
+      solutions = find_all(closed.problem(), &work_left, nothing, is_start ? 16 : 0);
+    } else if (const VectorXd x = find_one(closed.problem(), nothing); x.size() > 0 && !closed.problem().pulls(x)) {
+      solutions.found.push_back(x);
+    }
     for (const VectorXd& x : solutions.found) {
       RoughMotion motion{nothing_closed, closed.forces(x)};
       for (std::size_t c = 0; c < problem.size(); ++c) motion.is_closed[c] = set >> c & 1u;

@@ -346,6 +346,11 @@ Outcome RoughRows::choose_modes(OneSidedInstant* at) {
     report->friction.uniqueness = uniqueness_;
     report->friction.uniqueness_reason = reason_;
   }
+  if (outcome.status == Status::NoSolution && uniqueness_ == Uniqueness::Unproven) {
+    // Other contacts may be the closed ones.
+    outcome = {Status::NotConverged,
+               "which contacts are open, stick or slide at t = " + text(at->t) + " is not found: " + reason_};
+  }
   if (!outcome.ok()) return outcome;
   met_.clear();
   std::ranges::fill(guides_, GuideChange::None);

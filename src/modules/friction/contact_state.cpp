@@ -221,7 +221,8 @@ std::string ContactState::find_undetermined_reaction() const {
     for (std::size_t c = 0; c < size(); ++c) {
       constexpr double rounding = 1e-8;
       if (!laws.is_coulomb(c) || laws.static_coefficient(c) == 0.0) continue;
-      if (norm(laws.normal_force(c, z.data())) > rounding * largest) return work.name_contact(c);
+      if (norm(laws.normal_force(c, z.data(), system.blocks().data())) > rounding * largest)
+        return work.name_contact(c);
     }
   }
   return {};

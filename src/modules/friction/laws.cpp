@@ -163,9 +163,9 @@ Vec3 FrictionLaws::reference(std::size_t c) const {
   return sum;
 }
 
-Vec3 FrictionLaws::normal_force(std::size_t contact, const double* lambda) const {
+Vec3 FrictionLaws::normal_force(std::size_t contact, const double* lambda, const double* blocks) const {
   Vec3 sum{};
-  for (const Term& term : terms(contact)) sum = sum + term.sign * lambda[term.row] * load(blocks_, term.block);
+  for (const Term& term : terms(contact)) sum = sum + term.sign * lambda[term.row] * load(blocks, term.block);
   return sum;
 }
 

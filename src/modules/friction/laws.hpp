@@ -121,7 +121,9 @@ class FrictionLaws {
   }
   bool reads_full_reaction(std::size_t contact) const { return contacts_[contact].is_full; }
   /// Returns N of a Coulomb contact.
-  Vec3 normal_force(std::size_t contact, const double* lambda) const;
+  Vec3 normal_force(std::size_t contact, const double* lambda) const { return normal_force(contact, lambda, blocks_); }
+  /// Does the same with another K.
+  Vec3 normal_force(std::size_t contact, const double* lambda, const double* blocks) const;
 
  private:
   struct Term {
