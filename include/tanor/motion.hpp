@@ -238,8 +238,8 @@ class TANOR_API Simulation {
   /// The observer is called after every step; it returns false to stop there.
   using Observer = std::function<bool(const MotionReport&)>;
 
-  /// Steps to exactly t_end (> time()), or to an event that stops. After a failure the state is that of the last good
-  /// step.
+  /// Steps to exactly t_end, or to an event that stops. At t_end = time() events act on what is true there, and there
+  /// is no step. Throws InputError if t_end is earlier. After a failure the state is that of the last good step.
   Outcome advance_to(double t_end, const Observer& observer = {});
   [[deprecated("its name is advance_to")]] Outcome advance(double t_end, const Observer& observer = {}) {
     return advance_to(t_end, observer);

@@ -179,7 +179,7 @@ TEST(SceneFormatPage, HasEveryKeyOfEveryResult) {
   ASSERT_EQ(run_program(folder, {"forces", "s.json", "--motion", "m.csv", "--out", "o"}).code, 0);
 
   expect_keys_on_the_page("result of run", read_json(folder / "o/summary.json"),
-                          {"events", "arrays", "method_reason", "tension_colours"});
+                          {"events", "arrays", "method_reason", "restitution_capped", "tension_colours"});
   expect_keys_on_the_page("result of solve", read_json(folder / "solution.json"), {"arrays"});
   expect_keys_on_the_page("result of forces", read_json(folder / "o/forces.json"), {"arrays"});
 }

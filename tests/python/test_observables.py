@@ -254,7 +254,7 @@ class Observables(unittest.TestCase):
             simulation.add_observable("tension(links)", unit="kg")
 
     def test_states_are_those_behind_the_events_at_their_time(self):
-        system = tanor.System([[0, 0, 0], [1, 0, 0]], supports=[tanor.Support(0)], forces=[tanor.Springs([[0, 1]], 2.0, rest_length=0.0, name="s")])
+        system = tanor.System([[0, 0, 0], [1, 0, 0]], supports=[tanor.Support(0)], forces=[tanor.Springs([[0, 1]], stiffness=2.0, rest_length=0.0, name="s")])
         simulation = tanor.Simulation(system)
         simulation.add_observable("potential()")
         simulation.add_event("t > -1", do="break", of="s[0]")

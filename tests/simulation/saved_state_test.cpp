@@ -209,7 +209,7 @@ TEST(SavedState, ForeignBytesAreRefused) {
   EXPECT_EQ(error_of(make_pendulum(), {}), "these are no bytes that a Simulation saved");
   EXPECT_EQ(error_of(make_pendulum(), Bytes(1000, std::byte{7})), "these are no bytes that a Simulation saved");
   bytes[8] = std::byte{200};
-  EXPECT_EQ(error_of(make_pendulum(), bytes), "its format is 200, this version of tanor reads 14");
+  EXPECT_EQ(error_of(make_pendulum(), bytes), "its format is 200, this version of tanor reads 15");
 }
 
 TEST(SavedState, BytesOfAnotherSystemAreRefused) {

@@ -425,7 +425,7 @@ std::vector<Observable> choose_observables(const py::object& object, const Syste
 void add_requests_of_scene(const py::object& object, Simulation* simulation) {
   for (const Observable& each : choose_observables(object, simulation->system())) simulation->add_observable(each);
   if (!py::isinstance<SceneFile>(object)) return;
-  for (const Event& each : object.cast<SceneFile&>().read().events) simulation->add_event(each);
+  add_events(object.cast<SceneFile&>().read(), simulation);
 }
 
 py::dict letters_of(const Units& units) {

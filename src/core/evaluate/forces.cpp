@@ -237,7 +237,7 @@ double Forces::potential(const Parallel& parallel, double t, const double* r) {
     return dot(force, load(r, i));
   };
   if (!given_.empty()) of_points -= parallel.sum(num_moving_, work_of_given);
-  // What holds these points may break, and their energy does not change by that.
+  // These points may come free, and their energy does not change by that.
   for (const auto& [i, mass] : rigid_) of_points -= mass * dot(gravity_, load(r, i)) + work_of_given(i);
   const double of_springs = springs_.energy(parallel, r);
   double of_pairs = 0.0;

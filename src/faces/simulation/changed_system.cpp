@@ -10,8 +10,22 @@ namespace tanor {
 std::unique_ptr<Simulation::Implementation> Simulation::Implementation::make_without(const Implementation& of,
                                                                                      std::vector<Thing> things) {
   const System whole = of.system();
-  auto made = std::make_unique<Implementation>(without(whole, things, of.t_begin), of.options, of.solver_options,
-                                               of.part, of.t_begin);
+  const auto make = [&](System system) {
+    return std::make_unique<Implementation>(std::move(system), of.options, of.solver_options, of.part, of.t_begin);
+  };
+  std::unique_ptr<Implementation> made = make(without(whole, things, of.t_begin));
+  // What a prestress held before, and holds without them, stays held.
+  const std::vector<Index>& held = of.forms.plan.prestress_rigid_points;
+  std::vector<Index> rigid = made->find_prestress_rigid_points();
+  std::erase_if(rigid, [&](Index point) { return std::ranges::find(held, point) == held.end(); });
+  if (!rigid.empty()) {
+    System system = made->model.system;
+    std::vector<std::size_t> equations = list_prestress_rigid_equations(system, rigid);
+    hold_rigid_points(&system, rigid);
+    made = make(std::move(system));
+    made->forms.plan.prestress_rigid_points = std::move(rigid);
+    made->forms.plan.prestress_rigid_equations = std::move(equations);
+  }
   const std::size_t num_outside = made->model.num_points() - whole.num_points();
   made->forms.plan.points -= num_outside;
   made->forms.plan.supports -= num_outside;
@@ -182,7 +196,8 @@ Outcome Simulation::Implementation::take_out(std::unique_ptr<Implementation>* at
     events.insert(events.end(), changes.begin(), changes.end());
   }
 
-  // The change of energy counts as work, so that the drift remains that of the method.
+  // The change of energy counts as work, that of supports where one begins to move with its weight and velocity, so
+  // that the drift remains that of the method.
   const Energy energy = after->form.energy(after->state.t, after->state.x.data(), after->state.v.data());
   constexpr double rounding = 1e-12;
   EnergyReport& report = after->report.energy;
@@ -191,8 +206,9 @@ Outcome Simulation::Implementation::take_out(std::unique_ptr<Implementation>* at
   report.kinetic = energy.kinetic;
   report.potential = energy.potential;
   report.now = energy.kinetic + energy.potential;
-  report.work_of_forces -= lost;
-  after->state.work.forces -= lost;
+  const bool is_support = thing.list == Thing::List::Supports;
+  (is_support ? report.work_of_supports : report.work_of_forces) -= lost;
+  (is_support ? after->state.work.supports : after->state.work.forces) -= lost;
   std::vector<char> is_free = after->find_free_points();
   const std::vector<char> was_free = before.find_free_points();
   for (std::size_t i = 0; i < was_free.size(); ++i) is_free[i] = is_free[i] != 0 && was_free[i] == 0 ? 1 : 0;

@@ -56,8 +56,10 @@ std::optional<Thing> find_what_goes(const Things& things, const Event& event, co
     throw InputError("/do", name + " is a " + std::string(kind) +
                                 " and does not break; rods, ropes, pulleys, springs and bonds do" +
                                 (thing->list == Thing::List::Forces ? "" : ", and release lets go of it"));
-  if (!breaks && thing->list == Thing::List::Forces)
-    throw InputError("/do", name + " is a force; release is for supports and guides");
+  const bool is_force = thing->list == Thing::List::Forces;
+  if (!breaks && (is_force || std::ranges::count(joints, kind) > 0))
+    throw InputError(
+        "/do", name + " is a " + (is_force ? "force" : std::string(kind)) + "; release is for supports and guides");
   if (thing->list != Thing::List::Supports && !thing->member)
     throw InputError("/of", name + " has " + text(things.num_members(*thing)) + " members; name one");
   return thing;
@@ -263,9 +265,9 @@ void Simulation::Implementation::verify_observables(const Reactions& anew, Certi
 
 std::size_t Simulation::Implementation::add_event(Event event) {
   if (event.name.empty()) event.name = event.when;
-  // Without a name an event has that of its condition, which several may share.
+  // Without a name an event has that of its condition, which several may share; so may functions of the caller.
   for (const Event& other : events)
-    if (event.name == other.name && (event.name != event.when || other.name != other.when))
+    if (!event.when.empty() && event.name == other.name && (event.name != event.when || other.name != other.when))
       throw InputError("/name", "two events have the name \"" + event.name + "\"");
   check_enum(event.direction, Event::Direction::Falling, "/event/direction");
   const std::size_t number = events.size();
@@ -286,6 +288,8 @@ std::size_t Simulation::Implementation::add_event(Event event) {
     };
   } else {
     if (event.value) throw InputError("/event", "\"" + event.name + "\" has both a function and a condition");
+    if (event.direction != Event::Direction::Both)
+      throw InputError("/event/direction", "a condition passes when it comes true; a function alone has a direction");
     if (!part.is_whole()) throw InputError("/event", "conditions need the whole system on one rank");
     if (forms.is_tangent() && takes(event))
       throw InputError("/event", "what coordinates place cannot be taken out; take solver.form normal");
@@ -293,6 +297,9 @@ std::size_t Simulation::Implementation::add_event(Event event) {
     events.push_back(event);
     const Condition* const condition = conditions.back().get();
     const Needs needs = condition->needs();
+    if (needs.solves() && outcome.ok())
+      if (const std::string why = condition->explain(look_at(needs)); !why.empty())
+        throw InputError("/event", "\"" + event.when + "\" is not known: " + why);
     constexpr double never = -1.0;
     function.value = [this, condition, needs, number, is_done = has_taken_its_thing(number)](double t, const double* x,
                                                                                              const double* x_dot) {

@@ -103,7 +103,7 @@ void UnilateralRows::measure_slack(const Instant& at) {
     double far = 0.0;
     for (const Incidence& arm : arms_[k]) far = std::max(far, norm(load(at.r, arm.point)));
     const bool rests = rates_[k] <= resting * speed(k);
-    slack_[k] = std::max(0.0, -gaps_[k]) + std::max(rounding * far, rests ? slack_of_gaps * length(k) : 0.0);
+    slack_[k] = std::max(0.0, -gaps_[k]) + (rests ? std::max(rounding * far, slack_of_gaps * length(k)) : eps * far);
   }
 }
 

@@ -333,6 +333,7 @@ Condition::Condition(const Things& things, const std::string& text, const Consta
     std::swap(left_, right_);
     sign_ = -sign_;
   }
+  is_any_ = left_->is_any();
   left_->take_any(static_cast<int>(sign_));
   if (!left_->is_number() || !right_->is_number())
     throw InputError("", "formula \"" + text + "\": a condition compares single numbers; say " +
@@ -351,10 +352,17 @@ std::optional<Thing> Condition::thing() const {
   return quantity->thing(member_);
 }
 
+std::string Condition::explain(const ObservedInstant& at) const {
+  for (const ObservedText* const side : {left_.get(), right_.get()})
+    if (std::isnan(side->number(at)) && !(is_any_ && side == left_.get())) return side->explain(at);
+  return "";
+}
+
 double Condition::value(const ObservedInstant& at) const {
   constexpr double never = -1.0;
   if (left_->is_gone() || right_->is_gone()) return never;
   member_ = left_->evaluate(at, &seen_);
+  if (is_any_ && std::isnan(seen_.values[0])) return never;  // it knows no member
   return sign_ * (seen_.values[0] - right_->number(at));
 }
 

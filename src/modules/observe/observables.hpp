@@ -67,6 +67,8 @@ class Condition {
 
   Needs needs() const;
   double value(const ObservedInstant& at) const;
+  /// Returns why it is not known at an instant; empty if it is, or if nobody knows.
+  std::string explain(const ObservedInstant& at) const;
   /// Returns the thing of which the condition speaks, at the last value: the member that `any`, `max` or `min` took, or
   /// the only one; nothing if it speaks of several or of none. Before the first value it is the first member.
   std::optional<Thing> thing() const;
@@ -76,6 +78,7 @@ class Condition {
  private:
   std::unique_ptr<ObservedText> left_, right_;
   double sign_ = 1.0;
+  bool is_any_ = false;
   mutable Observed seen_;
   mutable std::size_t member_ = 0;
 };

@@ -166,8 +166,12 @@ Modes find_modes_about(const System& system, std::span<const double> positions, 
   result.degrees_of_freedom = state.degrees_of_freedom();
   state.write_forces(&result.multipliers, &result.reactions, &result.support_forces);
   const Plan plan = make_plan(result.degrees_of_freedom, state.equations().size(), options.count);
-  if (Outcome outcome = find_obstacle(state, positions, options); !outcome.ok())
+  if (Outcome outcome = find_obstacle(state, positions, options); !outcome.ok()) {
+    for (std::vector<double>* const forces : {&result.multipliers, &result.reactions, &result.support_forces})
+      std::ranges::fill(*forces, std::numeric_limits<double>::quiet_NaN());
     return fail(result, outcome.status, std::move(outcome.what));
+  }
+  if (model.num_moving() == 0) return result;
   KktSolver kkt(state.equations());
   ModeFinder finder(state.equations(), kkt, result.degrees_of_freedom, state.dependent_rows());
   const double lightest = std::ranges::min(std::span(model.mass).first(model.num_moving())),

@@ -80,7 +80,7 @@ Simulation make_simulation(scene::Scene* scene, const RunPlan& plan) {
   Simulation simulation = naming_file(
       scene->file, [&] { return Simulation(std::move(scene->system), scene->motion, scene->solver, scene->t_start); });
   for (const Observable& observable : scene->observables) simulation.add_observable(observable);
-  for (const Event& event : scene->events) simulation.add_event(event);
+  naming_file(scene->file, [&] { add_events(*scene, &simulation); });
   if (plan.before) {
     naming_file(plan.directory / report::checkpoint_name, [&] { simulation.restore(plan.before->state); });
   }
@@ -133,8 +133,10 @@ std::string prove(Simulation* simulation, RunFolder* folder) {
   return certificate.passed() ? std::string() : certificate.line();
 }
 
-/// Advances from output time to output time until t_end, a failure, or a signal.
-Ending advance(const scene::Scene& scene, Simulation* simulation, RunFolder* folder, report::Progress* progress) {
+/// Advances from output time to output time until t_end, a failure, or a signal. Passages before the `first_passage`
+/// are those of the run that this one goes on from.
+Ending advance(const scene::Scene& scene, std::size_t first_passage, Simulation* simulation, RunFolder* folder,
+               report::Progress* progress) {
   std::string not_proven, why;
   double target = 0.0;
   const auto observe = [&](const MotionReport& report) {
@@ -144,7 +146,7 @@ Ending advance(const scene::Scene& scene, Simulation* simulation, RunFolder* fol
     return not_proven.empty() && !caught_interrupt();
   };
   const auto is_stopped = [&] {
-    const std::span<const Passage> all = simulation->passages();
+    const std::span<const Passage> all = simulation->passages().subspan(first_passage);
     const auto stop = std::ranges::find(all.rbegin(), all.rend(), EventAction::Stop, &Passage::action);
     if (stop == all.rend() || stop->time != simulation->time()) return false;
     why = fmt::format("the event \"{}\" stops the run", stop->name);
@@ -174,6 +176,7 @@ Ending simulate(const scene::Scene& scene, bool is_new, Simulation* simulation, 
                 report::Progress* progress) {
   try {
     if (!simulation->outcome().ok()) return {ExitCode::NoAnswer, simulation->outcome().what};
+    const std::size_t first_passage = simulation->passages().size();
     if (is_new) {
       // The state of a frame is the one behind the events at its time.
       const Outcome begun = simulation->advance_to(simulation->time());
@@ -182,7 +185,7 @@ Ending simulate(const scene::Scene& scene, bool is_new, Simulation* simulation, 
     } else {
       folder->take_resumed(*simulation);
     }
-    return advance(scene, simulation, folder, progress);
+    return advance(scene, first_passage, simulation, folder, progress);
   } catch (...) {
     const Failure failure = describe_current_exception();
     return {failure.code, failure.message, false};

@@ -92,7 +92,7 @@ struct Stopped {};
 
 Run run_once(const scene::Scene& scene, const MotionOptions& options, const std::function<bool()>& goes_on) {
   Simulation simulation(scene.system, options, scene.solver, scene.t_start);
-  for (const Event& event : scene.events) simulation.add_event(event);
+  add_events(scene, &simulation);
   const auto observe = [&](const MotionReport&) { return goes_on(); };
   Run result;
   const auto begin = std::chrono::steady_clock::now();

@@ -184,20 +184,24 @@ std::string describe_extreme(const Extreme& extreme, const std::string& unit, co
 std::string describe_part(const Observed& observed, std::size_t part, const Simulation* motion, double noise) {
   const Extreme &least = observed.least[part], &largest = observed.largest[part];
   std::string line;
-  if (observed.members.empty() && std::isnan(observed.values[part])) {
+  bool is_known = false;  // any of its numbers
+  for (std::size_t k = part; k < observed.values.size(); k += std::max<std::size_t>(observed.parts.size(), 1))
+    is_known = is_known || !std::isnan(observed.values[k]);
+  if (observed.members.empty() && !is_known) {
     line = observed.unknown.empty() ? "not known" : observed.unknown;
   } else if (observed.members.empty()) {
     line = number_with_unit(observed.values[part], observed.unit);
     if (!observed.member.empty()) line += " in " + observed.member;
   } else {
     line = text_of_count(observed.members.size(), "number") +
-           (observed.unknown.empty() ? "" : ", some unknown (" + observed.unknown + ")");
+           (observed.unknown.empty() ? "" : (is_known ? ", some" : ", all") + (" unknown (" + observed.unknown + ")"));
   }
   const std::string least_text = number_with_unit(least.value, observed.unit);
   if (std::isnan(least.value) || largest.value - least.value <= noise ||
       least_text == number_with_unit(largest.value, observed.unit)) {
     if (std::isnan(least.value)) return line;
-    if (observed.members.empty()) return std::isnan(observed.values[part]) ? line + ", before " + least_text : line;
+    if (!is_known) return line + ", before " + least_text;
+    if (observed.members.empty()) return line;
     return line + (observed.unknown.empty() ? ", all " : ", others ") + least_text;
   }
   return line + "; least " + describe_extreme(least, observed.unit, motion) + ", largest " +

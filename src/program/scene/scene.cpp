@@ -232,4 +232,14 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& file, co
   return scene;
 }
 
+void add_events(const Scene& scene, Simulation* simulation) {
+  for (std::size_t k = 0; k < scene.events.size(); ++k) {
+    try {
+      simulation->add_event(scene.events[k]);
+    } catch (const InputError& error) {
+      throw InputError("/events/" + std::to_string(k), error.what());
+    }
+  }
+}
+
 }  // namespace tanor::scene

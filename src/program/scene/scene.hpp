@@ -65,4 +65,7 @@ Scene load_moving_scene(const std::filesystem::path& file, const Overrides& over
 /// Loads a scene from text; relative paths inside are relative to `file`.
 Scene parse_scene(const std::string& text, const std::filesystem::path& file, const Overrides& overrides = {});
 
+/// Adds the events of a scene. Throws InputError with their places, /events/0.
+void add_events(const Scene& scene, Simulation* simulation);
+
 }  // namespace tanor::scene
