@@ -1,6 +1,8 @@
-/// Measures ropes: a hub of 20 ropes over 20 pulleys beside MuJoCo, and a fishing net beside the same net of rods.
+/// Measures one-sided constraints: a hub of 20 ropes over 20 pulleys and a box on an incline, both beside MuJoCo, and a
+/// fishing net beside the same net of rods.
 ///
 ///   ropes hub [pairs]            error after 1 s against processor time, both in turn, medians of `pairs` runs (5)
+///   ropes incline                how fast a box of eight points creeps that sticks on an incline
 ///   ropes net [side] [seconds]   a net of side x side points (100) falls and is caught, for so many seconds of
 ///                                processor time (600), a fifth of it for rods: complementarity at every output, and
 ///                                its median step
@@ -95,6 +97,22 @@ Run run_tanor(const System& system, const MotionOptions& options) {
 }
 
 #ifdef TANOR_HAS_MUJOCO
+using MujocoModel = std::unique_ptr<mjModel, decltype(&mj_deleteModel)>;
+
+MujocoModel read_mujoco(const std::string& text) {
+  const std::unique_ptr<mjVFS, void (*)(mjVFS*)> files(new mjVFS, [](mjVFS* vfs) {
+    mj_deleteVFS(vfs);
+    delete vfs;
+  });
+  mj_defaultVFS(files.get());
+  mj_makeEmptyFileVFS(files.get(), "x.xml", static_cast<int>(text.size()));
+  std::copy(text.begin(), text.end(), static_cast<char*>(files->filedata[mj_findFileVFS(files.get(), "x.xml")]));
+  char trouble[1000] = "";
+  MujocoModel model(mj_loadXML("x.xml", files.get(), trouble, sizeof trouble), mj_deleteModel);
+  if (!model) throw std::runtime_error(std::string("MuJoCo: ") + trouble);
+  return model;
+}
+
 /// Points on three slides each; a rope is a tendon over three sites with a limit on its length, the stiffest that the
 /// manual allows: a time constant of two steps, critically damped.
 std::string describe_hub(const System& system, double step) {
@@ -131,18 +149,7 @@ std::string describe_hub(const System& system, double step) {
 }
 
 Run run_mujoco(const System& system, double step) {
-  const std::string text = describe_hub(system, step);
-  const std::unique_ptr<mjVFS, void (*)(mjVFS*)> files(new mjVFS, [](mjVFS* vfs) {
-    mj_deleteVFS(vfs);
-    delete vfs;
-  });
-  mj_defaultVFS(files.get());
-  mj_makeEmptyFileVFS(files.get(), "hub.xml", static_cast<int>(text.size()));
-  std::copy(text.begin(), text.end(), static_cast<char*>(files->filedata[mj_findFileVFS(files.get(), "hub.xml")]));
-  char trouble[1000] = "";
-  const std::unique_ptr<mjModel, decltype(&mj_deleteModel)> model(
-      mj_loadXML("hub.xml", files.get(), trouble, sizeof trouble), mj_deleteModel);
-  if (!model) throw std::runtime_error(std::string("MuJoCo: ") + trouble);
+  const MujocoModel model = read_mujoco(describe_hub(system, step));
   const std::unique_ptr<mjData, decltype(&mj_deleteData)> data(mj_makeData(model.get()), mj_deleteData);
   std::copy_n(system.velocities.begin(), model->nv, data->qvel);
   Run run{.steps = static_cast<std::size_t>(std::lround(t_end / step))};
@@ -200,6 +207,73 @@ void measure_hub(int pairs) {
   std::printf("| | largest error at 1 s, m | steps | processor time, ms |\n|---|--:|--:|--:|\n");
   for (const Row& row : rows)
     std::printf("| %s | %.1e | %zu | %.3g |\n", row.name.c_str(), row.error, row.steps, 1e3 * median(row.seconds));
+}
+
+// ---- the incline ----
+
+constexpr double slope = 0.3, rough = 0.5, t_settled = 5.0, t_rest = 10.0;  // rad; it sticks, since tan 0.3 = 0.31
+
+/// Eight points of 1 kg on 18 rods, whose lower four touch the plane z = 0 in a field that leans by `slope`.
+double creep_of_tanor(double* seconds) {
+  System system;
+  for (int i = 0; i < 8; ++i)
+    system.add_point({.position = {0.2 * (i / 4), 0.2 * (i / 2 % 2), 0.1 * (i % 2)}, .mass = 1.0});
+  Rods body{.name = "body"};  // edges, and one diagonal of each face
+  for (Index i = 0; i < 8; ++i)
+    for (Index j = 0; j < i; ++j) {
+      const Index apart = i ^ j;
+      const bool is_edge = apart == 1 || apart == 2 || apart == 4, is_space = apart == 7;
+      if (is_edge || (!is_space && (__builtin_popcount(static_cast<unsigned>(i)) & 1) == 0))
+        body.pairs.push_back({j, i});
+    }
+  system.constraints = {body, Planes{.name = "ramp", .points = {0, 2, 4, 6}, .side = OneSide::AtLeast}};
+  system.friction.push_back(Coulomb{.at = {"ramp"}, .coefficient = rough});
+  system.add_gravity({g * std::sin(slope), 0.0, -g * std::cos(slope)});
+  const double begin = processor_seconds();
+  Simulation simulation(system, {}, {.threads = 1});
+  double at[2];
+  for (const int k : {0, 1}) {
+    const Outcome outcome = simulation.advance_to(k == 0 ? t_settled : t_rest);
+    if (!outcome.ok()) throw std::runtime_error(outcome.what);
+    at[k] = simulation.positions()[0];
+  }
+  *seconds = processor_seconds() - begin;
+  return (at[1] - at[0]) / (t_rest - t_settled);
+}
+
+#ifdef TANOR_HAS_MUJOCO
+double creep_of_mujoco(double step, double* seconds) {
+  std::ostringstream text;
+  text.precision(17);
+  text << "<mujoco><option timestep='" << step
+       << "' cone='elliptic' solver='Newton' tolerance='1e-12' iterations='100' "
+       << "gravity='" << g * std::sin(slope) << " 0 " << -g * std::cos(slope) << "'/><default><geom friction='" << rough
+       << " 0 0' condim='3' solref='" << 2.0 * step << " 1' solimp='0.9999 0.9999 0.001'/></default><worldbody>"
+       << "<geom type='plane' size='9 9 1'/><body pos='0 0 0.05'><freejoint/><geom type='box' size='0.1 0.1 0.05' "
+       << "mass='8'/></body></worldbody></mujoco>";
+  const MujocoModel model = read_mujoco(text.str());
+  const std::unique_ptr<mjData, decltype(&mj_deleteData)> data(mj_makeData(model.get()), mj_deleteData);
+  const double begin = processor_seconds();
+  double at[2];
+  for (const int k : {0, 1}) {
+    while (data->time < (k == 0 ? t_settled : t_rest) - 0.5 * step) mj_step(model.get(), data.get());
+    at[k] = data->qpos[0];
+  }
+  *seconds = processor_seconds() - begin;
+  return (at[1] - at[0]) / (t_rest - t_settled);
+}
+#endif
+
+void measure_incline() {
+  std::printf("| | creeps, m/s | processor time of %g s, ms |\n|---|--:|--:|\n", t_rest);
+  double seconds = 0.0, creep = creep_of_tanor(&seconds);
+  std::printf("| tanor | %.1e | %.3g |\n", creep, 1e3 * seconds);
+#ifdef TANOR_HAS_MUJOCO
+  for (const double step : {2e-3, 5e-4, 1e-4}) {
+    creep = creep_of_mujoco(step, &seconds);
+    std::printf("| MuJoCo %s, step %g | %.1e | %.3g |\n", mj_versionString(), step, creep, 1e3 * seconds);
+  }
+#endif
 }
 
 // ---- the net ----
@@ -295,9 +369,11 @@ int main(int argc, char** argv) {
   const std::string what = argc > 1 ? argv[1] : "";
   if (what == "hub")
     measure_hub(argc > 2 ? std::atoi(argv[2]) : 5);
+  else if (what == "incline")
+    measure_incline();
   else if (what == "net")
     measure_net(argc > 2 ? std::atoi(argv[2]) : 100, argc > 3 ? std::atof(argv[3]) : 600.0);
   else
-    return std::fprintf(stderr, "ropes hub [pairs] | net [side] [seconds]\n"), 2;
+    return std::fprintf(stderr, "ropes hub [pairs] | incline | net [side] [seconds]\n"), 2;
   return 0;
 }
