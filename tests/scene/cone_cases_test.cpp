@@ -205,6 +205,54 @@ TEST(ConeCases, AChainFallsOntoARoughFloorBeadByBead) {
   EXPECT_NEAR(energy.now - energy.start, energy.work_of_friction + energy.work_of_impacts, 1e-11);
 }
 
+/// A long chain falls obliquely onto a rough floor and comes to rest: many beads touch at once.
+TEST(ConeCases, LongChainsComeToRestOnARoughFloor) {
+  constexpr double angle = 0.6, link = 0.05;
+  for (const int beads : {20, 50}) {
+    Rough rough;
+    Rods links{.name = "links"};
+    std::vector<Index> all;
+    for (Index i = 0; i < beads; ++i) {
+      all.push_back(rough.add({link * i * std::cos(angle), 0.0, 0.02 + link * i * std::sin(angle)}, {}, 0.1));
+      if (i > 0) links.pairs.push_back({i - 1, i});
+    }
+    rough.system.constraints.push_back(links);
+    rough.add_gravity();
+    rough.add_floor("floor", all, {0.0, 0.0, 1.0}, 0.4);
+    Simulation simulation(rough.system, {.method = Method::Dop853}, {.threads = 1});
+    const Outcome outcome = simulation.advance_to(1.5);
+    ASSERT_TRUE(outcome.ok()) << beads << ": " << outcome.what;
+    EXPECT_LT(largest(simulation.velocities()), 0.5);
+    const EnergyReport& energy = simulation.report().energy;
+    EXPECT_LT(energy.work_of_friction, 0.0);
+    EXPECT_NEAR(energy.now - energy.start, energy.work_of_friction + energy.work_of_impacts, 1e-6 * energy.start);
+    EXPECT_TRUE(simulation.certify().passed()) << simulation.certify().line();
+  }
+}
+
+/// A box on more rods than it needs slides down an incline or sticks there; it does not creep.
+TEST(ConeCases, ABoxOnAnInclineSlidesOrStaysWhereItIs) {
+  constexpr double slope = 0.3;
+  for (const double mu : {0.2, 0.5}) {
+    Rough rough;
+    Rods body{.name = "body"};
+    for (Index i = 0; i < 8; ++i) {
+      rough.add({0.2 * (i / 4), 0.2 * (i / 2 % 2), 0.1 * (i % 2)}, {});
+      for (Index j = 0; j < i; ++j) body.pairs.push_back({j, i});
+    }
+    rough.system.constraints.push_back(body);
+    rough.system.add_gravity({g * std::sin(slope), 0.0, -g * std::cos(slope)});
+    rough.add_floor("ramp", {0, 2, 4, 6}, {0.0, 0.0, 1.0}, mu);
+    Simulation simulation(rough.system, precise, {.threads = 1});
+    const Outcome outcome = simulation.advance_to(1.0);
+    ASSERT_TRUE(outcome.ok()) << outcome.what;
+    EXPECT_TRUE(simulation.certify().passed()) << simulation.certify().line();
+    const double a = std::max(0.0, g * (std::sin(slope) - mu * std::cos(slope)));
+    EXPECT_NEAR(simulation.positions()[0], 0.5 * a, a > 0.0 ? 1e-11 : 1e-14);
+    EXPECT_NEAR(simulation.velocities()[0], a, a > 0.0 ? 1e-11 : 1e-14);
+  }
+}
+
 TEST(ConeCases, ThreadsFindTheSameBits) {
   const nlohmann::json file = read_case("G8_chain3_on_floor");
   std::vector<double> first;

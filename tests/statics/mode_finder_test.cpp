@@ -239,6 +239,18 @@ TEST(Modes, AreFoundForAMoleculeAtRest) {
 }
 
 /// Free straight chains resist bending: each moves as a whole in three directions and turns about two axes.
+TEST(Modes, AreNoneWhereNothingMoves) {
+  System system;
+  for (double x : {0.0, 1.0}) system.add_support({x, 0.0, 0.0});
+  system.add_gravity({0.0, 0.0, -9.81});
+  for (const bool damped : {false, true}) {
+    const Modes found = modes(system, system.positions, {.damped = damped});
+    EXPECT_TRUE(found.outcome.ok()) << found.outcome.what;
+    EXPECT_EQ(found.count(), 0u);
+    EXPECT_EQ(found.degrees_of_freedom, 0u);
+  }
+}
+
 TEST(Modes, HaveTheZeroModesOfFreeIslands) {
   for (const int copies : {1, 2, 7}) {
     System system;

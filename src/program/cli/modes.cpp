@@ -39,10 +39,9 @@ std::string describe(const Modes& modes, const Units& units) {
   }
   if (modes.count() > most_shown) text += ", …";
   const auto [count, freedoms] = std::pair(modes.count(), modes.degrees_of_freedom);
-  std::string line = fmt::format("{}: omega = {}",
-                                 modes.decay.empty() ? fmt::format("{} of {}", count, count_in_words(freedoms, "mode"))
-                                                     : count_in_words(count, "damped mode"),
-                                 with_unit(text, report::per_time("rad", units.time)));
+  std::string line = modes.decay.empty() ? fmt::format("{} of {}", count, count_in_words(freedoms, "mode"))
+                                         : count_in_words(count, "damped mode");
+  if (count > 0) line += ": omega = " + with_unit(text, report::per_time("rad", units.time));
   if (modes.zero_modes > 0)
     line += fmt::format("; {} {} 0, {} of them rigid", modes.zero_modes, modes.zero_modes == 1 ? "is" : "are",
                         modes.rigid_zero_modes);
