@@ -226,7 +226,8 @@ double creep_of_tanor(double* seconds) {
       if (is_edge || (!is_space && (__builtin_popcount(static_cast<unsigned>(i)) & 1) == 0))
         body.pairs.push_back({j, i});
     }
-  system.constraints = {body, Planes{.name = "ramp", .points = {0, 2, 4, 6}, .side = OneSide::AtLeast}};
+  system.constraints = {
+      body, Planes{.name = "ramp", .points = {0, 2, 4, 6}, .normal = Vector3{0.0, 0.0, 1.0}, .side = OneSide::AtLeast}};
   system.friction.push_back(Coulomb{.at = {"ramp"}, .coefficient = rough});
   system.add_gravity({g * std::sin(slope), 0.0, -g * std::cos(slope)});
   const double begin = processor_seconds();

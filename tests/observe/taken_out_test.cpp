@@ -309,5 +309,33 @@ TEST(TakenOut, HalfOfAGroupIsLeft) {
   EXPECT_EQ(rest.rest_length.constants[1], 3.0);
 }
 
+/// A bob hangs on a point that prestress holds. It falls when its rod breaks, and the point stays held; `any` knows no
+/// member of the line.
+TEST(TakenOut, APointThatPrestressHeldStaysHeld) {
+  System system;
+  RodGroup line = system.add_rods("line"), hanger = system.add_rods("hanger");
+  const Point left = system.add_support({0.0, 0.0, 0.0}), right = system.add_support({2.0, 0.0, 0.0});
+  const Point middle = system.add_point({.position = {1.0, 0.0, 0.0}, .mass = 1.0});
+  const Point bob = system.add_point({.position = {1.0, 0.0, -1.0}, .mass = 1.0});
+  line.join(left, middle);
+  line.join(middle, right);
+  hanger.join(middle, bob);
+  system.add_gravity({0.0, 0.0, -10.0});
+  Simulation simulation(system);
+  simulation.add_event({.when = "any tension(line) > 100", .action = EventAction::Break});
+  simulation.add_event({.when = "t > 0.1", .action = EventAction::Break, .of = "hanger[0]"});
+  simulation.add_observable({.text = "tension(hanger[0])"});
+  simulation.add_observable({.text = "tension(line)"});
+  EXPECT_THROW(simulation.add_event({.when = "max tension(line) > 100"}), InputError);
+  const Outcome outcome = simulation.advance_to(0.3);
+  ASSERT_TRUE(outcome.ok()) << outcome.what;
+  EXPECT_NEAR(simulation.positions()[11], -1.0 - 0.5 * 10.0 * 0.04, 1e-12);
+  EXPECT_EQ(simulation.positions()[8], 0.0);
+  EXPECT_EQ(simulation.accelerations()[8], 0.0);
+  EXPECT_EQ(simulation.observe()[0].unknown, "broken at t = 0.1");
+  EXPECT_EQ(simulation.observe()[1].unknown, "left to a prestress");
+  EXPECT_TRUE(simulation.certify().passed()) << simulation.certify().line();
+}
+
 }  // namespace
 }  // namespace tanor

@@ -14,7 +14,7 @@ std::unique_ptr<Simulation::Implementation> Simulation::Implementation::make_wit
     return std::make_unique<Implementation>(std::move(system), of.options, of.solver_options, of.part, of.t_begin);
   };
   std::unique_ptr<Implementation> made = make(without(whole, things, of.t_begin));
-  // What a prestress held before, and holds without them, stays held.
+  // Points that a prestress held before, and holds without them, stay held.
   const std::vector<Index>& held = of.forms.plan.prestress_rigid_points;
   std::vector<Index> rigid = made->find_prestress_rigid_points();
   std::erase_if(rigid, [&](Index point) { return std::ranges::find(held, point) == held.end(); });

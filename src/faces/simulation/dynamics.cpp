@@ -21,6 +21,13 @@
 namespace tanor {
 using namespace detail;
 
+/// A system with points as supports that a prestress holds more strongly than K tells.
+struct HeldByPrestress {
+  std::vector<Index> points;
+  std::vector<std::size_t> unknown;  ///< their equations
+  Dynamics dynamics;
+};
+
 /// Implementation of Dynamics. It reads and writes the host's arrays once a call.
 struct Dynamics::Implementation {
   Forms forms;
@@ -39,16 +46,12 @@ struct Dynamics::Implementation {
   std::vector<double> given_r, given_v;
   // … and the work arrays of the other calls.
   std::vector<double> y, z, before;
-  // Both are made when first asked for.
-  std::unique_ptr<AccelerationSplit> parts;
-  std::unique_ptr<ReactionDecomposition> reaction_decomposition;
-  // The system with points as supports that a prestress holds more strongly than K tells, made where there are some.
-  struct Held {
-    std::vector<Index> points;
-    std::vector<std::size_t> unknown;  // their equations
-    Dynamics dynamics;
-  };
-  std::optional<Held> held;
+  // They are made when first asked for, the last one where there are such points.
+  struct {
+    std::unique_ptr<AccelerationSplit> split;
+    std::unique_ptr<ReactionDecomposition> causes;
+    std::optional<HeldByPrestress> held;
+  } made;
 
   Implementation(System system, const SolverOptions& given) : forms(std::move(system), given), options(given) {
     for (std::vector<double>* array : {&now.r, &now.v, &now.w}) array->resize(num_numbers());
@@ -105,10 +108,11 @@ struct Dynamics::Implementation {
 
   /// Returns the system as a prestress holds it at the state where it stands, or null where none does. The equations
   /// alone would let these points move.
-  Held* held_by_prestress() {
+  HeldByPrestress* held_by_prestress() {
     if (forms.normal == nullptr || !forms.normal->linearization().dependences().is_found()) return nullptr;
     std::vector<Index> points = forms.rank(now.r.data(), false).prestress_rigid_points;
     if (points.empty()) return nullptr;
+    std::optional<HeldByPrestress>& held = made.held;
     if (!held || held->points != points) {
       System system = model.system;
       hold_rigid_points(&system, points);
@@ -354,8 +358,8 @@ Split Dynamics::split(const StateView& at) {
   result.outcome = self.stand_at(at);
   if (auto* const held = self.held_by_prestress()) return held->dynamics.split(at);
   if (result.outcome.ok()) {
-    if (!self.parts) self.parts = std::make_unique<AccelerationSplit>(self.forms);
-    result.outcome = self.parts->find(self.now, w_N.data(), f_N.data());
+    if (!self.made.split) self.made.split = std::make_unique<AccelerationSplit>(self.forms);
+    result.outcome = self.made.split->find(self.now, w_N.data(), f_N.data());
   }
   if (!result.outcome.ok()) return result;
   // u_T = u - u_N; both are 0 at supports.
@@ -369,8 +373,9 @@ Split Dynamics::split(const StateView& at) {
   };
   write(self.now.w, w_N, &result.tangent_accelerations, &result.normal_accelerations);
   write(self.work.f, f_N, &result.tangent_forces, &result.normal_forces);
-  write(self.parts->friction(), self.parts->normal_friction(), &result.tangent_friction, &result.normal_friction);
-  result.mass_coupling = self.parts->mass_coupling();
+  write(self.made.split->friction(), self.made.split->normal_friction(), &result.tangent_friction,
+        &result.normal_friction);
+  result.mass_coupling = self.made.split->mass_coupling();
   return result;
 }
 
@@ -385,9 +390,9 @@ ReactionsByCause Dynamics::reactions_by_cause(const StateView& at) {
     return result;
   }
   if (!result.outcome.ok()) return result;
-  if (!self.reaction_decomposition) self.reaction_decomposition = std::make_unique<ReactionDecomposition>(self.forms);
-  result.parts = self.reaction_decomposition->find(self.now.t, self.now.r.data(), self.now.v.data(), self.x.data(),
-                                                   self.x_dot.data());
+  if (!self.made.causes) self.made.causes = std::make_unique<ReactionDecomposition>(self.forms);
+  result.parts =
+      self.made.causes->find(self.now.t, self.now.r.data(), self.now.v.data(), self.x.data(), self.x_dot.data());
   return result;
 }
 

@@ -173,7 +173,8 @@ Outcome RoughRows::collide(OneSidedInstant* at, const std::vector<double>& rates
   std::vector<char> approach(islands_.size(), 0), take_part(rates.size(), 0);
   const auto limit = [&](std::size_t k) { return Gaps::resting * gaps_.speed(k); };
   for (std::size_t k = 0; k < rates.size(); ++k) {
-    if (!have(k) || at->touches[k] == 0 || !(rates[k] < -gaps_.slowest(k, at->falls[k] != 0))) continue;
+    if (!have(k) || at->touches[k] == 0 || !(rates[k] < -gaps_.slowest(k, at->impacts == 0 && at->falls[k] != 0)))
+      continue;
     *collides = true;
     approach[islands_.island_of(k)] = 1;
   }

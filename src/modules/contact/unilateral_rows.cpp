@@ -345,7 +345,7 @@ Outcome UnilateralRows::collide(Instant* at, bool* collides) {
   if (Outcome outcome = friction_.collide(at, rates, collides); !outcome.ok() || *collides) return outcome;
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     may_close[k] = at->touches[k] != 0 && rates[k] <= resting * speed(k);
-    approaches[k] = at->touches[k] != 0 && rates[k] < -slowest(k, at->falls[k] != 0);
+    approaches[k] = at->touches[k] != 0 && rates[k] < -slowest(k, at->impacts == 0 && at->falls[k] != 0);
     if (approaches[k] == 0) continue;
     *collides = true;
     restitution[k] = rows_[k].restitution;
