@@ -64,6 +64,8 @@ Solution state_between(System held, std::span<const double> at, const ModesOptio
   state.velocities.resize(at.size());
   if (!found.multipliers.empty()) {
     state.multipliers = found.multipliers;
+    state.has_prestress =
+        found.outcome.ok() && std::ranges::any_of(state.multipliers, [](double each) { return std::isnan(each); });
     state.reactions = found.reactions;
     state.support_forces = found.support_forces;
   }

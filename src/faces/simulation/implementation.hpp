@@ -30,6 +30,7 @@ struct Simulation::Implementation final : SimulatedMotion {
 
   // Events.
   std::size_t add_event(Event event);
+  void refuse_unknown(const Event& event);
   /// Adds the events by which members break that have `breaks_at`, before those of users.
   void add_breaks();
   std::span<const Passage> list_passages();

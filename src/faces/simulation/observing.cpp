@@ -297,9 +297,6 @@ std::size_t Simulation::Implementation::add_event(Event event) {
     events.push_back(event);
     const Condition* const condition = conditions.back().get();
     const Needs needs = condition->needs();
-    if (needs.solves() && outcome.ok())
-      if (const std::string why = condition->explain(look_at(needs)); !why.empty())
-        throw InputError("/event", "\"" + event.when + "\" is not known: " + why);
     constexpr double never = -1.0;
     function.value = [this, condition, needs, number, is_done = has_taken_its_thing(number)](double t, const double* x,
                                                                                              const double* x_dot) {
@@ -314,6 +311,16 @@ std::size_t Simulation::Implementation::add_event(Event event) {
   integration.watch().add(std::move(function));
   truths.emplace_back();
   return number;
+}
+
+/// Refuses a condition that nobody can ever know.
+void Simulation::Implementation::refuse_unknown(const Event& event) {
+  if (event.when.empty() || !part.is_whole() || !outcome.ok()) return;
+  const std::unique_ptr<Condition> condition = read_condition(things(), event);
+  const Needs needs = condition->needs();
+  if (!needs.solves()) return;
+  if (const std::string why = condition->explain(look_at(needs)); !why.empty())
+    throw InputError("/event", "\"" + event.when + "\" is not known: " + why);
 }
 
 void Simulation::Implementation::add_breaks() {

@@ -45,7 +45,9 @@ Outcome Simulation::advance_to(double t_end, const Observer& observer) {
 
 std::size_t Simulation::add_event(Event event) {
   const QuietTraps quiet;
-  return live(implementation_, "Simulation").add_event(event);
+  Implementation& self = live(implementation_, "Simulation");
+  self.refuse_unknown(event);
+  return self.add_event(event);
 }
 std::size_t Simulation::add_observable(const Observable& observable) {
   return live(implementation_, "Simulation").add_observable(observable);

@@ -444,6 +444,8 @@ Solution state_at_rest(const EquilibriumResult& found, double time) {
   state.reactions = found.reactions;
   state.support_forces = found.support_forces;
   state.self_stress = found.self_stress;
+  state.has_prestress =
+      found.outcome.ok() && std::ranges::any_of(state.multipliers, [](double each) { return std::isnan(each); });
   for (std::vector<double>* array : {&state.velocities, &state.reactions, &state.support_forces})
     array->resize(found.positions.size());
   const bool moves = std::ranges::any_of(state.velocities, [](double each) { return each != 0.0; });

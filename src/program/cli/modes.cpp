@@ -65,6 +65,8 @@ Solution state_of(const scene::Scene& scene, const Modes& found, System* system)
   Solution state = Dynamics(*system, scene.solver).solution({scene.modes.time, system->positions, system->velocities});
   if (!found.multipliers.empty()) {
     state.multipliers = found.multipliers;
+    state.has_prestress =
+        found.outcome.ok() && std::ranges::any_of(state.multipliers, [](double each) { return std::isnan(each); });
     state.reactions = found.reactions;
     state.support_forces = found.support_forces;
   }
